@@ -1,0 +1,2 @@
+//! elastogeo
+pub mod remark;
