@@ -1,2 +1,3 @@
 //! elastogeo
+pub mod description;
 pub mod remark;

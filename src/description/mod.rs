@@ -1,0 +1,3 @@
+//! Reading of descriptions and campaigns: raw (the file) -> resolved (SI, names checked, every fault located).
+pub mod raw;
+pub mod units;
