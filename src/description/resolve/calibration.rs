@@ -1,0 +1,92 @@
+//! Parameter names, tolerances and bounds of the `calibration:` block.
+
+use indexmap::IndexMap;
+
+use super::super::raw::RawRobot;
+use super::super::robot::{Calibration, FRAME_SYMBOLS, PLACEMENT_SYMBOLS, SLIDER_CRANK_SYMBOLS, is_angle};
+use super::Complaints;
+use super::tree::Tree;
+
+pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Calibration {
+    let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
+    let given = &raw.calibration;
+    let valid = parameter_names(raw, tree);
+    let mut known = |path: &[&str], name: &str| {
+        let known = valid.iter().any(|valid| valid == name);
+        if !known {
+            complaints.unknown(path, "parameter", name, valid.iter().map(String::as_str));
+        }
+        known
+    };
+    for (key, list) in [("free", &given.free), ("fixed", &given.fixed)] {
+        for (position, name) in list.iter().enumerate() {
+            known(&["calibration", key, &position.to_string()], name);
+        }
+    }
+    let factor = |name: &str| match name.rsplit_once('.') {
+        Some((_, symbol)) if is_angle(symbol) => angle,
+        Some((_, symbol)) if symbol.starts_with('k') => 1.0, // stiffness, SI
+        _ => length,
+    };
+    for (section, names) in
+        [("tolerances", given.tolerances.keys().collect::<Vec<_>>()), ("bounds", given.bounds.keys().collect())]
+    {
+        for name in names {
+            known(&["calibration", section, name], name);
+        }
+    }
+    for (position, name) in given.fixed.iter().enumerate() {
+        if given.free.contains(name) {
+            let path = ["calibration", "fixed", &position.to_string()];
+            complaints.error(&path, format!("`{name}` is both free and fixed")).remedy =
+                Some("keep it in one list".into());
+        }
+    }
+    let mut positive = |path: &[&str], value: f64, factor: f64| {
+        if !(value.is_finite() && value > 0.0) {
+            complaints.error(path, format!("tolerance `{value}` must be above 0"));
+        }
+        value * factor
+    };
+    let length_tolerance =
+        given.length_tolerance.map_or(1e-3, |v| positive(&["calibration", "length_tolerance"], v, length));
+    let angle_tolerance =
+        given.angle_tolerance.map_or(1e-3, |v| positive(&["calibration", "angle_tolerance"], v, angle));
+    let tolerances: IndexMap<String, f64> = given
+        .tolerances
+        .iter()
+        .map(|(name, value)| (name.clone(), positive(&["calibration", "tolerances", name], *value, factor(name))))
+        .collect();
+    let bounds = given
+        .bounds
+        .iter()
+        .filter_map(|(name, bounds)| {
+            let path = ["calibration", "bounds", name.as_str()];
+            complaints.interval(&path, Some(*bounds), factor(name), true).map(|bounds| (name.clone(), bounds))
+        })
+        .collect();
+    Calibration {
+        free: given.free.clone(),
+        fixed: given.fixed.clone(),
+        length_tolerance,
+        angle_tolerance,
+        tolerances,
+        bounds,
+    }
+}
+
+/// Every parameter a description of this shape has.
+fn parameter_names(raw: &RawRobot, tree: &Tree) -> Vec<String> {
+    let all =
+        |owner: &str, symbols: &[&str]| -> Vec<String> { symbols.iter().map(|s| format!("{owner}.{s}")).collect() };
+    let mut names = all("base", &PLACEMENT_SYMBOLS);
+    names.extend(tree.frames.iter().skip(1).flat_map(|frame| all(&frame.name, &FRAME_SYMBOLS)));
+    names.extend(tree.actuators.iter().flat_map(|actuator| all(&actuator.name, &SLIDER_CRANK_SYMBOLS)));
+    names.extend(all("tool", &PLACEMENT_SYMBOLS));
+    names.extend(raw.markers.keys().flat_map(|marker| all(marker, &PLACEMENT_SYMBOLS[..3])));
+    names.extend(
+        raw.joint_stiffness.keys().flat_map(|joint| all(&format!("joint{joint}"), &["ka", "kr", "kar", "krr"])),
+    );
+    names.extend(raw.springs.keys().map(|spring| format!("{spring}.stiffness")));
+    names
+}

@@ -1,0 +1,318 @@
+//! The elastic keys and the effects of a description: names, ranges and completeness.
+
+use super::super::raw::{RawRobot, RawSection, RawStiffness, SectionShape};
+use super::Complaints;
+
+/// Effects of the catalogue and the kinds of site they can sit at (see `docs/effects.md`).
+pub const EFFECTS: [(&str, &str); 19] = [
+    ("geometry", "frame"),
+    ("joint-offset", "joint"),
+    ("gear-ratio", "joint"),
+    ("transmission-error", "joint"),
+    ("joint-coupling", "joint"),
+    ("backlash", "joint"),
+    ("joint-compliance", "joint"),
+    ("joint-stiffening", "joint"),
+    ("bearing-compliance", "joint"),
+    ("link-compliance", "link"),
+    ("actuator-compliance", "actuator"),
+    ("gravity-compensator", "joint"),
+    ("link-weight", "link"),
+    ("payload", "tool"),
+    ("base-compliance", "base"),
+    ("thermal-expansion", "link"),
+    ("frame-drift", "base"),
+    ("instrument-scale", "instrument"),
+    ("outliers", "instrument"),
+];
+
+pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+    let is_frame = |name: &str| frames.iter().any(|known| known == name);
+    let frame = |complaints: &mut Complaints, path: &[&str], name: &str| {
+        if !is_frame(name) {
+            complaints.unknown(path, "frame", name, frames.iter().map(String::as_str));
+        }
+    };
+    if let Some(gravity) = raw.gravity {
+        complaints.vector(&["gravity"], Some(gravity), 1.0);
+    }
+    for (name, body) in &raw.bodies {
+        frame(complaints, &["bodies", name], name);
+        let path = ["bodies", name.as_str(), "mass"];
+        match body.mass {
+            None => note(complaints.error(&["bodies", name], format!("body `{name}` has no `mass`"))),
+            Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
+                complaints.error(&path, format!("mass `{mass}` must be 0 or more"));
+            }
+            Some(_) => {}
+        }
+        complaints.vector(&["bodies", name, "com"], body.com, 1.0);
+    }
+    for (name, material) in &raw.materials {
+        let entries = [
+            ("young", material.young),
+            ("shear", material.shear),
+            ("density", material.density),
+            ("expansion", material.expansion),
+        ];
+        for (key, value) in entries {
+            positive(complaints, &["materials", name, key], key, value);
+        }
+        if material.young.is_none() {
+            complaints.error(&["materials", name], format!("material `{name}` lacks `young`"));
+        }
+        match (material.poisson, material.shear) {
+            (Some(nu), None) if !(nu > -1.0 && nu <= 0.5) => {
+                complaints
+                    .error(&["materials", name, "poisson"], format!("Poisson's ratio `{nu}` is outside (-1, 0.5]"));
+            }
+            (Some(_), None) | (None, Some(_)) => {}
+            _ => {
+                complaints.error(&["materials", name], format!("material `{name}` needs one of `poisson` and `shear`"));
+            }
+        }
+    }
+    for (name, section) in &raw.sections {
+        validate_section(complaints, name, section);
+    }
+    for (name, node) in &raw.nodes {
+        match &node.body {
+            Some(body) => frame(complaints, &["nodes", name, "body"], body),
+            None => note(complaints.error(&["nodes", name], format!("node `{name}` lacks `body`"))),
+        }
+        if let Some(at) = &node.at {
+            frame(complaints, &["nodes", name, "at"], at);
+        }
+    }
+    beams(raw, frames, complaints);
+    for (joint, springs) in &raw.joint_stiffness {
+        frame(complaints, &["joint_stiffness", joint], joint);
+        let entries = [("ka", &springs.ka), ("kr", &springs.kr), ("kar", &springs.kar), ("krr", &springs.krr)];
+        for (key, value) in entries {
+            stiffness(complaints, &["joint_stiffness", joint, key], value.as_ref());
+        }
+    }
+    if let Some(base) = &raw.base_stiffness {
+        let entries = [
+            ("kx", &base.kx),
+            ("ky", &base.ky),
+            ("kz", &base.kz),
+            ("krx", &base.krx),
+            ("kry", &base.kry),
+            ("krz", &base.krz),
+        ];
+        for (key, value) in entries {
+            stiffness(complaints, &["base_stiffness", key], value.as_ref());
+        }
+    }
+    for (name, actuator) in &raw.actuators {
+        stiffness(complaints, &["actuators", name, "axial"], actuator.axial.as_ref());
+    }
+    springs(raw, frames, complaints);
+    effects(raw, frames, complaints);
+}
+
+fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+    let nodes = || raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
+    for (name, beam) in &raw.beams {
+        for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
+            match node {
+                None => note(complaints.error(&["beams", name], format!("beam `{name}` lacks `{key}`"))),
+                Some(node) if !nodes().any(|known| known == node) => {
+                    complaints.unknown(&["beams", name, key], "node", node, nodes());
+                }
+                Some(_) => {}
+            }
+        }
+        if beam.from.is_some() && beam.from == beam.to {
+            complaints.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
+        }
+        let sections: Vec<&str> = raw.sections.keys().map(String::as_str).collect();
+        for (key, section) in [("section", &beam.section), ("section_to", &beam.section_to)] {
+            match section {
+                Some(section) if !raw.sections.contains_key(section) => {
+                    complaints.unknown(&["beams", name, key], "section", section, sections.iter().copied());
+                }
+                None if key == "section" => {
+                    note(complaints.error(&["beams", name], format!("beam `{name}` lacks `section`")))
+                }
+                _ => {}
+            }
+        }
+        match &beam.material {
+            None => note(complaints.error(&["beams", name], format!("beam `{name}` lacks `material`"))),
+            Some(material) if !raw.materials.contains_key(material) => {
+                let path = ["beams", name.as_str(), "material"];
+                complaints.unknown(&path, "material", material, raw.materials.keys().map(String::as_str));
+            }
+            Some(_) => {}
+        }
+        if let Some(normal) = &beam.normal
+            && !frames.contains(normal)
+        {
+            complaints.unknown(&["beams", name, "normal"], "frame", normal, frames.iter().map(String::as_str));
+        }
+        if beam.elements == Some(0) || beam.elements.is_some_and(|n| n > 1000) {
+            complaints.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
+        }
+    }
+}
+
+fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSection) {
+    let values = [
+        ("width", section.width),
+        ("height", section.height),
+        ("wall", section.wall),
+        ("flange", section.flange),
+        ("diameter", section.diameter),
+        ("area", section.area),
+        ("iy", section.iy),
+        ("iz", section.iz),
+        ("j", section.j),
+        ("shear_y", section.shear_y),
+        ("shear_z", section.shear_z),
+    ];
+    for (key, value) in values {
+        positive(complaints, &["sections", name, key], key, value);
+    }
+    let needed: &[&str] = match section.shape {
+        Some(SectionShape::Box) => &["width", "height", "wall"],
+        Some(SectionShape::Tube) => &["diameter", "wall"],
+        Some(SectionShape::Rectangle) => &["width", "height"],
+        Some(SectionShape::Rod) => &["diameter"],
+        Some(SectionShape::I) => &["width", "height", "wall", "flange"],
+        None => &["area", "iy", "iz", "j"],
+    };
+    for key in needed {
+        if values.iter().any(|(known, value)| known == key && value.is_none()) {
+            complaints.error(&["sections", name], format!("section `{name}` lacks `{key}`")).remedy =
+                Some(format!("this kind of section needs: {}", needed.join(", ")));
+        }
+    }
+    let thin = [section.width, section.height, section.diameter].into_iter().flatten().fold(f64::INFINITY, f64::min);
+    if let Some(wall) = section.wall
+        && section.shape != Some(SectionShape::I)
+        && 2.0 * wall >= thin
+    {
+        complaints
+            .error(&["sections", name, "wall"], format!("a wall of {wall} leaves no hollow in a section of {thin}"));
+    }
+}
+
+/// Ends a match arm that only files a complaint.
+fn note(_: &mut crate::remark::Remark) {}
+
+fn positive(complaints: &mut Complaints, path: &[&str], key: &str, value: Option<f64>) {
+    if let Some(value) = value
+        && !(value.is_finite() && value > 0.0)
+    {
+        complaints.error(path, format!("`{key}` is {value}, and must be a finite number above 0"));
+    }
+}
+
+fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>) {
+    let Some(given) = stiffness else { return };
+    match (given.value, given.compliance) {
+        (Some(value), None) | (None, Some(value)) if value >= 0.0 => {}
+        (Some(value), None) | (None, Some(value)) => {
+            complaints.error(path, format!("`{value}` must be 0 or more")).remedy =
+                Some("rigid is `.inf`, free is 0".into());
+        }
+        (Some(_), Some(_)) => {
+            complaints.error(path, "both `value` and `compliance` are given").remedy =
+                Some("keep one; each is the other's inverse".into());
+        }
+        (None, None) => {
+            complaints.error(path, "neither `value` nor `compliance` is given").remedy =
+                Some("rigid is `value: .inf`, free is `value: 0`".into());
+        }
+    }
+    let mut bounds_path = path.to_vec();
+    bounds_path.push("bounds");
+    if let Some([low, high]) = complaints.interval(&bounds_path, given.bounds, 1.0, true) {
+        if low < 0.0 {
+            complaints.error(&bounds_path, format!("a stiffness cannot be below 0, as {low} is"));
+        }
+        if let Some(value) = given.value
+            && !(low..=high).contains(&value)
+        {
+            complaints.error(&bounds_path, format!("the value {value} lies outside its bounds [{low}, {high}]"));
+        }
+    }
+}
+
+fn springs(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+    for (name, spring) in &raw.springs {
+        match &spring.bodies {
+            None => note(complaints.error(&["springs", name], format!("spring `{name}` lacks `bodies`"))),
+            Some(bodies) => {
+                for (k, body) in bodies.iter().enumerate().filter(|(_, body)| !frames.contains(body)) {
+                    let path = ["springs", name, "bodies", &k.to_string()];
+                    complaints.unknown(&path, "frame", body, frames.iter().map(String::as_str));
+                }
+            }
+        }
+        for (k, anchor) in spring.anchors.unwrap_or_default().iter().enumerate() {
+            complaints.vector(&["springs", name, "anchors", &k.to_string()], Some(*anchor), 1.0);
+        }
+        if spring.anchors.is_none() {
+            complaints.error(&["springs", name], format!("spring `{name}` lacks `anchors`"));
+        }
+        if spring.rate.is_none() {
+            complaints.error(&["springs", name], format!("spring `{name}` lacks `rate`"));
+        }
+        stiffness(complaints, &["springs", name, "rate"], spring.rate.as_ref());
+        for (key, value) in [("free_length", spring.free_length), ("preload_length", spring.preload_length)] {
+            positive(complaints, &["springs", name, key], key, value);
+        }
+        complaints.finite(&["springs", name, "preload"], spring.preload, 1.0);
+        if spring.free_length.is_some() && spring.preload.is_some() {
+            complaints.error(&["springs", name, "preload"], "both `free_length` and `preload` are given").remedy =
+                Some("keep one".into());
+        }
+        if spring.preload.is_some() != spring.preload_length.is_some() {
+            complaints.error(&["springs", name], "`preload` and `preload_length` go together");
+        }
+    }
+}
+
+fn effects(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+    for (position, effect) in raw.effects.iter().enumerate() {
+        let position = position.to_string();
+        let path = |key: &'static str| ["effects", position.as_str(), key];
+        for (name, value) in &effect.parameters {
+            complaints.finite(&["effects", &position, "parameters", name], Some(*value), 1.0);
+        }
+        let Some(name) = effect.effect.as_deref() else {
+            complaints.error(&["effects", &position], "an effect lacks its name, `effect`");
+            continue;
+        };
+        let Some((_, kind)) = EFFECTS.iter().find(|(known, _)| *known == name) else {
+            complaints.unknown(&path("effect"), "effect", name, EFFECTS.iter().map(|(known, _)| *known));
+            continue;
+        };
+        let Some(site) = effect.site.as_deref() else {
+            complaints.error(&["effects", &position], format!("effect `{name}` lacks its `site`"));
+            continue;
+        };
+        let (found, owner) = site.split_once(':').unwrap_or((site, ""));
+        if found != *kind {
+            complaints.error(&path("site"), format!("effect `{name}` cannot sit at `{site}`")).remedy =
+                Some(if matches!(*kind, "base" | "tool" | "instrument") {
+                    format!("write `{kind}`")
+                } else {
+                    format!("write `{kind}:<name>`")
+                });
+            continue;
+        }
+        match *kind {
+            "frame" | "joint" | "link" if !frames.iter().any(|known| known == owner) => {
+                complaints.unknown(&path("site"), "frame", owner, frames.iter().map(String::as_str));
+            }
+            "actuator" if !raw.actuators.contains_key(owner) => {
+                complaints.unknown(&path("site"), "actuator", owner, raw.actuators.keys().map(String::as_str));
+            }
+            _ => {}
+        }
+    }
+}

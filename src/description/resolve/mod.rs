@@ -1,0 +1,198 @@
+//! Raw -> resolved: names to indices, units to SI, and every fault of the file told in one run.
+
+mod calibration;
+mod elastic;
+mod motion;
+mod tree;
+
+use nalgebra::Vector3;
+
+use super::raw::{RawPlacement, RawRobot};
+use super::robot::{Marker, Placement, Robot, Tool};
+use super::units::Units;
+use crate::remark::{Place, Remark};
+
+/// Says where a path of the file stands (keys from the top, list positions as numbers).
+pub type Locate<'a> = &'a dyn Fn(&[&str]) -> Option<Place>;
+
+/// Collects complaints, each with its place.
+pub(super) struct Complaints<'a> {
+    locate: Locate<'a>,
+    pub remarks: Vec<Remark>,
+}
+
+impl<'a> Complaints<'a> {
+    pub fn new(locate: Locate<'a>) -> Self {
+        Self { locate, remarks: Vec::new() }
+    }
+
+    pub fn place(&self, path: &[&str]) -> Option<Place> {
+        (self.locate)(path)
+    }
+
+    /// Files an error about the value at `path`; the caller may add to it.
+    pub fn error(&mut self, path: &[&str], message: impl Into<String>) -> &mut Remark {
+        self.file(Remark::error(message).at(self.place(path)))
+    }
+
+    fn file(&mut self, remark: Remark) -> &mut Remark {
+        let last = self.remarks.len();
+        self.remarks.push(remark);
+        &mut self.remarks[last]
+    }
+
+    /// An unknown name, with the nearest valid one.
+    pub fn unknown<'n>(&mut self, path: &[&str], kind: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
+        let remark = Remark::error(format!("unknown {kind} `{name}`")).at(self.place(path)).suggest(name, valid);
+        self.remarks.push(remark);
+    }
+
+    /// `value * factor`, complaining unless it is a finite number.
+    pub fn finite(&mut self, path: &[&str], value: Option<f64>, factor: f64) -> f64 {
+        let value = value.unwrap_or(0.0);
+        if value.is_finite() {
+            value * factor
+        } else {
+            self.error(path, format!("`{value}` where a finite number is needed"));
+            0.0
+        }
+    }
+
+    pub fn vector(&mut self, path: &[&str], value: Option<[f64; 3]>, factor: f64) -> Vector3<f64> {
+        let value = value.unwrap_or_default();
+        if let Some(bad) = value.iter().find(|v| !v.is_finite()) {
+            self.error(path, format!("`{bad}` where a finite number is needed"));
+            return Vector3::zeros();
+        }
+        Vector3::from(value) * factor
+    }
+
+    /// Limits or bounds: numbers, in order; infinite ones only where `open`.
+    pub fn interval(&mut self, path: &[&str], value: Option<[f64; 2]>, factor: f64, open: bool) -> Option<[f64; 2]> {
+        let [low, high] = value?;
+        if low.is_nan() || high.is_nan() || (!open && !(low.is_finite() && high.is_finite())) {
+            self.error(
+                path,
+                format!("[{low}, {high}]: both ends must be {}numbers", if open { "" } else { "finite " }),
+            );
+            return None;
+        }
+        if low >= high {
+            self.error(path, format!("[{low}, {high}]: the lower end is not below the upper one")).remedy.replace(
+                if low > high { format!("write [{high}, {low}]") } else { "give an interval that is not empty".into() },
+            );
+            return None;
+        }
+        Some([low * factor, high * factor])
+    }
+}
+
+/// Resolves a raw description. The robot is `None` when any remark is an error.
+pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Remark>) {
+    let mut complaints = Complaints::new(locate);
+    let units = &raw.units;
+    let tree = tree::resolve(raw, &mut complaints);
+    let name = raw.robot.clone().unwrap_or_else(|| "robot".into());
+    let frames = &tree.frames;
+    let frame_named = |name: &str| frames.iter().position(|frame| frame.name == name);
+    let names: Vec<String> = frames.iter().map(|frame| frame.name.clone()).collect();
+    let placed = |complaints: &mut Complaints, path: &[&str], given: &Option<String>, default: usize| match given {
+        None => default,
+        Some(name) => frame_named(name).unwrap_or_else(|| {
+            complaints.unknown(path, "frame", name, names.iter().map(String::as_str));
+            default
+        }),
+    };
+
+    let leaves: Vec<usize> = (1..frames.len())
+        .filter(|&i| frames.iter().skip(1).all(|frame| frame.antecedent != i))
+        .filter(|&i| !raw.loops.values().any(|l| l.frames.iter().flatten().any(|name| *name == frames[i].name)))
+        .collect();
+    let last = frames.len() - 1;
+    if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 {
+        let choices: Vec<&str> = leaves.iter().map(|&i| frames[i].name.as_str()).collect();
+        complaints
+            .error(&["tool"], format!("the tool's frame is not clear: {} frames carry nothing", leaves.len()))
+            .remedy
+            .replace(format!(
+                "add `tool: {{frame: ...}}`{}",
+                if choices.is_empty() { String::new() } else { format!(", one of {}", choices.join(", ")) }
+            ));
+    }
+    let tool_frame =
+        placed(&mut complaints, &["tool", "frame"], &raw.tool.frame, leaves.first().copied().unwrap_or(last));
+    let tool_placement = RawPlacement { at: raw.tool.at, rotation: raw.tool.rotation };
+    let tool = Tool { frame: tool_frame, placement: placement(&mut complaints, "tool", &tool_placement, units) };
+    let markers = raw
+        .markers
+        .iter()
+        .map(|(name, marker)| Marker {
+            name: name.clone(),
+            frame: placed(&mut complaints, &["markers", name, "frame"], &marker.frame, tool_frame),
+            position: complaints.vector(&["markers", name, "at"], marker.at, units.length.factor()),
+        })
+        .collect();
+    let base = placement(&mut complaints, "base", &raw.base, units);
+    let anchors = raw
+        .anchors
+        .iter()
+        .map(|(name, at)| (name.clone(), complaints.vector(&["anchors", name], Some(*at), units.length.factor())))
+        .collect();
+    unique_owners(raw, &mut complaints);
+    elastic::validate(raw, &names, &mut complaints);
+    let calibration = calibration::resolve(raw, &tree, &mut complaints);
+    let robot = Robot {
+        name,
+        variables: tree.variables,
+        frames: tree.frames,
+        couplings: tree.couplings,
+        loops: tree.loops,
+        actuators: tree.actuators,
+        base,
+        tool,
+        markers,
+        anchors,
+        calibration,
+    };
+    let failed = complaints.remarks.iter().any(Remark::is_error);
+    (if failed { None } else { Some(robot) }, complaints.remarks)
+}
+
+fn placement(complaints: &mut Complaints, owner: &str, raw: &RawPlacement, units: &Units) -> Placement {
+    Placement {
+        position: complaints.vector(&[owner, "at"], raw.at, units.length.factor()),
+        rotation: complaints.vector(&[owner, "rotation"], raw.rotation, units.angle.factor()),
+    }
+}
+
+/// A parameter is named `<owner>.<symbol>`, so no two owners may share a name, whatever they are.
+fn unique_owners(raw: &RawRobot, complaints: &mut Complaints) {
+    let sections: [(&str, Vec<&String>); 4] = [
+        ("frames", raw.frames.keys().collect()),
+        ("actuators", raw.actuators.keys().collect()),
+        ("markers", raw.markers.keys().collect()),
+        ("springs", raw.springs.keys().collect()),
+    ];
+    let mut seen: Vec<(&str, &str)> = Vec::new();
+    for (section, names) in &sections {
+        for &name in names {
+            let path = [section, name.as_str()];
+            if !name.chars().all(|c| c.is_alphanumeric() || "_'-/".contains(c)) || name.is_empty() {
+                complaints.error(&path, format!("`{name}` cannot be a name")).remedy =
+                    Some("use letters, digits, `_`, `-`, `/` and `'`".into());
+            }
+            if matches!(name.as_str(), "base" | "tool" | "instrument") {
+                complaints.error(&path, format!("`{name}` is a reserved name")).remedy = Some("choose another".into());
+            }
+            if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
+                let first = complaints.place(&[other, name]);
+                let remark = Remark::error(format!("`{name}` names two things; parameters could not be told apart"))
+                    .at(complaints.place(&path))
+                    .related(first, "already named here")
+                    .remedy("give one of them another name");
+                complaints.remarks.push(remark);
+            }
+            seen.push((section, name));
+        }
+    }
+}

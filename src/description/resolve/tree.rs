@@ -1,0 +1,189 @@
+//! Frames, their antecedents, and what hangs between them.
+
+use super::super::raw::{JointKind, RawFrame, RawRobot};
+use super::super::robot::{Constants, Coupling, Frame, Loop, Motion, SliderCrank, Variable};
+use super::{Complaints, motion};
+
+/// The kinematic part of a resolved robot.
+pub struct Tree {
+    pub variables: Vec<Variable>,
+    pub frames: Vec<Frame>,
+    pub couplings: Vec<Coupling>,
+    pub loops: Vec<Loop>,
+    pub actuators: Vec<SliderCrank>,
+}
+
+pub fn resolve(raw: &RawRobot, complaints: &mut Complaints) -> Tree {
+    if raw.frames.is_empty() {
+        complaints.error(&["frames"], "the description declares no frame").remedy =
+            Some("add `frames:` (or `urdf:`), see `elastogeo schema robot`".into());
+    }
+    if raw.frames.contains_key("0") {
+        complaints.error(&["frames", "0"], "frame `0` is the base and cannot be declared").remedy =
+            Some("rename it; place the base in the measurement frame with `base:`".into());
+    }
+    let order = antecedents_first(raw, complaints);
+    let mut frames = vec![base_frame()];
+    for name in &order {
+        let Some(frame) = raw.frames.get(name) else { continue };
+        let antecedent = frame.antecedent.as_deref().unwrap_or("0");
+        let antecedent = frames.iter().position(|known| known.name == antecedent).unwrap_or(0);
+        let frame = resolve_frame(raw, name, frame, antecedent, complaints);
+        frames.push(frame);
+    }
+    coaxial_frames(raw, &mut frames, complaints);
+    let motions = motion::resolve(raw, &mut frames, complaints);
+    Tree {
+        variables: motions.variables,
+        couplings: motions.couplings,
+        loops: motions.loops,
+        actuators: motions.actuators,
+        frames,
+    }
+}
+
+fn base_frame() -> Frame {
+    Frame {
+        name: "0".into(),
+        antecedent: 0,
+        joint: JointKind::Fixed,
+        motion: Motion::Fixed,
+        constants: Constants::default(),
+        coaxial: None,
+        offset: 0.0,
+        limits: None,
+    }
+}
+
+/// Names of the frames, each after its antecedent, otherwise in the file's order; circles and unknown names told.
+fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String> {
+    for (name, frame) in &raw.frames {
+        match frame.antecedent.as_deref() {
+            None => {
+                complaints.error(&["frames", name], format!("frame `{name}` has no antecedent")).remedy =
+                    Some("add `antecedent:`; `0` is the base".into());
+            }
+            Some("0") => {}
+            Some(antecedent) if !raw.frames.contains_key(antecedent) => {
+                let valid = std::iter::once("0").chain(raw.frames.keys().map(String::as_str));
+                complaints.unknown(&["frames", name, "antecedent"], "frame", antecedent, valid);
+            }
+            Some(_) => {}
+        }
+    }
+    let mut placed: Vec<String> = Vec::new();
+    let mut is_placed = std::collections::HashSet::from(["0".to_string()]);
+    let mut waiting: Vec<&String> = raw.frames.keys().filter(|name| *name != "0").collect();
+    loop {
+        let before = waiting.len();
+        waiting.retain(|name| {
+            let antecedent = raw.frames[*name].antecedent.as_deref().unwrap_or("0");
+            let ready = is_placed.contains(antecedent) || !raw.frames.contains_key(antecedent);
+            if ready {
+                placed.push((*name).clone());
+                is_placed.insert((*name).clone());
+            }
+            !ready
+        });
+        if waiting.is_empty() {
+            return placed;
+        }
+        if waiting.len() == before {
+            tell_circles(raw, &waiting, complaints);
+            return placed;
+        }
+    }
+}
+
+/// Each circle among the frames that wait for each other, once.
+fn tell_circles(raw: &RawRobot, waiting: &[&String], complaints: &mut Complaints) {
+    let mut told: Vec<String> = Vec::new();
+    for start in waiting {
+        let mut walk: Vec<&str> = vec![start];
+        while let Some(next) = raw.frames[walk[walk.len() - 1]].antecedent.as_deref() {
+            if let Some(at) = walk.iter().position(|name| *name == next) {
+                let circle = &walk[at..];
+                if !told.iter().any(|name| name == next) {
+                    let shown: Vec<&str> = circle.iter().copied().chain([next]).take(12).collect();
+                    complaints
+                        .error(
+                            &["frames", circle[0], "antecedent"],
+                            format!("antecedents go in a circle: {}", shown.join(" <- ")),
+                        )
+                        .remedy = Some("one frame of the chain must be placed in `0` or in a frame that is".into());
+                    told.extend(circle.iter().map(ToString::to_string));
+                }
+                break;
+            }
+            if !raw.frames.contains_key(next) {
+                break;
+            }
+            walk.push(next);
+        }
+    }
+}
+
+fn resolve_frame(
+    raw: &RawRobot,
+    name: &str,
+    frame: &RawFrame,
+    antecedent: usize,
+    complaints: &mut Complaints,
+) -> Frame {
+    let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
+    let joint = frame.joint.unwrap_or(JointKind::Fixed);
+    let joint_unit = if joint == JointKind::Prismatic { length } else { angle };
+    let mut number =
+        |key: &str, value: Option<f64>, factor: f64| complaints.finite(&["frames", name, key], value, factor);
+    let constants = Constants {
+        beta: number("beta", frame.beta, angle),
+        gamma: number("gamma", frame.gamma, angle),
+        b: number("b", frame.b, length),
+        alpha: number("alpha", frame.alpha, angle),
+        d: number("d", frame.d, length),
+        theta: number("theta", frame.theta, angle),
+        r: number("r", frame.r, length),
+    };
+    let offset = number("offset", frame.offset, joint_unit);
+    let limits = complaints.interval(&["frames", name, "limits"], frame.limits, joint_unit, true);
+    Frame { name: name.into(), antecedent, joint, motion: Motion::Fixed, constants, coaxial: None, offset, limits }
+}
+
+/// A coaxial frame takes over the shared constants; it must have the same antecedent and none of its own.
+fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints) {
+    for index in 1..frames.len() {
+        let name = frames[index].name.clone();
+        let Some(frame) = raw.frames.get(&name) else { continue };
+        let Some(other) = frame.coaxial.as_deref() else { continue };
+        let path = ["frames", &name, "coaxial"];
+        let Some(shared) = frames.iter().position(|known| known.name == other).filter(|&i| i != 0 && i != index) else {
+            complaints.unknown(
+                &path,
+                "frame",
+                other,
+                raw.frames.keys().map(String::as_str).filter(|known| *known != name),
+            );
+            continue;
+        };
+        if frames[shared].antecedent != frames[index].antecedent {
+            let (theirs, ours) = (frames[shared].antecedent, frames[index].antecedent);
+            let message =
+                format!("`{name}` is placed in `{}`, but `{other}` in `{}`", frames[ours].name, frames[theirs].name);
+            complaints.error(&path, message).remedy = Some("coaxial frames have the same antecedent".into());
+        } else if raw.frames.get(other).is_some_and(|f| f.coaxial.is_some()) {
+            complaints.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
+                Some("name the frame that holds the constants".into());
+        } else {
+            let own =
+                [("beta", frame.beta), ("gamma", frame.gamma), ("b", frame.b), ("alpha", frame.alpha), ("d", frame.d)];
+            for (key, _) in own.iter().filter(|(_, value)| value.is_some()) {
+                complaints.error(&["frames", &name, key], format!("`{key}` is shared with frame `{other}`")).remedy =
+                    Some(format!("leave it out, or leave out `coaxial: {other}`"));
+            }
+            let shared_constants = frames[shared].constants;
+            let constants = &mut frames[index].constants;
+            *constants = Constants { theta: constants.theta, r: constants.r, ..shared_constants };
+            frames[index].coaxial = Some(shared);
+        }
+    }
+}

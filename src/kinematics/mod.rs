@@ -1,0 +1,28 @@
+//! Placements of all frames, closure of loops, and first derivatives of both.
+//!
+//! [`Geometry`] is a model with values put in; it places frames for a configuration. All derivatives are analytic:
+//! elementary transforms give twists, loops give implicit derivatives.
+
+mod closure;
+mod geometry;
+
+mod jacobian;
+mod linear;
+mod planar;
+mod rates;
+mod slider_crank;
+mod spatial;
+
+pub use geometry::{AssemblyError, Geometry, Placements};
+
+pub use jacobian::{By, ErrorColumns, shift};
+pub use rates::Rates;
+pub use slider_crank::slider_crank;
+
+/// A rigid transform: rotation matrix and translation (m).
+pub type Transform = nalgebra::IsometryMatrix3<f64>;
+
+/// Rotation vector of a rotation (rad), accurate for small angles and near half a turn.
+pub fn rotation_vector(rotation: &nalgebra::Rotation3<f64>) -> nalgebra::Vector3<f64> {
+    nalgebra::UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
+}

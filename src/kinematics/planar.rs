@@ -1,0 +1,182 @@
+//! Closure of a loop in the plane normal to its parallel axes.
+//!
+//! In the plane only gamma, d and theta count past the first frame of each branch; the first frames' constants place
+//! the ground link. Out-of-plane errors (alpha, beta, r) thus leave the closure alone, as in the printed four-bar.
+
+use nalgebra::Rotation3;
+
+use super::closure::{Column, Linearisation};
+use super::geometry::Geometry;
+use crate::description::raw::Meet;
+use crate::description::robot::FrameIndex;
+use crate::model::{LoopPlan, THETA};
+use crate::parameter::Slot;
+
+/// Ground link of a planar loop: pose of the second branch's first axis in the first one's plane, with derivatives.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    x: f64,
+    y: f64,
+    heading: f64,
+    sense: f64,
+    by: Vec<(Slot, Column)>,
+}
+
+impl Ground {
+    pub fn new(geometry: &Geometry, plan: &LoopPlan) -> Self {
+        let first = |side: usize| plan.branches[side].first().map(|&frame| (frame, &geometry.constants[frame]));
+        let (a, b) = (first(0), first(1));
+        let shared = match (a, b) {
+            (Some((a, _)), Some((b, _))) => {
+                geometry.model.frames[a].slots[..THETA] == geometry.model.frames[b].slots[..THETA]
+            }
+            _ => false,
+        };
+        // The transforms without the parts of theta and r, which the branches add themselves.
+        let bare = |side: Option<(FrameIndex, &super::geometry::Constant)>| match side {
+            None => super::Transform::identity(),
+            Some((frame, constant)) => {
+                let alpha = geometry.value(geometry.model.frames[frame].slots[3]);
+                let d = geometry.value(geometry.model.frames[frame].slots[4]);
+                let y1 = constant.z1.cross(&constant.x1);
+                let turned =
+                    Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[constant.x1, y1, constant.z1]));
+                let rotation = turned * Rotation3::from_axis_angle(&nalgebra::Vector3::x_axis(), alpha);
+                super::Transform::from_parts((constant.foot + constant.x1 * d).into(), rotation)
+            }
+        };
+        let (ta, tb) = (bare(a), bare(b));
+        let ground = ta.inv_mul(&tb);
+        let r = ground.rotation.matrix();
+        let (x, y) = (ground.translation.x, ground.translation.y);
+        let mut by = Vec::new();
+        if !shared {
+            for (side, sign) in [(a, -1.0), (b, 1.0)] {
+                let Some((frame, constant)) = side else { continue };
+                let slots = geometry.model.frames[frame].slots;
+                let twists = constant.twists();
+                for (slot, (axis, point, turns)) in slots.into_iter().zip(twists) {
+                    let (w, v) = if turns {
+                        (axis, axis.cross(&(tb.translation.vector - point)))
+                    } else {
+                        (nalgebra::Vector3::zeros(), axis)
+                    };
+                    let (w, v) = (ta.rotation.inverse() * w * sign, ta.rotation.inverse() * v * sign);
+                    by.push((slot, [v.x, v.y, w.z, 0.0, 0.0, 0.0]));
+                }
+            }
+        }
+        Self { x, y, heading: r[(1, 0)].atan2(r[(0, 0)]), sense: r[(2, 2)].signum(), by }
+    }
+}
+
+impl super::geometry::Constant {
+    /// Axis, point and kind (rotation or translation) of beta, gamma, b, alpha, d in the antecedent.
+    pub fn twists(&self) -> [(nalgebra::Vector3<f64>, nalgebra::Vector3<f64>, bool); 5] {
+        let origin = nalgebra::Vector3::zeros();
+        [
+            (nalgebra::Vector3::y(), origin, true),
+            (self.z1, origin, true),
+            (self.z1, origin, false),
+            (self.x1, self.foot, true),
+            (self.x1, origin, false),
+        ]
+    }
+}
+
+/// A point of the walk along a branch.
+#[derive(Clone, Copy)]
+struct Pose {
+    x: f64,
+    y: f64,
+    heading: f64,
+    sense: f64,
+}
+
+/// Residual (x, y, heading of the first branch's end less the second's) and, if asked, its derivatives.
+pub fn linearise(
+    geometry: &Geometry,
+    plan: &LoopPlan,
+    ground: &Ground,
+    joints: &[f64],
+    slots: bool,
+    out: &mut Linearisation,
+) {
+    let start = [
+        Pose { x: 0.0, y: 0.0, heading: 0.0, sense: 1.0 },
+        Pose { x: ground.x, y: ground.y, heading: ground.heading, sense: ground.sense },
+    ];
+    let mut ends = start;
+    for side in 0..2 {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let first_column = out.joints.len();
+        let first_slot = out.slots.len();
+        let mut pose = start[side];
+        for (position, &frame) in plan.branches[side].iter().enumerate() {
+            let model_frame = &geometry.model.frames[frame];
+            if position > 0 {
+                if slots {
+                    out.slots.push((model_frame.slots[1], turn(pose, sign)));
+                }
+                let gamma = geometry.value(model_frame.slots[1]);
+                pose.heading += pose.sense * gamma;
+                let (sine, cosine) = pose.heading.sin_cos();
+                let d = geometry.value(model_frame.slots[4]);
+                pose.x += d * cosine;
+                pose.y += d * sine;
+                if slots {
+                    out.slots.push((model_frame.slots[4], [sign * cosine, sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
+                }
+                if geometry.value(model_frame.slots[3]).cos() < 0.0 {
+                    pose.sense = -pose.sense;
+                }
+            }
+            if model_frame.moves() {
+                out.joints.push((frame, turn(pose, sign)));
+                pose.heading += pose.sense * geometry.full(frame, joints[frame]);
+            } else {
+                if slots {
+                    out.slots.push((model_frame.slots[THETA], turn(pose, sign)));
+                }
+                pose.heading += pose.sense * geometry.value(model_frame.slots[THETA]);
+            }
+        }
+        ends[side] = pose;
+        // A turn about a point carries the end round it; the column so far holds the point and the sense.
+        for (_, column) in out.joints[first_column..].iter_mut() {
+            finish(column, pose);
+        }
+        for (_, column) in out.slots[first_slot..].iter_mut() {
+            finish(column, pose);
+        }
+        if side == 1 && slots {
+            // The ground link carries the whole second branch.
+            for (slot, by) in &ground.by {
+                let (rx, ry) = (pose.x - ground.x, pose.y - ground.y);
+                out.slots.push((*slot, [-(by[0] - by[2] * ry), -(by[1] + by[2] * rx), -by[2], 0.0, 0.0, 0.0]));
+            }
+        }
+    }
+    let [a, b] = ends;
+    out.residual = [a.x - b.x, a.y - b.y, wrap(a.heading - b.heading), 0.0, 0.0, 0.0];
+    out.rows = if plan.meet == Meet::Frame { 3 } else { 2 };
+}
+
+/// Marks a turn about `pose`: its point and signed sense, to be finished when the branch's end is known.
+fn turn(pose: Pose, sign: f64) -> Column {
+    [pose.x, pose.y, sign * pose.sense, sign, 0.0, 0.0]
+}
+
+fn finish(column: &mut Column, end: Pose) {
+    if column[2].is_nan() {
+        column[2] = 0.0; // a translation
+        return;
+    }
+    let rate = column[2];
+    *column = [-rate * (end.y - column[1]), rate * (end.x - column[0]), rate, 0.0, 0.0, 0.0];
+}
+
+fn wrap(angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle - turn * (angle / turn).round()
+}

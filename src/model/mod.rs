@@ -1,0 +1,140 @@
+//! Third age of a robot: an immutable model, compiled from a resolved description.
+//!
+//! The model holds structure (tree, what moves each joint, loops, order of evaluation) and the parameter registry; it
+//! holds no values but nominal ones. Values travel beside it as one vector by slot.
+
+mod build;
+mod free;
+mod loops;
+
+pub use build::build;
+pub use loops::{LoopGroup, LoopPlan, Stage};
+
+use crate::description::raw::JointKind;
+use crate::description::robot::{FrameIndex, Motion, Variable};
+use crate::parameter::{Registry, Slot};
+use indexmap::IndexMap;
+use nalgebra::Vector3;
+
+/// A compiled robot. Frames are in the order of [`crate::description::robot::Robot::frames`].
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Display name.
+    pub name: String,
+    /// Actuated variables in the order of configuration vectors.
+    pub variables: Vec<Variable>,
+    /// Frames, each after its antecedent; the first is the base.
+    pub frames: Vec<Frame>,
+    /// Slider-cranks.
+    pub actuators: Vec<Actuator>,
+    /// Terms of each coupling.
+    pub couplings: Vec<Vec<(f64, FrameIndex)>>,
+    /// Joints that are not driven by a variable of their own, in the order in which they can be evaluated.
+    pub stages: Vec<Stage>,
+    /// First of the six slots of the base's pose in the measurement frame.
+    pub base: Slot,
+    /// Frame of the tool centre point, and the first of its six slots.
+    pub tool: (FrameIndex, Slot),
+    /// Measured points.
+    pub markers: Vec<Marker>,
+    /// Fixed points in the measurement frame, m.
+    pub anchors: IndexMap<String, Vector3<f64>>,
+    /// All parameters.
+    pub registry: Registry,
+}
+
+/// A frame of the model.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// Name.
+    pub name: String,
+    /// The frame it is placed in.
+    pub antecedent: FrameIndex,
+    /// Kind of joint.
+    pub joint: JointKind,
+    /// What moves it.
+    pub motion: Motion,
+    /// Slots of beta, gamma, b, alpha, d, theta, r; the first five may be shared with a coaxial frame.
+    pub slots: [Slot; 7],
+    /// Declared constant of the moving coordinate (theta or r): its parameter's value less this is the joint's zero.
+    pub home: f64,
+    /// Limits of the joint variable.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// Position of theta in [`Frame::slots`].
+pub const THETA: usize = 5;
+/// Position of r in [`Frame::slots`].
+pub const R: usize = 6;
+
+impl Frame {
+    /// Slot of the coordinate that moves: theta, or r of a prismatic joint.
+    pub fn moving_slot(&self) -> Slot {
+        self.slots[if self.joint == JointKind::Prismatic { R } else { THETA }]
+    }
+
+    /// Whether the frame moves in its antecedent.
+    pub fn moves(&self) -> bool {
+        self.joint != JointKind::Fixed
+    }
+}
+
+/// A slider-crank: the joint it turns, its variable, and the first of its slots (stroke, kappa, lambda, l1, l3).
+#[derive(Debug, Clone)]
+pub struct Actuator {
+    /// Name.
+    pub name: String,
+    /// Joint turned.
+    pub joint: FrameIndex,
+    /// Variable.
+    pub variable: usize,
+    /// First slot.
+    pub slot: Slot,
+}
+
+/// A measured point: its frame and the first of its three slots.
+#[derive(Debug, Clone)]
+pub struct Marker {
+    /// Name.
+    pub name: String,
+    /// Frame.
+    pub frame: FrameIndex,
+    /// First slot.
+    pub slot: Slot,
+}
+
+impl Model {
+    /// Frames from the first after the base to `frame`.
+    pub fn path(&self, frame: FrameIndex) -> Vec<FrameIndex> {
+        let mut path = Vec::new();
+        let mut index = frame;
+        while index != 0 {
+            path.push(index);
+            index = self.frames[index].antecedent;
+        }
+        path.reverse();
+        path
+    }
+
+    /// Frame by name.
+    pub fn frame(&self, name: &str) -> Option<FrameIndex> {
+        self.frames.iter().position(|frame| frame.name == name)
+    }
+
+    /// Marker by name.
+    pub fn marker(&self, name: &str) -> Option<usize> {
+        self.markers.iter().position(|marker| marker.name == name)
+    }
+
+    /// Middle of the limits of each variable, zero where it has none.
+    pub fn middle(&self) -> Vec<f64> {
+        let middle =
+            |limits: [f64; 2]| if limits.iter().all(|l| l.is_finite()) { 0.5 * (limits[0] + limits[1]) } else { 0.0 };
+        self.variables.iter().map(|variable| variable.limits.map_or(0.0, middle)).collect()
+    }
+
+    /// Slots freed by the description's rule.
+    pub fn free_slots(&self) -> Vec<Slot> {
+        (0..self.registry.all().len()).filter(|&slot| self.registry[slot].free).collect()
+    }
+}
