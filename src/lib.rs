@@ -1,6 +1,14 @@
-//! elastogeo
+//! Elasto-geometric models of declared robots, their identification, and the diagnosis of the sim-to-real gap.
+//!
+//! One way in, one way through: a [`description`] (YAML, URDF, CSV) is resolved and compiled into an immutable
+//! [`model`]; [`kinematics`] places its frames and differentiates them; [`prediction`] says what each reading should
+//! be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
+//! Inside, every quantity is SI (m, rad, N, kg, s).
+
 pub mod description;
+pub mod estimation;
 pub mod kinematics;
 pub mod model;
 pub mod parameter;
 pub mod remark;
+pub mod report;

@@ -22,10 +22,66 @@ pub struct Place {
     pub line: usize,
     /// Column of the first highlighted character, in characters, counted from 1.
     pub column: usize,
-    /// The whole line or lines that hold the stretch.
+    /// The whole line or lines that hold the stretch; a very long line is cut around it. Empty if unknown.
     pub excerpt: String,
     /// Bytes of `excerpt` that are meant.
     pub highlight: Range<usize>,
+}
+
+/// Lines longer than this many characters are cut around their highlight.
+const LONGEST_LINE: usize = 200;
+
+impl Place {
+    /// The stretch `highlight` (bytes) of `text`, cut off at the end of its first line.
+    ///
+    /// A range that is out of the text, or within a character, is moved to the nearest boundary.
+    pub fn in_text(file: &str, text: &str, highlight: Range<usize>) -> Self {
+        let start = floor(text, highlight.start);
+        let before = text.get(..start).unwrap_or_default();
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line = 1 + before.bytes().filter(|&byte| byte == b'\n').count();
+        let rest = text.get(line_start..).unwrap_or_default();
+        let whole = rest.split('\n').next().unwrap_or_default();
+        let whole = whole.strip_suffix('\r').unwrap_or(whole);
+        Self::on_line(file, line, whole, start - line_start..highlight.end.saturating_sub(line_start))
+    }
+
+    /// The stretch `highlight` (bytes) of one line, given without its line break; `line` counts from 1.
+    ///
+    /// A very long line is cut around the highlight; the column stays that of the whole line.
+    pub fn on_line(file: &str, line: usize, text: &str, highlight: Range<usize>) -> Self {
+        let start = floor(text, highlight.start);
+        let end = floor(text, highlight.end).max(start);
+        let column = 1 + text.get(..start).unwrap_or_default().chars().count();
+        let (excerpt, highlight) = cut(text, start..end);
+        Self { file: file.to_owned(), line, column, excerpt, highlight }
+    }
+}
+
+/// The character boundary at or before `at`.
+fn floor(text: &str, at: usize) -> usize {
+    (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or_default()
+}
+
+/// A line no longer than a screen shows, around its highlight (bytes on character boundaries).
+pub(crate) fn cut(line: &str, highlight: Range<usize>) -> (String, Range<usize>) {
+    const BEFORE: usize = 60;
+    const MARK: &str = "...";
+    let (before, rest) = line.split_at(floor(line, highlight.start));
+    if line.len() <= LONGEST_LINE || line.chars().nth(LONGEST_LINE).is_none() {
+        return (line.to_owned(), highlight);
+    }
+    let from = before.char_indices().rev().nth(BEFORE - 1).map_or(0, |(at, _)| at);
+    let to = rest.char_indices().nth(LONGEST_LINE - BEFORE).map_or(rest.len(), |(at, _)| at);
+    let mut text = if from > 0 { MARK.to_owned() } else { String::new() };
+    text.push_str(before.get(from..).unwrap_or_default());
+    let start = text.len();
+    text.push_str(rest.get(..to).unwrap_or_default());
+    let end = text.len().min(start + (highlight.end - highlight.start));
+    if to < rest.len() {
+        text.push_str(MARK);
+    }
+    (text, start..end)
 }
 
 /// One complaint about an input.

@@ -1,5 +1,12 @@
-//! Reading of descriptions and campaigns: raw (the file) -> resolved (SI, names checked, every fault located).
+//! Reading and writing of the files: robot descriptions, campaigns and measurements, every fault located.
+//!
+//! A description goes through three ages: [`raw`] (the file), [`robot`] (SI, names resolved by [`resolve`]) and the
+//! compiled [`crate::model::Model`].
+
 pub mod raw;
 pub mod resolve;
 pub mod robot;
+pub mod table;
 pub mod units;
+pub mod urdf;
+pub mod yaml;

@@ -1,4 +1,12 @@
 //! One binary for all integration tests; the file names say what kind of test is inside.
 
+mod dual;
 mod golden_geometry;
+mod least_squares;
+mod literature_more_garbow_hillstrom;
+mod literature_nist;
+mod remarks;
 mod support;
+mod table;
+mod urdf;
+mod yaml;

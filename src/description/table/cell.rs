@@ -1,0 +1,117 @@
+//! One cell: what it must hold, and what is wrong with it.
+
+use super::header::{Column, unquoted};
+use super::{ColumnKind, Dialect, TextColumn};
+use crate::remark::Remark;
+use std::collections::HashMap;
+
+/// The cells of one column so far.
+pub(super) enum Data {
+    Numbers(Vec<f64>),
+    Texts { column: TextColumn, known: HashMap<String, u32> },
+}
+
+/// What is wrong with a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wrong {
+    Empty,
+    NotText,
+    NotNumber,
+    NotFinite,
+    DecimalComma,
+    DecimalPoint,
+}
+
+impl Wrong {
+    /// In words, with the remedy.
+    pub fn remark(self, cell: &[u8], column: &Column, dialect: &Dialect) -> Remark {
+        let text = String::from_utf8_lossy(cell);
+        let text: String = text.trim().chars().take(40).collect();
+        let must = format!("column `{}` must hold a finite number", column.title);
+        let decimal = dialect.decimal;
+        match self {
+            Self::Empty => {
+                let remark = Remark::error(format!("empty cell in column `{}`", column.title));
+                remark.remedy("fill it in, or remove the row")
+            }
+            Self::NotText => Remark::error("the cell is not UTF-8").remedy("save the file as UTF-8"),
+            Self::NotFinite => {
+                Remark::error(format!("{must}, found `{text}`")).remedy("correct the value, or remove the row")
+            }
+            Self::DecimalComma => Remark::error(format!("{must}, found `{text}` with a decimal comma"))
+                .remedy("declare it: `csv: {decimal: \",\"}`"),
+            Self::DecimalPoint => {
+                Remark::error(format!("{must}, found `{text}` with a point, while the decimal sign is `{decimal}`"))
+                    .remedy("write one decimal sign throughout; without `csv: {decimal: ...}` it is the point")
+            }
+            Self::NotNumber => {
+                let remedy = if text.contains('\u{2212}') {
+                    "write the minus sign as `-`".to_owned()
+                } else {
+                    format!("write a number such as 1{decimal}5 or 2e-3, its unit left to `units:`")
+                };
+                Remark::error(format!("{must}, found `{text}`")).remedy(remedy)
+            }
+        }
+    }
+}
+
+impl Data {
+    pub fn of(kind: ColumnKind) -> Self {
+        match kind {
+            ColumnKind::Number => Self::Numbers(Vec::new()),
+            ColumnKind::Text => Self::Texts { column: TextColumn::default(), known: HashMap::new() },
+        }
+    }
+
+    /// Checks a cell and, if asked to, keeps it.
+    pub fn push(&mut self, cell: &[u8], decimal: char, keep: bool) -> Result<(), Wrong> {
+        let text = unquoted(std::str::from_utf8(cell).map_err(|_| Wrong::NotText)?);
+        if text.is_empty() {
+            return Err(Wrong::Empty);
+        }
+        match self {
+            Self::Numbers(numbers) => {
+                let number = number(text, decimal)?;
+                if keep {
+                    numbers.push(number);
+                }
+            }
+            Self::Texts { column, known } if keep => {
+                let index = match known.get(text) {
+                    Some(&index) => index,
+                    None => {
+                        let index = u32::try_from(column.texts.len()).unwrap_or(u32::MAX);
+                        column.texts.push(text.to_owned());
+                        known.insert(text.to_owned(), index);
+                        index
+                    }
+                };
+                column.rows.push(index);
+            }
+            Self::Texts { .. } => {}
+        }
+        Ok(())
+    }
+
+    /// Drops what has been kept.
+    pub fn forget(&mut self) {
+        match self {
+            Self::Numbers(numbers) => *numbers = Vec::new(),
+            Self::Texts { column, known } => (*column, *known) = (TextColumn::default(), HashMap::new()),
+        }
+    }
+}
+
+/// A finite number, written with the given decimal sign.
+fn number(text: &str, decimal: char) -> Result<f64, Wrong> {
+    let parsed = match decimal {
+        ',' if text.contains('.') => Err(Wrong::DecimalPoint),
+        ',' => text.replace(',', ".").parse::<f64>().map_err(|_| Wrong::NotNumber),
+        _ => text.parse::<f64>().map_err(|_| {
+            let comma = text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok();
+            if comma { Wrong::DecimalComma } else { Wrong::NotNumber }
+        }),
+    }?;
+    if parsed.is_finite() { Ok(parsed) } else { Err(Wrong::NotFinite) }
+}

@@ -1,0 +1,142 @@
+//! Joints that follow others: from the couplings of a description to what URDF calls mimic.
+
+use std::collections::HashMap;
+
+use crate::description::raw::{JointKind, RawFrame, RawRobot};
+use crate::remark::Remark;
+
+/// How the URDF value u of a joint stands to the frame's joint variable q and to the joint it mimics, if any:
+/// q = direction u + constant, u = factor * (u of the master). SI.
+pub(super) struct Follower<'a> {
+    pub(super) constant: f64,
+    pub(super) master: Option<(&'a str, f64)>,
+}
+
+/// How each moving joint follows another, down chains of couplings.
+pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&'a str, Follower<'a>> {
+    let single = single_terms(robot, remarks);
+    let shared = shared_variables(robot);
+    let mut followers = HashMap::new();
+    for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
+        let sign = direction(frame);
+        // q = factor * q of `at` + constant, the master's own zero included.
+        let (mut factor, mut constant, mut at) = (1.0, sign * offset(robot, frame), name.as_str());
+        let mut steps = 0;
+        while let Some((&(master, share), next)) =
+            single.get(at).and_then(|term| Some((term, robot.frames.get(term.0)?)))
+        {
+            steps += 1;
+            if steps > single.len() {
+                remarks.push(Remark::error(format!("the couplings of `{name}` form a circle")));
+                break;
+            }
+            let units = robot.frames.get(at).map_or(1.0, |frame| joint_unit(robot, frame)) / joint_unit(robot, next);
+            factor *= share * units;
+            constant += factor * direction(next) * offset(robot, next);
+            at = master;
+        }
+        let master = if at != name {
+            robot.frames.get(at).map(|master| (at, sign * factor * direction(master)))
+        } else {
+            shared.get(at).map(|&first| (first, 1.0))
+        };
+        followers.insert(name.as_str(), Follower { constant, master });
+    }
+    followers
+}
+
+/// The couplings of one term: the joint that follows, the joint it follows and the factor.
+fn single_terms<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&'a str, (&'a str, f64)> {
+    let mut single = HashMap::new();
+    let movable = || robot.frames.iter().filter(|(_, frame)| moves(frame)).map(|(name, _)| name.as_str());
+    for coupling in &robot.couplings {
+        let Some((name, terms)) = parse_coupling(coupling) else {
+            let remark = Remark::error(format!("the coupling `{coupling}` cannot be read"));
+            remarks.push(remark.remedy("write it like `6 = -1 * 5`"));
+            continue;
+        };
+        for name in std::iter::once(name).chain(terms.iter().map(|&(master, _)| master)) {
+            if !robot.frames.get(name).is_some_and(moves) {
+                let remark = Remark::error(format!("coupling `{coupling}`: `{name}` is no joint that moves"));
+                remarks.push(remark.suggest(name, movable()));
+            }
+        }
+        match terms.as_slice() {
+            &[term] => {
+                single.insert(name, term);
+            }
+            _ => {
+                let message = format!("the joint `{name}` follows several others (`{coupling}`): a URDF cannot say so");
+                remarks.push(Remark::warning(message).remedy("it is written as a joint of its own"));
+            }
+        }
+    }
+    single
+}
+
+/// Joints moved by a variable that moves another joint before them, and that joint.
+fn shared_variables(robot: &RawRobot) -> HashMap<&str, &str> {
+    let mut movers: HashMap<&str, &str> = HashMap::new();
+    let mut shared = HashMap::new();
+    for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
+        if let Some(variable) = &frame.variable {
+            let first = *movers.entry(variable).or_insert(name);
+            if first != name {
+                shared.insert(name.as_str(), first);
+            }
+        }
+    }
+    shared
+}
+
+/// Calibrated zero of a joint, SI.
+fn offset(robot: &RawRobot, frame: &RawFrame) -> f64 {
+    frame.offset.unwrap_or(0.0) * joint_unit(robot, frame)
+}
+
+/// SI value of one unit of a joint's variable.
+pub(super) fn joint_unit(robot: &RawRobot, frame: &RawFrame) -> f64 {
+    match frame.joint {
+        Some(JointKind::Prismatic) => robot.units.length.factor(),
+        _ => robot.units.angle.factor(),
+    }
+}
+
+/// Whether the frame is that of a joint.
+fn moves(frame: &RawFrame) -> bool {
+    matches!(frame.joint, Some(JointKind::Revolute | JointKind::Prismatic))
+}
+
+/// +1 or -1.
+pub(super) fn direction(frame: &RawFrame) -> f64 {
+    frame.direction.unwrap_or(1.0)
+}
+
+/// `6 = -1 * 5`: the joint that follows, and the joints it follows with their factors.
+fn parse_coupling(coupling: &str) -> Option<(&str, Vec<(&str, f64)>)> {
+    let (name, mut rest) = coupling.split_once('=')?;
+    let mut terms = Vec::new();
+    while !rest.trim().is_empty() {
+        rest = rest.trim_start();
+        let (sign, body) = match rest.strip_prefix('-') {
+            Some(body) => (-1.0, body.trim_start()),
+            None => (1.0, rest.strip_prefix('+').unwrap_or(rest).trim_start()),
+        };
+        // Names may hold a hyphen: only a sign between blanks begins the next term.
+        let end = [" + ", " - "].iter().filter_map(|sign| body.find(sign)).min().unwrap_or(body.len());
+        let (term, next) = body.split_at(end);
+        let (factor, master) = match term.split_once('*') {
+            Some((factor, master)) => {
+                (factor.trim().parse().ok().filter(|factor: &f64| factor.is_finite())?, master.trim())
+            }
+            None => (1.0, term.trim()),
+        };
+        if master.is_empty() {
+            return None;
+        }
+        terms.push((master, sign * factor));
+        rest = next;
+    }
+    let name = name.trim();
+    (!name.is_empty() && !terms.is_empty()).then_some((name, terms))
+}

@@ -1,0 +1,35 @@
+//! What the caller implements.
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// A residual vector as a function of parameters, with its derivative.
+pub trait Problem {
+    /// Number of parameters, n.
+    fn parameters(&self) -> usize;
+
+    /// Number of residuals, m; any number, also less than n.
+    fn residuals(&self) -> usize;
+
+    /// Writes `r(x)`, already weighted, into `residual` (m) and, if asked, `dr/dx` into `jacobian` (m x n).
+    ///
+    /// Both arrive with the right shape and with whatever an earlier call left in them: write every entry. The same `x`
+    /// must give the same answer. An entry that is not finite is treated like an error.
+    ///
+    /// # Errors
+    /// [`EvaluationError`] when `x` is outside the domain of the model. The minimiser then tries a shorter step.
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError>;
+}
+
+/// The model has no value at this point: a loop that cannot close, a logarithm of a negative number.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct EvaluationError(
+    /// What went wrong, for the reader of a report.
+    pub String,
+);

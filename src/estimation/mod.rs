@@ -1,0 +1,2 @@
+//! Estimation of parameters from measurements.
+pub mod least_squares;

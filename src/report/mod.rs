@@ -1,0 +1,3 @@
+//! What is shown to the user; computes nothing new.
+
+pub mod remarks;

@@ -1,0 +1,61 @@
+//! Remarks as they are shown.
+
+use elastogeo::remark::{Place, Remark};
+use elastogeo::report::remarks::render;
+
+#[test]
+fn remarks_look_like_a_compilers() {
+    let text = "frames:\n  1: {antecedent: 0}\n  2: {antecedent: 33}\n\tx: \u{1b}[31m\n";
+    let at = |word: &str| {
+        let start = text.rfind(word).unwrap();
+        Place::in_text("robot.yaml", text, start..start + word.len())
+    };
+    let remarks = [
+        Remark::error("unknown frame `33`").at(at("33")).suggest("33", ["1", "2", "3'"]),
+        Remark::error("`1` is given twice").at(at("2:")).related(Some(at("1:")), "first given here"),
+        Remark::warning("odd \u{1b}[0m text").at(at("\u{1b}[31m")),
+        Remark::error("no such file").remedy("check the path"),
+        Remark::warning("place only").at(Place { excerpt: String::new(), highlight: 3..9, ..at("33") }),
+    ];
+    insta::assert_snapshot!(render(&remarks, false));
+    let colored = render(&remarks, true);
+    assert!(colored.contains("\u{1b}["), "colours were asked for");
+    assert!(!render(&remarks, false).contains('\u{1b}'), "no escape reaches a pipe");
+    assert_eq!(render(&[], false), "");
+}
+
+#[test]
+fn a_long_line_is_cut_around_what_is_meant() {
+    let line = format!("{}needle{}", "\u{e9},".repeat(30_000), ";x".repeat(30_000));
+    let start = line.find("needle").unwrap();
+    let place = Place::in_text("long.csv", &line, start..start + 6);
+    assert_eq!((place.line, place.column), (1, 60_001));
+    assert_eq!(&place.excerpt[place.highlight.clone()], "needle");
+    // A place that was not cut when made is cut when drawn.
+    let whole = Place { excerpt: line.clone(), highlight: start..start + 6, ..place.clone() };
+    for place in [place, whole] {
+        let text = render(&[Remark::error("found").at(place)], false);
+        assert!(text.contains("long.csv:1:60001"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() < 220), "{text}");
+        let shown = text.lines().find(|line| line.contains("needle")).unwrap();
+        let marked = text.lines().find(|line| line.contains("^^^^^^")).unwrap();
+        let column = |line: &str, word: &str| line.split(word).next().unwrap().chars().count();
+        assert_eq!(column(shown, "needle"), column(marked, "^"));
+    }
+}
+
+#[test]
+fn no_place_breaks_the_drawing() {
+    let excerpts = ["", "\n", "a", "\u{e9}\u{e9}\r\nb\n", "x\n\n\ny", "\t\tz", "\u{4f60}\u{597d}"];
+    for excerpt in excerpts {
+        for start in 0..8 {
+            for end in 0..8 {
+                let place =
+                    Place { file: "f".into(), line: 7, column: 2, excerpt: excerpt.into(), highlight: start..end };
+                let remark = Remark::error("m").at(place.clone()).related(Some(place), "why");
+                assert!(render(&[remark], false).contains("f:7:2"), "{excerpt:?} {start}..{end}");
+                let _ = Place::in_text("f", excerpt, start..end);
+            }
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Reading of measurements: CSV as laboratories write it.
+
+use elastogeo::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
+use elastogeo::remark::Remark;
+use rand::{RngExt, SeedableRng};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{self, Read};
+
+fn expected() -> Vec<ExpectedColumn> {
+    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    vec![
+        column("pose", ColumnKind::Text, true),
+        column("q1", ColumnKind::Number, true),
+        column("x", ColumnKind::Number, true),
+        column("marker", ColumnKind::Text, false),
+    ]
+}
+
+fn dialect(delimiter: Option<char>, decimal: char) -> Dialect {
+    Dialect { delimiter, decimal }
+}
+
+fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Remark>> {
+    read_table("m.csv", bytes, &expected(), &BTreeMap::new(), &["note".into()], dialect, 1000)
+}
+
+fn read(bytes: &[u8]) -> Result<Table, Vec<Remark>> {
+    read_as(bytes, &Dialect::default())
+}
+
+/// Each remark as `line:column [what is highlighted] message | remedy`.
+fn told(result: Result<Table, Vec<Remark>>) -> String {
+    let mut told = String::new();
+    for remark in result.unwrap_err() {
+        let place = remark.place.as_ref().unwrap();
+        let meant = &place.excerpt[place.highlight.clone()];
+        let _ = write!(told, "{}:{} [{meant}] {}", place.line, place.column, remark.message);
+        for (place, why) in &remark.related {
+            let _ = write!(told, " ({}:{} {why})", place.line, place.column);
+        }
+        let _ = writeln!(told, " | {}", remark.remedy.as_deref().unwrap_or_default());
+    }
+    told
+}
+
+#[test]
+fn what_laboratories_write_is_read() {
+    let plain = "pose,q1,x\n1,0.5,-2e-3\n2,+1,.5\n";
+    let variants: [(&[u8], char); 7] = [
+        (plain.as_bytes(), '.'),
+        (b"\xef\xbb\xbfpose,q1,x\r\n1,0.5,-2e-3\r\n2,+1,.5\r\n\r\n\r\n", '.'),
+        (b"pose;q1;x;\n1;0,5;-2e-3;\n2;+1;,5;\n;;;\n", ','),
+        (b"\n\"pose\" ; \"q1\" ;x\n \"1\" ; 0.5 ;\"-2e-3\"\n\n2;+1;.5", '.'),
+        (b"pose\tq1\tx\tnote\n1\t0.5\t-2e-3\t\xff\n2\t+1\t.5\t \n   \n", '.'),
+        (b"q1,note,x,pose\n0.5,\"a, \"\"b\"\"\nc\",-2e-3,1\n1,,.5,2\n", '.'),
+        (b"pose,q1,x\n1,\xc2\xa00.5,-2e-3\n2,1,0.5", '.'),
+    ];
+    for (bytes, decimal) in variants {
+        let table = read_as(bytes, &dialect(None, decimal)).unwrap();
+        let name = String::from_utf8_lossy(bytes);
+        assert_eq!(table.row_count(), 2, "{name}");
+        assert_eq!(table.numbers("q1").unwrap(), [0.5, 1.0], "{name}");
+        assert_eq!(table.numbers("x").unwrap(), [-2e-3, 0.5], "{name}");
+        let poses = table.texts("pose").unwrap();
+        assert_eq!((poses.get(0), poses.get(1), poses.get(2)), (Some("1"), Some("2"), None), "{name}");
+        assert!(!table.has("marker"));
+    }
+    let table = read(b"note,pose,q1,x\n\n\"a\nb\",1,2,3\r\n\r\nc, 1 ,2,4\n").unwrap();
+    assert_eq!((table.line(0), table.line(1)), (Some(3), Some(6)), "lines are those of the file");
+    assert_eq!(table.texts("pose").unwrap().texts(), ["1"], "one text is kept once");
+    let place = table.place(1, "x").unwrap();
+    assert_eq!((place.line, place.column, place.excerpt.as_str()), (6, 9, "c, 1 ,2,4"));
+    assert_eq!(&place.excerpt[place.highlight], "4");
+}
+
+#[test]
+fn renamed_columns_are_read() {
+    let rename = BTreeMap::from([("q1".to_owned(), "joint 1".to_owned())]);
+    let bytes: &[u8] = b"pose,joint 1,x\na,1,2\n";
+    let table = read_table("m.csv", bytes, &expected(), &rename, &[], &Dialect::default(), 9).unwrap();
+    assert_eq!(table.numbers("q1").unwrap(), [1.0]);
+    let rename = BTreeMap::from([("q1".to_owned(), "joint1".to_owned()), ("qq".to_owned(), "x".to_owned())]);
+    let result = read_table("m.csv", bytes, &expected(), &rename, &[], &Dialect::default(), 9);
+    insta::assert_snapshot!(told(result));
+}
+
+#[test]
+fn every_fault_of_the_header_and_cells_is_found() {
+    let bytes = b"pose, Q1,x,x,temp\n1,2,3,4,5\n,abc,1,2,3\n2,3,nan,1,1\n3,4,\"1,5\",1,2\n4,5\n5,6,7,8,9,10\n6,1,1e999,\xff,1\n\xff\xfe,1,\xe9,1,1\n7,1,\xe2\x88\x923,1,1\n";
+    insta::assert_snapshot!(told(read(bytes)));
+}
+
+#[test]
+fn faults_of_the_whole_file_are_told() {
+    let utf16: Vec<u8> = std::iter::once(0xfeff).chain("pose,q1".encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let cases: [(&[u8], Dialect); 14] = [
+        (b"", dialect(None, '.')),
+        (b"\n  \r\n", dialect(None, '.')),
+        (b"pose,q1,x\n\n", dialect(None, '.')),
+        (b"pose;q1;x\n1;2;3\n", dialect(Some(','), '.')),
+        (b"pose\tq1\tx\n1\t2\t3\n", dialect(Some(';'), '.')),
+        (b"pose;q1;x\n1;1.5;3\n", dialect(None, ',')),
+        (b"pose,q1,x\n1,1,5,2,5\n", dialect(None, '.')),
+        (b"pose,q1,x\n1,\"2,3\n2,3,4\n", dialect(None, '.')),
+        (b"pose,q1,x\n1,2,3\n\"2,3,4\n5,6,7\n", dialect(None, '.')),
+        (b"pose,q1,x\r1,2,3\r", dialect(None, '.')),
+        (&utf16, dialect(None, '.')),
+        (b"pose,q1,x,\n1,2,3,\n2,2,3,oops\n", dialect(None, '.')),
+        (b"pose,q1,x\n1,2,3\n", dialect(Some(','), ',')),
+        (b"pose,q1,\"x\n1,2,3\n", dialect(None, '.')),
+    ];
+    let all: Vec<String> = cases.iter().map(|(bytes, dialect)| told(read_as(bytes, dialect))).collect();
+    insta::assert_snapshot!(all.join(""));
+}
+
+#[test]
+fn many_faults_are_counted() {
+    let text = format!("pose,q1,x\n{}", "1,a,b\n".repeat(50));
+    let faults = read(text.as_bytes()).unwrap_err();
+    assert_eq!(faults.len(), 21);
+    assert!(told(read(b"pose,q1,x\n\n\r\n\n1,2,z\n")).starts_with("5:5 [z]"), "empty lines count");
+    let last = faults.last().unwrap();
+    assert_eq!(last.message, "and 80 more; the first of them is here");
+    assert_eq!(last.place.as_ref().unwrap().line, 12);
+}
+
+/// A file that never ends.
+struct Endless {
+    unit: &'static [u8],
+    header: &'static [u8],
+    given: usize,
+}
+
+impl Read for Endless {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        for byte in buffer.iter_mut() {
+            let below = self.given.wrapping_sub(self.header.len());
+            *byte = *self.header.get(self.given).unwrap_or(&self.unit[below % self.unit.len()]);
+            self.given += 1;
+        }
+        Ok(buffer.len())
+    }
+}
+
+#[test]
+fn no_file_is_too_long_to_be_refused() {
+    let endless = |header, unit| {
+        let file = Endless { unit, header, given: 0 };
+        read_table("m.csv", file, &expected(), &BTreeMap::new(), &[], &Dialect::default(), 5000)
+    };
+    assert!(told(endless(b"pose,q1,x\n", b"1,2,3\n")).starts_with("5002:1 [1] more than 5000 rows"));
+    assert!(told(endless(b"pose,q1,x\n", b"1,b,3\n")).contains("more than 5000 rows"));
+    assert!(told(endless(b"pose,q1,x\n", b"11111111")).contains("a row longer than"));
+    assert!(told(endless(b"pose,q1,x\n\"", b"a\n")).starts_with("2:1 [\"] this quote is not closed within"));
+    assert!(told(endless(b"", b"pose,")).starts_with("1:1 [] the file cannot be read: a row is longer"));
+    assert!(told(endless(b"", b"\n")).starts_with("1:1 [] the file cannot be read: a row is longer"));
+}
+
+#[test]
+fn a_large_file_is_read_in_bounded_memory() {
+    let rows = 200_000;
+    let unit: &[u8] = b"pose17,1.25,-3.5\n";
+    let file = Endless { unit, header: b"pose,q1,x\n", given: 0 }.take((10 + unit.len() * rows) as u64);
+    let table = read_table("m.csv", file, &expected(), &BTreeMap::new(), &[], &Dialect::default(), rows).unwrap();
+    assert_eq!((table.row_count(), table.line(rows - 1)), (rows, Some(rows + 1)));
+    assert!(table.numbers("x").unwrap().iter().all(|&x| x == -3.5));
+    let wide = format!("pose,q1,x,note\n1,2,3,{}\n2,y,3,-\n", "z".repeat(500_000));
+    assert_eq!(told(read(wide.as_bytes())).lines().count(), 1);
+}
+
+#[test]
+fn mutated_files_are_read_or_refused_with_a_place() {
+    let samples: [&[u8]; 3] = [
+        b"pose,q1,x,marker\n1,0.5,-2e-3,wrist\n2,+1,.5,\"a, b\"\n",
+        b"\xef\xbb\xbfpose;q1;x\r\n1;0,5;7\r\n\"2\";1;,5\r\n",
+        b"pose\tq1\tx\tnote\n1\t0.5\t-2e-3\thot\n\n2\t1\t5\t\n",
+    ];
+    let pieces: [&[u8]; 16] = [
+        b",",
+        b";",
+        b"\t",
+        b"\"",
+        b"\n",
+        b"\r",
+        b"\r\n",
+        b"nan",
+        b"1,5",
+        b"\xff",
+        b"\0",
+        b" ",
+        b"\xc3\xa9",
+        b"x",
+        b"9",
+        b"\xef\xbb\xbf",
+    ];
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    let mut sound = 0;
+    for _ in 0..20_000 {
+        let mut bytes = samples[random.random_range(0..samples.len())].to_vec();
+        for _ in 0..random.random_range(1..4) {
+            let at = random.random_range(0..=bytes.len());
+            let end = (at + random.random_range(0..4)).min(bytes.len());
+            bytes.splice(at..end, pieces[random.random_range(0..pieces.len())].iter().copied());
+        }
+        let decimal = if random.random_bool(0.5) { '.' } else { ',' };
+        let delimiter = [None, Some(','), Some(';'), Some('\t')][random.random_range(0..4)];
+        match read_as(&bytes, &dialect(delimiter, decimal)) {
+            Ok(table) => {
+                sound += 1;
+                for row in 0..table.row_count() {
+                    let place = table.place(row, "q1").unwrap();
+                    assert!(!place.excerpt.is_empty(), "{:?}", String::from_utf8_lossy(&bytes));
+                }
+                assert_eq!(table.numbers("q1").unwrap().len(), table.row_count());
+                assert_eq!(table.texts("pose").unwrap().indices().len(), table.row_count());
+            }
+            Err(faults) => {
+                assert!(!faults.is_empty());
+                let lines = 1 + bytes.iter().filter(|&&byte| byte == b'\n').count();
+                for fault in &faults {
+                    let place = fault.place.as_ref().unwrap_or_else(|| panic!("no place: {fault:?}"));
+                    assert!((1..=lines).contains(&place.line), "{place:?} of {:?}", String::from_utf8_lossy(&bytes));
+                }
+                elastogeo::report::remarks::render(&faults, false);
+            }
+        }
+    }
+    assert!(sound > 200, "the mutations leave some files sound: {sound}");
+}
