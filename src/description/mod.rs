@@ -3,6 +3,8 @@
 //! A description goes through three ages: [`raw`] (the file), [`robot`] (SI, names resolved by [`resolve`]) and the
 //! compiled [`crate::model::Model`].
 
+pub mod campaign;
+pub mod coupling;
 pub mod raw;
 pub mod resolve;
 pub mod robot;

@@ -5,6 +5,8 @@ mod elastic;
 mod motion;
 mod tree;
 
+pub use elastic::EFFECTS;
+
 use nalgebra::Vector3;
 
 use super::raw::{RawPlacement, RawRobot};

@@ -1,5 +1,6 @@
 //! What moves each joint: variables, actuators, couplings, closed loops. Exactly one for every joint that moves.
 
+use super::super::coupling::parse_coupling;
 use super::super::raw::{JointKind, LoopKind, Meet, RawRobot};
 use super::super::robot::{Coupling, Frame, FrameIndex, Loop, Motion, SliderCrank, Variable, branches};
 use super::Complaints;
@@ -201,10 +202,28 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
             }
             index
         };
-        let joint = known(&joint);
+        let joint = known(joint);
         let terms: Vec<Option<(f64, FrameIndex)>> =
             terms.iter().map(|(f, name)| known(name).map(|i| (*f, i))).collect();
         let (Some(joint), Some(terms)) = (joint, terms.into_iter().collect::<Option<Vec<_>>>()) else { continue };
+        // A factor between a slide and a turn is in the file's units (mm per deg).
+        let unit = |joint: FrameIndex| {
+            if frames[joint].joint == JointKind::Prismatic {
+                raw.units.length.factor()
+            } else {
+                raw.units.angle.factor()
+            }
+        };
+        let terms: Vec<_> = terms
+            .into_iter()
+            .map(|(f, other)| {
+                if frames[other].joint == frames[joint].joint {
+                    (f, other)
+                } else {
+                    (f * unit(joint) / unit(other), other)
+                }
+            })
+            .collect();
         if let Some((Motion::Coupling(_), first)) =
             drivers.of_frame[joint].iter().find(|(motion, _)| matches!(motion, Motion::Coupling(_)))
         {
@@ -220,54 +239,6 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
         couplings.push(Coupling { joint, terms });
     }
     couplings
-}
-
-/// `6 = -1 * 5`, `3 = 2 - 0.5 * 4`: the joint that follows, and the factors of those it follows.
-fn parse_coupling(text: &str) -> Result<(String, Vec<(f64, String)>), String> {
-    let (joint, sum) = text.split_once('=').ok_or("there is no `=`")?;
-    let joint = joint.trim();
-    if joint.is_empty() || joint.contains(char::is_whitespace) {
-        return Err("one joint name is needed before `=`".into());
-    }
-    // A sign splits terms only where it stands alone or begins the sum, for `-` may be part of a name.
-    let mut terms: Vec<(f64, String)> = Vec::new();
-    let (mut sign, mut factor, mut expect_name) = (1.0, None::<f64>, true);
-    let spaced = sum.replace('*', " * ");
-    for token in spaced.split_whitespace() {
-        match token {
-            "+" | "-" if !expect_name || (terms.is_empty() && factor.is_none()) => {
-                sign = if token == "-" { -1.0 } else { 1.0 };
-                expect_name = true;
-            }
-            "*" => match terms.pop() {
-                // What stood before the `*` was the factor after all.
-                Some((s, number)) if !expect_name && factor.is_none() => {
-                    let value = number
-                        .parse::<f64>()
-                        .ok()
-                        .filter(|v| v.is_finite())
-                        .ok_or(format!("`{number}` is no factor"))?;
-                    factor = Some(s * value);
-                    expect_name = true;
-                }
-                _ => return Err("`*` stands between a factor and a joint".into()),
-            },
-            name if expect_name => {
-                let (sign_in_name, bare) = match name.strip_prefix('-') {
-                    Some(bare) if factor.is_none() => (-1.0, bare),
-                    _ => (1.0, name),
-                };
-                terms.push((factor.take().unwrap_or(sign * sign_in_name), bare.to_string()));
-                sign = 1.0;
-                expect_name = false;
-            }
-            other => return Err(format!("`{other}` is not expected there")),
-        }
-    }
-    if expect_name || terms.is_empty() {
-        return Err("a joint is missing after `=`, `*`, `+` or `-`".into());
-    }
-    Ok((joint.to_string(), terms))
 }
 
 /// Every joint that moves has one driver, a fixed one none.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::description::coupling::parse_coupling;
 use crate::description::raw::{JointKind, RawFrame, RawRobot};
 use crate::remark::Remark;
 
@@ -20,7 +21,7 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> H
     for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
         let sign = direction(frame);
         // q = factor * q of `at` + constant, the master's own zero included.
-        let (mut factor, mut constant, mut at) = (1.0, sign * offset(robot, frame), name.as_str());
+        let (mut factor, mut constant, mut at) = (1.0, offset(robot, frame), name.as_str());
         let mut steps = 0;
         while let Some((&(master, share), next)) =
             single.get(at).and_then(|term| Some((term, robot.frames.get(term.0)?)))
@@ -32,7 +33,7 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> H
             }
             let units = robot.frames.get(at).map_or(1.0, |frame| joint_unit(robot, frame)) / joint_unit(robot, next);
             factor *= share * units;
-            constant += factor * direction(next) * offset(robot, next);
+            constant += factor * offset(robot, next);
             at = master;
         }
         let master = if at != name {
@@ -50,20 +51,20 @@ fn single_terms<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&
     let mut single = HashMap::new();
     let movable = || robot.frames.iter().filter(|(_, frame)| moves(frame)).map(|(name, _)| name.as_str());
     for coupling in &robot.couplings {
-        let Some((name, terms)) = parse_coupling(coupling) else {
+        let Ok((name, terms)) = parse_coupling(coupling) else {
             let remark = Remark::error(format!("the coupling `{coupling}` cannot be read"));
             remarks.push(remark.remedy("write it like `6 = -1 * 5`"));
             continue;
         };
-        for name in std::iter::once(name).chain(terms.iter().map(|&(master, _)| master)) {
+        for name in std::iter::once(name).chain(terms.iter().map(|&(_, master)| master)) {
             if !robot.frames.get(name).is_some_and(moves) {
                 let remark = Remark::error(format!("coupling `{coupling}`: `{name}` is no joint that moves"));
                 remarks.push(remark.suggest(name, movable()));
             }
         }
         match terms.as_slice() {
-            &[term] => {
-                single.insert(name, term);
+            &[(factor, master)] => {
+                single.insert(name, (master, factor));
             }
             _ => {
                 let message = format!("the joint `{name}` follows several others (`{coupling}`): a URDF cannot say so");
@@ -110,33 +111,4 @@ fn moves(frame: &RawFrame) -> bool {
 /// +1 or -1.
 pub(super) fn direction(frame: &RawFrame) -> f64 {
     frame.direction.unwrap_or(1.0)
-}
-
-/// `6 = -1 * 5`: the joint that follows, and the joints it follows with their factors.
-fn parse_coupling(coupling: &str) -> Option<(&str, Vec<(&str, f64)>)> {
-    let (name, mut rest) = coupling.split_once('=')?;
-    let mut terms = Vec::new();
-    while !rest.trim().is_empty() {
-        rest = rest.trim_start();
-        let (sign, body) = match rest.strip_prefix('-') {
-            Some(body) => (-1.0, body.trim_start()),
-            None => (1.0, rest.strip_prefix('+').unwrap_or(rest).trim_start()),
-        };
-        // Names may hold a hyphen: only a sign between blanks begins the next term.
-        let end = [" + ", " - "].iter().filter_map(|sign| body.find(sign)).min().unwrap_or(body.len());
-        let (term, next) = body.split_at(end);
-        let (factor, master) = match term.split_once('*') {
-            Some((factor, master)) => {
-                (factor.trim().parse().ok().filter(|factor: &f64| factor.is_finite())?, master.trim())
-            }
-            None => (1.0, term.trim()),
-        };
-        if master.is_empty() {
-            return None;
-        }
-        terms.push((master, sign * factor));
-        rest = next;
-    }
-    let name = name.trim();
-    (!name.is_empty() && !terms.is_empty()).then_some((name, terms))
 }

@@ -97,7 +97,7 @@ pub fn of_description(robot: &RawRobot, values: &Values) -> HashMap<String, Isom
             let frame = &robot.frames[name];
             let unit = if frame.joint == Some(JointKind::Prismatic) { length } else { angle };
             let value = frame.variable.as_ref().and_then(|variable| values.get(variable)).copied().unwrap_or(0.0);
-            sum += factor * frame.direction.unwrap_or(1.0) * (value + frame.offset.unwrap_or(0.0) * unit);
+            sum += factor * (frame.direction.unwrap_or(1.0) * value + frame.offset.unwrap_or(0.0) * unit);
             let Some(&(share, master)) = follows.get(name) else { break sum };
             factor *= share;
             name = master;

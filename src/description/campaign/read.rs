@@ -1,0 +1,250 @@
+//! A campaign file and its tables against the model they are about.
+
+use std::collections::HashMap;
+
+use indexmap::IndexMap;
+use nalgebra::Vector3;
+
+use super::raw::{Observes, RawCampaign, RawSigma};
+use super::{Campaign, Reading};
+use crate::description::resolve::{EFFECTS, Locate};
+use crate::description::robot::Robot;
+use crate::description::table::{ColumnKind, ExpectedColumn, Table};
+use crate::remark::Remark;
+
+const POSITION: [&str; 3] = ["x", "y", "z"];
+const ROTATION: [&str; 3] = ["rx", "ry", "rz"];
+const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+/// Columns a campaign about this robot may have, under our names.
+pub fn expected_columns(raw: &RawCampaign, robot: &Robot) -> Vec<ExpectedColumn> {
+    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let number = |name: &str, required| column(name, ColumnKind::Number, required);
+    let observes = raw.observes.unwrap_or(Observes::Position);
+    let mut columns = vec![column("pose", ColumnKind::Text, false), column("marker", ColumnKind::Text, false)];
+    columns.extend(robot.variables.iter().map(|variable| number(&variable.name, true)));
+    match observes {
+        Observes::Distance => {
+            columns.push(number("distance", true));
+            columns.push(column("anchor", ColumnKind::Text, false));
+        }
+        _ => columns.extend(POSITION.map(|name| number(name, true))),
+    }
+    if observes == Observes::Pose {
+        columns.extend(ROTATION.map(|name| number(name, true)));
+    }
+    columns.extend(WRENCH.map(|name| number(name, false)));
+    columns.push(column("set", ColumnKind::Text, false));
+    columns.extend(["temperature", "time"].map(|name| number(name, false)));
+    columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name), false)));
+    columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name), false)));
+    columns
+}
+
+/// Resolves a campaign: units, markers, sets, conditions.
+///
+/// # Errors
+/// Every fault of the campaign file and of its tables, located.
+pub fn resolve(
+    raw: &RawCampaign,
+    locate: Locate,
+    robot: &Robot,
+    tables: &[Table],
+) -> Result<(Campaign, Vec<Remark>), Vec<Remark>> {
+    let mut remarks = header_faults(raw, locate);
+    let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
+    let observes = raw.observes.unwrap_or(Observes::Position);
+    let instrument = raw.instrument.clone().unwrap_or_default();
+    let sigma = instrument.sigma.map(|sigma| match sigma {
+        RawSigma::All(sigma) => [sigma * length; 3],
+        RawSigma::ByAxis { x, y, z } => [x * length, y * length, z * length],
+    });
+    let sigma_orientation = instrument.orientation.map(|sigma| sigma * angle);
+    if !sigma.unwrap_or([1.0; 3]).iter().chain(&sigma_orientation).all(|s| s.is_finite() && *s > 0.0) {
+        remarks.push(Remark::error("the instrument's noise must be above 0").at(locate(&["instrument"])));
+    }
+    let mut anchors = robot.anchors.clone();
+    for (name, at) in &raw.anchors {
+        anchors.insert(name.clone(), Vector3::from(*at) * length);
+    }
+    if observes == Observes::Distance && anchors.is_empty() {
+        let remark = Remark::error("distances are measured from a fixed anchor, and none is declared");
+        remarks.push(
+            remark.at(locate(&["observes"])).remedy("add `anchors: {name: [x, y, z]}`, in the measurement frame"),
+        );
+    }
+    let mut campaign = Campaign {
+        name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
+        observes,
+        sigma,
+        sigma_orientation,
+        estimate_base: raw.estimate.base,
+        estimate_tool: raw.estimate.tool,
+        calibrate: raw.calibrate.clone(),
+        without: raw.without.clone(),
+        anchors,
+        poses: Vec::new(),
+        variables: robot.variables.len(),
+        joints: Vec::new(),
+        readings: Vec::new(),
+        conditions: IndexMap::new(),
+    };
+    let mut rows = Rows { raw, robot, poses: HashMap::new(), sets: Vec::new() };
+    for table in tables {
+        rows.append(table, &mut campaign, &mut remarks);
+    }
+    if tables.iter().skip(1).any(|table| table.has("time") != tables[0].has("time")) {
+        remarks.push(Remark::error("some of the files have a column `time`, others have not"));
+    }
+    if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((campaign, remarks)) }
+}
+
+fn header_faults(raw: &RawCampaign, locate: Locate) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    if raw.observes.is_none() {
+        let remark = Remark::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
+        remarks.push(remark.remedy("add `observes: position` (or pose, deflection, distance)"));
+    }
+    for (position, effect) in raw.calibrate.iter().enumerate() {
+        if !EFFECTS.iter().any(|(known, _)| known == effect) {
+            let remark =
+                Remark::error(format!("unknown effect `{effect}`")).at(locate(&["calibrate", &position.to_string()]));
+            remarks.push(remark.suggest(effect, EFFECTS.iter().map(|(known, _)| *known)));
+        }
+    }
+    for (name, at) in &raw.anchors {
+        if at.iter().any(|v| !v.is_finite()) {
+            remarks.push(Remark::error(format!("anchor `{name}` is not finite")).at(locate(&["anchors", name])));
+        }
+    }
+    remarks
+}
+
+struct Rows<'a> {
+    raw: &'a RawCampaign,
+    robot: &'a Robot,
+    poses: HashMap<String, usize>,
+    /// Set of each configuration so far: its value and whether it was told to differ.
+    sets: Vec<Option<(Option<bool>, bool)>>,
+}
+
+const MOST_TOLD: usize = 20;
+
+impl Rows<'_> {
+    fn append(&mut self, table: &Table, campaign: &mut Campaign, remarks: &mut Vec<Remark>) {
+        let units = &self.raw.units;
+        let (length, angle) = (units.length.factor(), units.angle.factor());
+        let before = campaign.readings.len();
+        let number = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
+        let mut told = 0;
+        let mut tell = |remarks: &mut Vec<Remark>, remark: Remark| {
+            told += 1;
+            if told <= MOST_TOLD {
+                remarks.push(remark);
+            }
+        };
+        for row in 0..table.row_count() {
+            for variable in &self.robot.variables {
+                let factor = if variable.is_angle { angle } else { length };
+                campaign.joints.push(number(&variable.name, row) * factor);
+            }
+            let marker = match table.texts("marker").and_then(|texts| texts.get(row)) {
+                None => None,
+                Some("TCP" | "tcp" | "tool") => None,
+                Some(name) => {
+                    let found = self.robot.markers.iter().position(|marker| marker.name == name);
+                    if found.is_none() {
+                        let remark = Remark::error(format!("unknown marker `{name}`")).at(table.place(row, "marker"));
+                        let valid = self.robot.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
+                        tell(remarks, remark.suggest(name, valid));
+                    }
+                    found
+                }
+            };
+            let check = match table.texts("set").and_then(|texts| texts.get(row)) {
+                None => None,
+                Some("fit") => Some(false),
+                Some("check") => Some(true),
+                Some(other) => {
+                    let remark = Remark::error(format!("unknown set `{other}`")).at(table.place(row, "set"));
+                    tell(remarks, remark.suggest(other, ["fit", "check"]));
+                    None
+                }
+            };
+            let pose_name = match table.texts("pose").and_then(|texts| texts.get(row)) {
+                Some(name) => name.to_string(),
+                None => format!("row {}", before + row + 1),
+            };
+            let pose = *self.poses.entry(pose_name.clone()).or_insert_with(|| {
+                campaign.poses.push(pose_name.clone());
+                campaign.poses.len() - 1
+            });
+            self.sets.resize(campaign.poses.len(), None);
+            match self.sets[pose] {
+                None => self.sets[pose] = Some((check, false)),
+                Some((first, false)) if first != check => {
+                    let message = format!("configuration `{pose_name}` is partly to fit and partly to check");
+                    let remark = Remark::error(message).at(table.place(row, "set"));
+                    tell(remarks, remark.remedy("rows of one configuration share its set"));
+                    self.sets[pose] = Some((first, true));
+                }
+                Some(_) => {}
+            }
+            let mut anchor = 0;
+            if campaign.observes == Observes::Distance {
+                match table.texts("anchor").and_then(|texts| texts.get(row)) {
+                    Some(name) => match campaign.anchors.get_index_of(name) {
+                        Some(index) => anchor = index,
+                        None => {
+                            let remark =
+                                Remark::error(format!("unknown anchor `{name}`")).at(table.place(row, "anchor"));
+                            tell(remarks, remark.suggest(name, campaign.anchors.keys().map(String::as_str)));
+                        }
+                    },
+                    None if campaign.anchors.len() > 1 => {
+                        let remark =
+                            Remark::error("several anchors are declared, and the rows do not say which was used");
+                        tell(remarks, remark.at(table.place(row, "distance")).remedy("add a column `anchor`"));
+                    }
+                    None => {}
+                }
+            }
+            let mut measured = [0.0; 6];
+            if campaign.observes == Observes::Distance {
+                measured[0] = number("distance", row) * length;
+                if measured[0] <= 0.0 {
+                    tell(remarks, Remark::error("a distance must be above 0").at(table.place(row, "distance")));
+                }
+            } else {
+                for k in 0..3 {
+                    measured[k] = number(POSITION[k], row) * length;
+                    measured[k + 3] = number(ROTATION[k], row) * angle;
+                }
+            }
+            let wrench = std::array::from_fn(|k| {
+                number(WRENCH[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }
+            });
+            campaign.readings.push(Reading { row: before + row + 1, pose, marker, measured, anchor, wrench, check });
+        }
+        if told > MOST_TOLD {
+            remarks.push(Remark::error(format!("and {} more like these in {}", told - MOST_TOLD, table.file())));
+        }
+        self.conditions(table, before, campaign);
+    }
+
+    fn conditions(&self, table: &Table, before: usize, campaign: &mut Campaign) {
+        let variables = self.robot.variables.iter().map(|variable| format!("approach.{}", variable.name));
+        let sites = self.robot.frames.iter().map(|frame| format!("temperature.{}", frame.name));
+        for name in ["temperature".to_string(), "time".to_string()].into_iter().chain(variables).chain(sites) {
+            let Some(values) = table.numbers(&name) else { continue };
+            let factor = if name == "time" { self.raw.units.time.factor() } else { 1.0 };
+            let column = campaign.conditions.entry(name).or_default();
+            column.resize(before, f64::NAN);
+            column.extend(values.iter().map(|value| value * factor));
+        }
+        let all = campaign.readings.len();
+        for column in campaign.conditions.values_mut() {
+            column.resize(all, f64::NAN);
+        }
+    }
+}

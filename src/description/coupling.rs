@@ -1,0 +1,38 @@
+//! Couplings as written: `6 = -1 * 5`, `3 = 2 - 0.5 * 4`.
+
+/// The joint that follows, and the factors and names of those it follows.
+///
+/// # Errors
+/// Says what is wrong with the text.
+pub fn parse_coupling(text: &str) -> Result<(&str, Vec<(f64, &str)>), String> {
+    let (joint, mut rest) = text.split_once('=').ok_or("there is no `=`")?;
+    let joint = joint.trim();
+    if joint.is_empty() || joint.contains(char::is_whitespace) {
+        return Err("one joint name is needed before `=`".into());
+    }
+    let mut terms = Vec::new();
+    while !rest.trim().is_empty() {
+        rest = rest.trim_start();
+        let (sign, body) = match rest.strip_prefix('-') {
+            Some(body) => (-1.0, body.trim_start()),
+            None => (1.0, rest.strip_prefix('+').unwrap_or(rest).trim_start()),
+        };
+        // Names may hold a hyphen: only a sign between blanks begins the next term.
+        let end = [" + ", " - "].iter().filter_map(|sign| body.find(sign)).min().unwrap_or(body.len());
+        let (term, next) = body.split_at(end);
+        let (factor, name) = match term.split_once('*') {
+            Some((factor, name)) => {
+                let factor = factor.trim();
+                let value = factor.parse().ok().filter(|value: &f64| value.is_finite());
+                (value.ok_or_else(|| format!("`{factor}` is no factor"))?, name.trim())
+            }
+            None => (1.0, term.trim()),
+        };
+        if name.is_empty() || name.contains(char::is_whitespace) || name.contains('*') {
+            return Err(format!("`{name}` is no joint name"));
+        }
+        terms.push((sign * factor, name));
+        rest = next;
+    }
+    if terms.is_empty() { Err("no joint stands after `=`".into()) } else { Ok((joint, terms)) }
+}
