@@ -7,8 +7,11 @@
 
 pub mod description;
 pub mod estimation;
+pub mod identifiability;
 pub mod kinematics;
+pub mod math;
 pub mod model;
 pub mod parameter;
+pub mod prediction;
 pub mod remark;
 pub mod report;

@@ -42,6 +42,8 @@ pub struct Parameter {
     pub tolerance: f64,
     /// Whether calibration of the geometry frees it.
     pub free: bool,
+    /// A length of a linkage that only closes a loop: given up first where it and others are nearly dependent.
+    pub closing: bool,
 }
 
 /// All parameters of a model, in a fixed order: base, frames with the actuators that turn them, tool, markers.

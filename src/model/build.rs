@@ -1,6 +1,6 @@
 //! Compiles a resolved robot.
 
-use super::free::free_by_rule;
+use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
 use super::{Actuator, Frame, Marker, Model};
 use crate::description::raw::JointKind;
@@ -24,7 +24,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Remark>> {
         let common = if kind == Kind::Angle { calibration.angle_tolerance } else { calibration.length_tolerance };
         let tolerance = calibration.tolerances.get(&name).copied().unwrap_or(common);
         let bounds = calibration.bounds.get(&name).copied().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        registry.add(Parameter { name, kind, group, nominal, bounds, tolerance, free: false })
+        registry.add(Parameter { name, kind, group, nominal, bounds, tolerance, free: false, closing: false })
     };
     let base = add_placement(&mut add, robot, "base", Group::Base, &robot.base);
     let mut frames: Vec<Frame> = Vec::with_capacity(robot.frames.len());
@@ -104,6 +104,9 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Remark>> {
     model.stages = stages(&model, robot)?;
     for slot in free_by_rule(&model, robot) {
         model.registry.all_mut()[slot].free = true;
+    }
+    for slot in closing_lengths(&model, robot) {
+        model.registry.all_mut()[slot].closing = true;
     }
     Ok(model)
 }

@@ -20,13 +20,7 @@ const NEAR_PARALLEL: f64 = 0.017;
 ///
 /// Pose of the base, tool and markers are added by the campaign. What the data cannot tell apart is found later.
 pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
-    let mut carries = vec![false; model.frames.len()];
-    let ends = std::iter::once(model.tool.0).chain(model.markers.iter().map(|marker| marker.frame));
-    for end in ends {
-        for index in model.path(end) {
-            carries[index] = true;
-        }
-    }
+    let carries = carrying(model);
     let mut in_spatial = vec![false; model.frames.len()];
     let mut in_planar = vec![false; model.frames.len()];
     for closed in &robot.loops {
@@ -73,6 +67,29 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
     free.sort_unstable();
     free.dedup();
     free
+}
+
+/// Which frames carry the tool or a marker.
+fn carrying(model: &Model) -> Vec<bool> {
+    let mut carries = vec![false; model.frames.len()];
+    let ends = std::iter::once(model.tool.0).chain(model.markers.iter().map(|marker| marker.frame));
+    for end in ends {
+        for index in model.path(end) {
+            carries[index] = true;
+        }
+    }
+    carries
+}
+
+/// Constants of frames that only close a loop.
+pub fn closing_lengths(model: &Model, robot: &Robot) -> Vec<Slot> {
+    let carries = carrying(model);
+    let members =
+        robot.loops.iter().flat_map(|closed| branches(&robot.frames, closed.frames[0], closed.frames[1]).concat());
+    members
+        .filter(|&index| !carries[index] && robot.frames[index].coaxial.is_none())
+        .flat_map(|index| model.frames[index].slots)
+        .collect()
 }
 
 /// Whether the frame's z axis is near-parallel to that of the last joint before it, at nominal values and joints zero.

@@ -2,6 +2,7 @@
 
 mod dual;
 mod golden_geometry;
+mod identifiability;
 mod least_squares;
 mod literature_more_garbow_hillstrom;
 mod literature_nist;

@@ -1,0 +1,159 @@
+//! Derivatives of predictions: base, robot, tool and markers in the order of the asked slots.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Predicted, measured_point};
+use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
+use crate::math::left_jacobian;
+use crate::parameter::{Group, Slot};
+
+/// Where each asked parameter enters.
+pub struct Columns {
+    observes: Observes,
+    /// For each measured frame: its plan.
+    plans: Vec<(usize, ErrorColumns)>,
+    /// Columns of the robot's own parameters.
+    robot: Vec<usize>,
+    /// Component of the base's pose, column.
+    base: Vec<(usize, usize)>,
+    /// Component of the tool's pose, column.
+    tool: Vec<(usize, usize)>,
+    /// Marker, component, column.
+    markers: Vec<(usize, usize, usize)>,
+    base_jacobian: Matrix3<f64>,
+    tool_jacobian: Matrix3<f64>,
+}
+
+impl Columns {
+    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, slots: &[Slot]) -> Self {
+        let model = geometry.model;
+        let mut columns = Self {
+            observes: campaign.observes,
+            plans: Vec::new(),
+            robot: Vec::new(),
+            base: Vec::new(),
+            tool: Vec::new(),
+            markers: Vec::new(),
+            base_jacobian: left_jacobian(&vector(geometry, model.base + 3)),
+            tool_jacobian: left_jacobian(&vector(geometry, model.tool.1 + 3)),
+        };
+        let mut by = Vec::new();
+        for (column, &slot) in slots.iter().enumerate() {
+            match model.registry[slot].group {
+                Group::Base => columns.base.push((slot - model.base, column)),
+                Group::Tool if (model.tool.1..model.tool.1 + 6).contains(&slot) => {
+                    columns.tool.push((slot - model.tool.1, column));
+                }
+                Group::Tool => {
+                    let marker = model.markers.iter().position(|marker| (marker.slot..marker.slot + 3).contains(&slot));
+                    columns.markers.extend(marker.map(|m| (m, slot - model.markers[m].slot, column)));
+                }
+                Group::Geometry => {
+                    columns.robot.push(column);
+                    by.push(By::Slot(slot));
+                }
+            }
+        }
+        let mut frames = vec![model.tool.0];
+        frames.extend(
+            campaign.readings.iter().filter_map(|reading| reading.marker).map(|marker| model.markers[marker].frame),
+        );
+        frames.sort_unstable();
+        frames.dedup();
+        columns.plans =
+            frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
+        columns
+    }
+
+    /// Room for the columns of each measured frame.
+    pub fn buffers(&self) -> Vec<Vec<[f64; 6]>> {
+        self.plans.iter().map(|_| vec![[0.0; 6]; self.robot.len()]).collect()
+    }
+
+    /// Columns of each measured frame at a placed configuration.
+    pub fn evaluate(
+        &self,
+        geometry: &Geometry,
+        q: &[f64],
+        placements: &Placements,
+        rates: &mut Rates,
+        out: &mut [Vec<[f64; 6]>],
+    ) {
+        if self.plans.iter().any(|(_, plan)| plan.needs_rates()) {
+            rates.evaluate(geometry, q, placements);
+        }
+        for ((_, plan), out) in self.plans.iter().zip(out) {
+            plan.evaluate(geometry, placements, rates, out);
+        }
+    }
+
+    /// Rows of one reading, row-major of the given width.
+    #[allow(clippy::too_many_arguments)] // one call site, inside the prediction's inner loop
+    pub fn rows(
+        &self,
+        geometry: &Geometry,
+        placements: &Placements,
+        frames: &[Vec<[f64; 6]>],
+        reading: &Reading,
+        predicted: &Predicted,
+        width: usize,
+        rows: &mut [f64],
+    ) {
+        rows.fill(0.0);
+        let (frame, point) = measured_point(geometry, reading);
+        let base = geometry.base();
+        let to_frame = &placements.frames[frame];
+        let in_measurement = base.rotation.matrix() * to_frame.rotation.matrix();
+        let arm = to_frame.rotation.matrix() * point.coords;
+        let mut put = |column: usize, displacement: Vector3<f64>, turn: Vector3<f64>| match self.observes {
+            Observes::Distance => rows[column] = predicted.distance.1.dot(&displacement),
+            _ => {
+                for k in 0..3 {
+                    rows[k * width + column] = displacement[k];
+                    if self.observes == Observes::Pose {
+                        rows[(k + 3) * width + column] = turn[k];
+                    }
+                }
+            }
+        };
+        let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
+        for (&column, moved) in self.robot.iter().zip(&frames[plan]) {
+            let turn = Vector3::new(moved[3], moved[4], moved[5]);
+            put(column, base.rotation * shift(moved, &arm), base.rotation * turn);
+        }
+        let from_base = predicted.position.coords - base.translation.vector;
+        for &(k, column) in &self.base {
+            match k {
+                0..=2 => put(column, axis(k), Vector3::zeros()),
+                _ => {
+                    let turn = self.base_jacobian.column(k - 3).into_owned();
+                    put(column, turn.cross(&from_base), turn);
+                }
+            }
+        }
+        for &(k, column) in &self.tool {
+            match k {
+                0..=2 if reading.marker.is_none() => put(column, in_measurement * axis(k), Vector3::zeros()),
+                3.. => put(column, Vector3::zeros(), in_measurement * self.tool_jacobian.column(k - 3)),
+                _ => {}
+            }
+        }
+        for &(marker, k, column) in &self.markers {
+            if reading.marker == Some(marker) {
+                put(column, in_measurement * axis(k), Vector3::zeros());
+            }
+        }
+    }
+}
+
+fn axis(k: usize) -> Vector3<f64> {
+    let mut axis = Vector3::zeros();
+    axis[k] = 1.0;
+    axis
+}
+
+fn vector(geometry: &Geometry, slot: Slot) -> Vector3<f64> {
+    let values = geometry.values();
+    Vector3::new(values[slot], values[slot + 1], values[slot + 2])
+}

@@ -1,0 +1,220 @@
+//! What each reading should be, and how it changes with every parameter: the one place where physics meets data.
+
+mod columns;
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use rayon::prelude::*;
+
+use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform, rotation_vector};
+use crate::model::Model;
+use crate::parameter::Slot;
+use columns::Columns;
+
+/// Why readings cannot be predicted.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum PredictionError {
+    /// A configuration cannot be assembled.
+    #[error("row {row} (configuration `{pose}`): {source}")]
+    Assembly {
+        /// Row of the reading.
+        row: usize,
+        /// Its configuration.
+        pose: String,
+        /// Why.
+        source: AssemblyError,
+    },
+    /// The model cannot be assembled at all.
+    #[error(transparent)]
+    Model(#[from] AssemblyError),
+    /// Deflections need the elastic model.
+    #[error(
+        "deflections under load are predicted by an elastic model, which this version does not have yet; geometry is calibrated from `observes: position`, `pose` or `distance`"
+    )]
+    Deflection,
+    /// No readings.
+    #[error("the campaign has no readings")]
+    Empty,
+}
+
+/// Predictions of a campaign's readings by a model.
+#[derive(Debug, Clone)]
+pub struct Predictor<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// The campaign.
+    pub campaign: &'a Campaign,
+    /// Parameters by which predictions are differentiated, in the order of columns.
+    pub slots: Vec<Slot>,
+    /// Runs of readings at one configuration.
+    blocks: Vec<std::ops::Range<usize>>,
+}
+
+/// Residuals of a campaign (measured minus predicted), one after the other: 3, 6 or 1 a reading, m and rad, in the
+/// measurement frame; and the derivatives of the predictions.
+#[derive(Debug, Clone, Default)]
+pub struct Linearised {
+    /// Residuals.
+    pub residual: Vec<f64>,
+    /// Derivatives of the predictions, row-major, rows as `residual`, a column for each of [`Predictor::slots`];
+    /// empty if not asked for.
+    pub jacobian: Vec<f64>,
+}
+
+struct Workspace {
+    placements: Placements,
+    rates: Rates,
+}
+
+impl<'a> Predictor<'a> {
+    /// Predictions of `campaign` by `model`, differentiated by `slots`.
+    ///
+    /// # Errors
+    /// [`PredictionError::Deflection`], [`PredictionError::Empty`].
+    pub fn new(model: &'a Model, campaign: &'a Campaign, slots: Vec<Slot>) -> Result<Self, PredictionError> {
+        if campaign.observes == Observes::Deflection {
+            return Err(PredictionError::Deflection);
+        }
+        if campaign.readings.is_empty() {
+            return Err(PredictionError::Empty);
+        }
+        let mut blocks: Vec<std::ops::Range<usize>> = Vec::new();
+        for reading in 0..campaign.readings.len() {
+            match blocks.last_mut() {
+                Some(block) if campaign.configuration(block.start) == campaign.configuration(reading) => block.end += 1,
+                _ => blocks.push(reading..reading + 1),
+            }
+        }
+        Ok(Self { model, campaign, slots, blocks })
+    }
+
+    /// Number of residuals.
+    pub fn rows(&self) -> usize {
+        self.campaign.readings.len() * self.campaign.components()
+    }
+
+    /// Residuals at `values` (all slots, SI) and, if asked, derivatives of the predictions.
+    ///
+    /// # Errors
+    /// The first configuration (in the order of rows) that cannot be assembled.
+    pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
+        let geometry = Geometry::new(self.model, values)?;
+        let components = self.campaign.components();
+        let width = if derivatives { self.slots.len() } else { 0 };
+        out.residual.resize(self.rows(), 0.0);
+        out.jacobian.resize(self.rows() * width, 0.0);
+        let pattern = Rates::new(self.model);
+        let columns = Columns::new(&geometry, &pattern, self.campaign, if derivatives { &self.slots } else { &[] });
+
+        // Each task writes its own rows, so that the number of threads changes nothing.
+        let mut tasks = Vec::new();
+        let (mut residual, mut jacobian) = (out.residual.as_mut_slice(), out.jacobian.as_mut_slice());
+        for blocks in self.blocks.chunks(32) {
+            let readings: usize = blocks.iter().map(std::ops::Range::len).sum();
+            let (own, rest) = residual.split_at_mut(readings * components);
+            let (own_rows, rest_rows) = jacobian.split_at_mut(readings * components * width);
+            (residual, jacobian) = (rest, rest_rows);
+            tasks.push((blocks, own, own_rows));
+        }
+        let results: Vec<Result<(), PredictionError>> = tasks
+            .into_par_iter()
+            .map(|(blocks, residual, jacobian)| {
+                let mut work = Workspace { placements: Placements::default(), rates: pattern.clone() };
+                let mut work_columns = columns.buffers();
+                let mut row = 0;
+                for block in blocks {
+                    let q = self.campaign.configuration(block.start);
+                    let placed = geometry.place(q, &mut work.placements);
+                    placed.map_err(|source| self.assembly(block.start, source))?;
+                    if derivatives {
+                        columns.evaluate(&geometry, q, &work.placements, &mut work.rates, &mut work_columns);
+                    }
+                    for index in block.clone() {
+                        let reading = &self.campaign.readings[index];
+                        let predicted = predict(&geometry, self.campaign, &work.placements, reading);
+                        let target = &mut residual[row * components..(row + 1) * components];
+                        predicted.residual(self.campaign, reading, target);
+                        if derivatives {
+                            let rows = &mut jacobian[row * components * width..(row + 1) * components * width];
+                            columns.rows(&geometry, &work.placements, &work_columns, reading, &predicted, width, rows);
+                        }
+                        row += 1;
+                    }
+                }
+                Ok(())
+            })
+            .collect();
+        results.into_iter().collect()
+    }
+
+    fn assembly(&self, reading: usize, source: AssemblyError) -> PredictionError {
+        let reading = &self.campaign.readings[reading];
+        PredictionError::Assembly { row: reading.row, pose: self.campaign.poses[reading.pose].clone(), source }
+    }
+}
+
+/// What a reading should be.
+#[derive(Debug, Clone, Copy)]
+pub struct Predicted {
+    /// Position in the measurement frame, m.
+    pub position: Point3<f64>,
+    /// Orientation of the tool in the measurement frame.
+    pub rotation: Rotation3<f64>,
+    /// Distance to the reading's anchor, m, and its direction.
+    pub distance: (f64, Vector3<f64>),
+}
+
+/// Prediction of one reading at placed frames.
+pub fn predict(geometry: &Geometry, campaign: &Campaign, placements: &Placements, reading: &Reading) -> Predicted {
+    let base = geometry.base();
+    let (frame, point) = measured_point(geometry, reading);
+    let in_frame: Transform = base * placements.frames[frame];
+    let position = in_frame * point;
+    let rotation = match campaign.observes {
+        Observes::Pose => in_frame.rotation * geometry.tool().rotation,
+        _ => Rotation3::identity(),
+    };
+    let distance = match campaign.anchors.get_index(reading.anchor) {
+        Some((_, anchor)) if campaign.observes == Observes::Distance => {
+            let arm = position.coords - anchor;
+            let length = arm.norm();
+            (length, arm / length.max(f64::MIN_POSITIVE))
+        }
+        _ => (0.0, Vector3::zeros()),
+    };
+    Predicted { position, rotation, distance }
+}
+
+fn measured_point(geometry: &Geometry, reading: &Reading) -> (usize, Point3<f64>) {
+    match reading.marker {
+        Some(marker) => (geometry.model.markers[marker].frame, geometry.marker(marker)),
+        None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
+    }
+}
+
+impl Predicted {
+    /// Measured minus predicted.
+    fn residual(&self, campaign: &Campaign, reading: &Reading, out: &mut [f64]) {
+        let measured = &reading.measured;
+        if campaign.observes == Observes::Distance {
+            out[0] = measured[0] - self.distance.0;
+            return;
+        }
+        for k in 0..3 {
+            out[k] = measured[k] - self.position[k];
+        }
+        if campaign.observes == Observes::Pose {
+            let rotation = Rotation3::new(Vector3::new(measured[3], measured[4], measured[5]));
+            out[3..6].copy_from_slice(rotation_vector(&(rotation * self.rotation.inverse())).as_slice());
+        }
+    }
+
+    /// The reading an ideal instrument would give, as [`Reading::measured`].
+    pub fn measured(&self, campaign: &Campaign) -> [f64; 6] {
+        if campaign.observes == Observes::Distance {
+            return [self.distance.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        }
+        let turn = if campaign.observes == Observes::Pose { rotation_vector(&self.rotation) } else { Vector3::zeros() };
+        [self.position.x, self.position.y, self.position.z, turn.x, turn.y, turn.z]
+    }
+}
