@@ -7,6 +7,7 @@
 
 pub mod description;
 pub mod estimation;
+pub mod files;
 pub mod identifiability;
 pub mod kinematics;
 pub mod math;
@@ -15,3 +16,4 @@ pub mod parameter;
 pub mod prediction;
 pub mod remark;
 pub mod report;
+pub mod simulation;

@@ -43,8 +43,11 @@ pub struct ClosedLoops {
     reference: Vec<f64>,
     /// Inputs at the reference configuration.
     inputs: Vec<f64>,
-    /// Sign of the closure's determinant on the declared branch; 0 where it has none.
+    /// Sign of the closure's determinant on the declared branch; of an over-constrained closure, of its Jacobian's
+    /// against that of the reference, which is +1 by definition.
     sign: f64,
+    /// Jacobian at the reference, where there are more equations than unknowns; empty otherwise.
+    jacobian: Vec<f64>,
 }
 
 const MAX_ITERATIONS: usize = 60;
@@ -59,8 +62,14 @@ impl ClosedLoops {
         let planar =
             |plan: &crate::model::LoopPlan| (plan.kind == LoopKind::Planar).then(|| Ground::new(geometry, plan));
         let grounds = group.loops.iter().map(planar).collect();
-        let mut closed =
-            Self { group: group.clone(), grounds, reference: group.guess.clone(), inputs: Vec::new(), sign: 0.0 };
+        let mut closed = Self {
+            group: group.clone(),
+            grounds,
+            reference: group.guess.clone(),
+            inputs: Vec::new(),
+            sign: 0.0,
+            jacobian: Vec::new(),
+        };
         let mut joints = Vec::new();
         geometry.direct_joints(&group.at, &mut joints);
         let mut scratch = Scratch::default();
@@ -84,6 +93,11 @@ impl ClosedLoops {
             Ok(sign) => {
                 closed.sign = sign;
                 closed.reference = group.unknowns.iter().map(|&frame| joints[frame]).collect();
+                if group.equations > group.unknowns.len() {
+                    closed.evaluate(geometry, &joints, &mut scratch);
+                    closed.jacobian = scratch.matrix;
+                    closed.sign = 1.0;
+                }
                 Ok(closed)
             }
             Err(gap) => Err(closed.failure(gap, " where its branch is declared")),
@@ -119,7 +133,21 @@ impl ClosedLoops {
         let result = self.continuation(geometry, &target, joints, scratch);
         self.set(&self.group.inputs, &target, joints);
         scratch.inputs = target;
-        result.map_err(|gap| self.failure(gap, ""))
+        // From where the branch ends, the gap that stays for the joints asked for.
+        result.map_err(|gap| match self.newton(geometry, joints, scratch) {
+            Err(gap) => self.failure(gap, ""),
+            Ok(_) => self.failure(gap, " on its declared branch"),
+        })
+    }
+
+    /// The determinant's sign, from what a solve found: see [`ClosedLoops::sign`].
+    fn branch(&self, sign: f64, matrix: &[f64]) -> f64 {
+        if self.jacobian.is_empty() {
+            return sign;
+        }
+        let (rows, columns) = (self.group.equations, self.group.unknowns.len());
+        let reference = nalgebra::DMatrix::from_row_slice(rows, columns, &self.jacobian);
+        reference.tr_mul(&nalgebra::DMatrix::from_row_slice(rows, columns, matrix)).determinant().signum()
     }
 
     fn set(&self, frames: &[FrameIndex], values: &[f64], joints: &mut [f64]) {
@@ -157,6 +185,7 @@ impl ClosedLoops {
                     gap = outcome.err().unwrap_or(gap);
                     step *= 0.5;
                     if step < 1e-3 {
+                        self.set(&self.group.unknowns, &good, joints);
                         return Err(if gap.is_finite() { gap } else { 0.0 });
                     }
                 }
@@ -189,7 +218,7 @@ impl ClosedLoops {
                 if factor == 1.0 && largest < SMALL_STEP {
                     // Quadratic convergence: what is left is the step's square. Over-constrained loops keep their gap.
                     return if best < CLOSED || best <= self.group.gap || self.group.equations == n && best < 1e-6 {
-                        Ok(sign)
+                        Ok(self.branch(sign, &scratch.matrix))
                     } else {
                         Err(best)
                     };
@@ -222,8 +251,8 @@ impl ClosedLoops {
             scratch.residual[plan.row..plan.row + found.rows].copy_from_slice(&found.residual[..found.rows]);
             for (frame, column) in &found.joints {
                 if let Some(k) = self.group.unknowns.iter().position(|unknown| unknown == frame) {
-                    for row in 0..found.rows {
-                        scratch.matrix[(plan.row + row) * n + k] += column[row];
+                    for (row, value) in column[..found.rows].iter().enumerate() {
+                        scratch.matrix[(plan.row + row) * n + k] += value;
                     }
                 }
             }

@@ -5,7 +5,7 @@
 
 mod closure;
 mod geometry;
-
+mod inverse;
 mod jacobian;
 mod linear;
 mod planar;
@@ -14,7 +14,7 @@ mod slider_crank;
 mod spatial;
 
 pub use geometry::{AssemblyError, Geometry, Placements};
-
+pub use inverse::{InverseError, InverseSettings, Solution, Target, solve};
 pub use jacobian::{By, ErrorColumns, shift};
 pub use rates::Rates;
 pub use slider_crank::slider_crank;

@@ -201,15 +201,15 @@ impl Rates {
             closed.linearise(geometry, at, &placements.joints, true, &mut found);
             for (frame, column) in &found.joints {
                 if let Some(k) = group.unknowns.iter().position(|unknown| unknown == frame) {
-                    for row in 0..found.rows {
-                        self.unknowns[(plan.row + row) * columns + k] += column[row];
+                    for (row, value) in column[..found.rows].iter().enumerate() {
+                        self.unknowns[(plan.row + row) * columns + k] += value;
                     }
                 } else {
                     for driver in 0..n {
                         let rate = self.rates[frame * n + driver];
                         if rate != 0.0 {
-                            for row in 0..found.rows {
-                                self.right[(plan.row + row) * n + driver] += column[row] * rate;
+                            for (row, value) in column[..found.rows].iter().enumerate() {
+                                self.right[(plan.row + row) * n + driver] += value * rate;
                             }
                         }
                     }
@@ -217,8 +217,8 @@ impl Rates {
             }
             for (slot, column) in &found.slots {
                 if let Some(driver) = self.driver(*slot) {
-                    for row in 0..found.rows {
-                        self.right[(plan.row + row) * n + driver] += column[row];
+                    for (row, value) in column[..found.rows].iter().enumerate() {
+                        self.right[(plan.row + row) * n + driver] += value;
                     }
                 }
             }

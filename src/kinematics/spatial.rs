@@ -12,7 +12,7 @@ use crate::model::{LoopPlan, R, THETA};
 /// ancestor) and its derivatives.
 pub fn linearise(geometry: &Geometry, plan: &LoopPlan, joints: &[f64], slots: bool, out: &mut Linearisation) {
     let mut ends = [Transform::identity(); 2];
-    for side in 0..2 {
+    for (side, reached) in ends.iter_mut().enumerate() {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let (first_column, first_slot) = (out.joints.len(), out.slots.len());
         let mut pose = Transform::identity();
@@ -55,7 +55,7 @@ pub fn linearise(geometry: &Geometry, plan: &LoopPlan, joints: &[f64], slots: bo
                 }
             }
         }
-        ends[side] = pose;
+        *reached = pose;
         let end = pose.translation.vector;
         for (_, column) in out.joints[first_column..].iter_mut() {
             finish(column, &end);

@@ -1,0 +1,480 @@
+//! Calibration of a robot's geometry from a campaign.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::least_squares::{self, Bounds, Loss, Problem, Progress, UsageError};
+use super::problem::{CampaignProblem, row_sigmas};
+use super::registration::{arrangement, rough};
+use super::schemes::{alternating, pose_by_pose};
+use super::statistics::{Errors, cofactor, errors_of, t95};
+use crate::description::campaign::{Campaign, Observes};
+use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Identifiability, Scaling, reduce};
+use crate::math::mean_rms_max;
+use crate::model::Model;
+use crate::parameter::{Group, Slot};
+use crate::prediction::{Linearised, PredictionError, Predictor};
+
+/// How the fit proceeds. All schemes end at the same parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheme {
+    /// All readings and parameters at once.
+    Batch,
+    /// Configuration by configuration (IR663 paper, sec. 2.1.5).
+    PoseByPose,
+    /// Base and tool, then geometry, in turns (KR-270 paper, sec. III.A).
+    Alternating,
+}
+
+/// How readings are weighted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weights {
+    /// By the campaign's stated noise (equally where none is stated).
+    Stated,
+    /// All coordinates alike (OLS).
+    Equal,
+    /// By the noise of each direction, estimated from the residuals of a first fit (WLS).
+    Direction,
+}
+
+/// What is asked of a calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Scheme of the fit.
+    pub scheme: Scheme,
+    /// Weights of readings.
+    pub weights: Weights,
+    /// Robust loss, in sigmas.
+    pub loss: Loss,
+    /// Whether the stated tolerances pull parameters towards their nominal values.
+    pub prior: bool,
+    /// Column scaling of the reduction.
+    pub scaling: Scaling,
+    /// When a parameter that is not exactly dependent is dropped.
+    pub criterion: Criterion,
+    /// Parameters to hold at their nominal values, by name.
+    pub hold: Vec<String>,
+    /// Most iterations.
+    pub max_iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            scheme: Scheme::Batch,
+            weights: Weights::Stated,
+            loss: Loss::Squares,
+            prior: false,
+            scaling: Scaling::Norm,
+            criterion: Criterion::Relative(DEFAULT_TOLERANCE),
+            hold: Vec::new(),
+            max_iterations: 200,
+        }
+    }
+}
+
+/// Why a calibration cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// Readings cannot be predicted.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// There is nothing to estimate.
+    #[error("nothing is free: the campaign estimates neither base nor tool, and the description frees no parameter")]
+    NothingFree,
+    /// Too few readings.
+    #[error(
+        "{rows} residuals cannot determine {parameters} parameters: measure more configurations, or hold some parameters"
+    )]
+    TooFew {
+        /// Residuals.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The question is malformed.
+    #[error(transparent)]
+    Usage(#[from] UsageError),
+    /// The fit broke down.
+    #[error("the fit stopped: {0}")]
+    Stopped(String),
+}
+
+/// One parameter's result. Values in m or rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The parameter.
+    pub slot: Slot,
+    /// Description's value.
+    pub nominal: f64,
+    /// Estimated value (nominal where dropped).
+    pub value: f64,
+    /// Half width of the 95 % interval; NaN where dropped.
+    pub ci95: f64,
+    /// Whether it was estimated.
+    pub identifiable: bool,
+    /// Whether it stopped at a bound.
+    pub at_bound: bool,
+}
+
+/// Errors of the readings to fit and to check.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Figures {
+    /// Readings fitted.
+    pub fit: Errors,
+    /// Readings set aside.
+    pub check: Errors,
+}
+
+/// Result of a calibration.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// All values, by slot.
+    pub values: Vec<f64>,
+    /// Candidates in the order of columns.
+    pub slots: Vec<Slot>,
+    /// What could be told apart.
+    pub identifiability: Identifiability,
+    /// Results in the order of [`Calibration::slots`].
+    pub estimates: Vec<Estimate>,
+    /// Correlations of the kept parameters, in their order.
+    pub correlation: DMatrix<f64>,
+    /// With the description as it is.
+    pub before: Figures,
+    /// With base, tool and markers fitted and the geometry nominal.
+    pub registration: Figures,
+    /// Calibrated.
+    pub after: Figures,
+    /// Root mean square position error of the set-aside readings that the parameters' covariance alone predicts, m, and
+    /// with the residual noise added.
+    pub predicted: Option<[f64; 2]>,
+    /// Residual standard deviation over the weights' sigmas (1: the noise is as stated).
+    pub noise_ratio: f64,
+    /// Residual standard deviation of each direction over the fitted readings, m.
+    pub direction_noise: [f64; 3],
+    /// Iterations of the fit.
+    pub iterations: usize,
+    /// Why it ended.
+    pub ending: String,
+    /// Whether it converged.
+    pub converged: bool,
+    /// Residuals of all readings after calibration, as [`Linearised::residual`].
+    pub residual: Vec<f64>,
+}
+
+/// Calibrates `model` on the readings of `campaign` that are not set `aside`.
+///
+/// # Errors
+/// [`CalibrationError`]; a fit that merely converges badly is no error but says so in [`Calibration::ending`].
+pub fn calibrate(
+    model: &Model,
+    campaign: &Campaign,
+    aside: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
+    let fit = campaign.select(|i, _| !aside[i]);
+    let nominal = model.registry.nominal();
+    let everything = Predictor::new(model, campaign, Vec::new())?;
+    let figures = |values: &[f64]| -> Result<(Figures, Vec<f64>), CalibrationError> {
+        let mut found = Linearised::default();
+        everything.linearise(values, false, &mut found)?;
+        let fit = errors_of(campaign, &found.residual, |i| !aside[i]);
+        let check = errors_of(campaign, &found.residual, |i| aside[i]);
+        Ok((Figures { fit, check }, found.residual))
+    };
+    let (before, _) = figures(&nominal)?;
+
+    let sigmas = match settings.weights {
+        Weights::Stated | Weights::Direction => row_sigmas(&fit),
+        Weights::Equal => vec![row_sigmas(&fit).iter().copied().fold(f64::INFINITY, f64::min); row_sigmas(&fit).len()],
+    };
+    let arrangement = arrangement(model, &fit);
+    let mut start = rough(model, &fit, &nominal)?;
+    if !arrangement.is_empty() {
+        let problem =
+            CampaignProblem::new(Predictor::new(model, &fit, arrangement.clone())?, &start, sigmas.clone(), vec![]);
+        let bounds = Bounds::none(arrangement.len());
+        let solution = least_squares::minimize(&problem, &vec![0.0; arrangement.len()], &bounds, &least(settings))?;
+        start = problem.values(&solution.x);
+    }
+    let (registration, registered) = figures(&start)?;
+
+    let held: Vec<Slot> = settings.hold.iter().filter_map(|name| model.registry.slot(name)).collect();
+    let mut slots = arrangement;
+    slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
+    if slots.is_empty() {
+        return Err(CalibrationError::NothingFree);
+    }
+    let mut found = Linearised::default();
+    Predictor::new(model, &fit, slots.clone())?.linearise(&start, true, &mut found)?;
+    let width = slots.len();
+    let mut matrix = found.jacobian;
+    for (row, sigma) in matrix.chunks_mut(width).zip(&sigmas) {
+        row.iter_mut().for_each(|value| *value /= sigma);
+    }
+    let about = columns_about(model, &slots, &held);
+    let identifiability = reduce(&matrix, &about, settings.scaling, settings.criterion);
+    let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
+    if kept.len() > fit.readings.len() * fit.components() {
+        return Err(CalibrationError::TooFew { rows: fit.readings.len() * fit.components(), parameters: kept.len() });
+    }
+    let priors: Vec<(f64, f64)> = if settings.prior {
+        let prior = |&slot: &Slot| {
+            let parameter = &model.registry[slot];
+            let sigma = if parameter.group == Group::Geometry { parameter.tolerance } else { 1e3 };
+            (nominal[slot] - start[slot], sigma)
+        };
+        kept.iter().map(prior).collect()
+    } else {
+        Vec::new()
+    };
+
+    let sigmas = if settings.weights == Weights::Direction {
+        direction_sigmas(&fit, &first_residual(model, &fit, &kept, &start, sigmas, settings)?)
+    } else {
+        sigmas
+    };
+    let bounds = bounds_of(model, &kept, &start);
+    let problem = CampaignProblem::new(Predictor::new(model, &fit, kept.clone())?, &start, sigmas, priors.clone());
+    let outcome = run(&problem, &fit, model, &bounds, settings, progress)?;
+    let values = problem.values(&outcome.x);
+    let (after, residual) = figures(&values)?;
+    let _ = registered;
+
+    let data_rows = fit.readings.len() * fit.components();
+    let weights: Vec<f64> = outcome.weights.iter().copied().collect();
+    let degrees = (weights.iter().take(data_rows).filter(|w| **w > 1e-3).count() as f64 + priors.len() as f64
+        - kept.len() as f64)
+        .max(1.0);
+    let squares: f64 = outcome.residual.iter().zip(&weights).map(|(r, w)| w * r * r).sum();
+    let noise_ratio = (squares / degrees).sqrt();
+    let weighted =
+        DMatrix::from_fn(outcome.jacobian.nrows(), kept.len(), |i, j| outcome.jacobian[(i, j)] * weights[i].sqrt());
+    // A prior already says how sure it is; data alone are as noisy as they show themselves to be.
+    let covariance = cofactor(&weighted) * noise_ratio.powi(2);
+    let quantile = t95(degrees);
+    let estimates = slots
+        .iter()
+        .enumerate()
+        .map(|(column, &slot)| {
+            let position = identifiability.kept.binary_search(&column).ok();
+            Estimate {
+                slot,
+                nominal: nominal[slot],
+                value: values[slot],
+                ci95: position.map_or(f64::NAN, |k| quantile * covariance[(k, k)].max(0.0).sqrt()),
+                identifiable: position.is_some(),
+                at_bound: position.is_some_and(|k| outcome.at_bound[k]),
+            }
+        })
+        .collect();
+    let predicted = predicted_error(model, campaign, aside, &kept, &values, &covariance, &residual)?;
+    Ok(Calibration {
+        values,
+        slots,
+        identifiability,
+        estimates,
+        correlation: correlation(&covariance),
+        before,
+        registration,
+        after,
+        predicted,
+        noise_ratio,
+        direction_noise: direction_noise(campaign, &residual, aside),
+        iterations: outcome.iterations,
+        ending: outcome.ending,
+        converged: outcome.converged,
+        residual,
+    })
+}
+
+/// How columns of these parameters are to be treated by [`reduce`].
+pub(crate) fn columns_about(model: &Model, slots: &[Slot], held: &[Slot]) -> Vec<Column> {
+    let column = |slot: &Slot| {
+        let parameter = &model.registry[*slot];
+        Column {
+            first: parameter.group != Group::Geometry,
+            tolerance: parameter.tolerance,
+            preference: if parameter.closing { 0.1 } else { 1.0 },
+            held: held.contains(slot),
+        }
+    };
+    slots.iter().map(column).collect()
+}
+
+fn least(settings: &Settings) -> least_squares::Settings {
+    least_squares::Settings { max_iterations: settings.max_iterations, loss: settings.loss, ..Default::default() }
+}
+
+fn bounds_of(model: &Model, kept: &[Slot], start: &[f64]) -> Bounds {
+    let side = |k: usize| kept.iter().map(|&slot| model.registry[slot].bounds[k] - start[slot]).collect();
+    Bounds { lower: side(0), upper: side(1) }
+}
+
+struct Outcome {
+    x: Vec<f64>,
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    weights: DVector<f64>,
+    at_bound: Vec<bool>,
+    iterations: usize,
+    ending: String,
+    converged: bool,
+}
+
+fn run(
+    problem: &CampaignProblem,
+    fit: &Campaign,
+    model: &Model,
+    bounds: &Bounds,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, CalibrationError> {
+    let n = problem.parameters();
+    let stopped = |error: least_squares::EvaluationError| CalibrationError::Stopped(error.0);
+    if settings.scheme == Scheme::Batch {
+        let solution = least_squares::minimize_observed(problem, &vec![0.0; n], bounds, &least(settings), progress)?;
+        if let least_squares::Status::NoStart(error) = &solution.status {
+            return Err(CalibrationError::Stopped(error.0.clone()));
+        }
+        return Ok(Outcome {
+            at_bound: solution.at_bound.iter().map(Option::is_some).collect(),
+            iterations: solution.iterations,
+            ending: format!("{:?}", solution.status).to_lowercase(),
+            converged: solution.status.converged(),
+            x: solution.x,
+            residual: solution.residual,
+            jacobian: solution.jacobian,
+            weights: solution.weights,
+        });
+    }
+    let sigmas: Vec<f64> = problem.slots().iter().map(|&slot| model.registry[slot].tolerance).collect();
+    let reached = if settings.scheme == Scheme::PoseByPose {
+        let components = fit.components();
+        let mut blocks: Vec<Vec<usize>> = vec![Vec::new(); fit.poses.len()];
+        for (index, reading) in fit.readings.iter().enumerate() {
+            blocks[reading.pose].extend(index * components..(index + 1) * components);
+        }
+        let priors: Vec<usize> = (fit.readings.len() * components..problem.residuals()).collect();
+        blocks.retain(|rows| !rows.is_empty());
+        if !priors.is_empty() {
+            blocks.insert(0, priors);
+        }
+        pose_by_pose(problem, &blocks, &sigmas, settings.max_iterations).map_err(stopped)?
+    } else {
+        let first: Vec<bool> =
+            problem.slots().iter().map(|&slot| model.registry[slot].group != Group::Geometry).collect();
+        alternating(problem, &first, bounds, &sigmas, settings.max_iterations.max(20_000)).map_err(stopped)?
+    };
+    let (mut residual, mut jacobian) = (DVector::zeros(problem.residuals()), DMatrix::zeros(problem.residuals(), n));
+    problem.evaluate(&reached.x, &mut residual, Some(&mut jacobian)).map_err(stopped)?;
+    let at_bound = (0..n).map(|j| reached.x[j] <= bounds.lower[j] || reached.x[j] >= bounds.upper[j]).collect();
+    let ending = if reached.converged { "step" } else { "iterationlimit" };
+    Ok(Outcome {
+        x: reached.x,
+        weights: DVector::repeat(residual.len(), 1.0),
+        residual,
+        jacobian,
+        at_bound,
+        iterations: reached.iterations,
+        ending: ending.into(),
+        converged: reached.converged,
+    })
+}
+
+/// Residuals of a first fit, from which directions get their noise.
+fn first_residual(
+    model: &Model,
+    fit: &Campaign,
+    kept: &[Slot],
+    start: &[f64],
+    sigmas: Vec<f64>,
+    settings: &Settings,
+) -> Result<Vec<f64>, CalibrationError> {
+    let problem = CampaignProblem::new(Predictor::new(model, fit, kept.to_vec())?, start, sigmas, vec![]);
+    let bounds = bounds_of(model, kept, start);
+    let solution = least_squares::minimize(&problem, &vec![0.0; kept.len()], &bounds, &least(settings))?;
+    let mut found = Linearised::default();
+    Predictor::new(model, fit, Vec::new())?.linearise(&problem.values(&solution.x), false, &mut found)?;
+    Ok(found.residual)
+}
+
+fn direction_sigmas(fit: &Campaign, residual: &[f64]) -> Vec<f64> {
+    let components = fit.components();
+    let by_component: Vec<f64> = (0..components)
+        .map(|k| mean_rms_max(residual.iter().skip(k).step_by(components).copied())[1].max(1e-9))
+        .collect();
+    by_component.iter().copied().cycle().take(residual.len()).collect()
+}
+
+fn direction_noise(campaign: &Campaign, residual: &[f64], aside: &[bool]) -> [f64; 3] {
+    let components = campaign.components();
+    std::array::from_fn(|k| {
+        let of = residual
+            .chunks(components)
+            .zip(aside)
+            .filter(|(_, aside)| !**aside)
+            .filter_map(|(r, _)| r[..components.min(3)].get(k));
+        mean_rms_max(of.copied())[1]
+    })
+}
+
+fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = covariance.nrows();
+    DMatrix::from_fn(n, n, |i, j| {
+        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt().max(f64::MIN_POSITIVE)
+    })
+}
+
+/// Position error of the set-aside readings that the covariance foretells (KR-270 paper, Tables X, XII).
+fn predicted_error(
+    model: &Model,
+    campaign: &Campaign,
+    aside: &[bool],
+    kept: &[Slot],
+    values: &[f64],
+    covariance: &DMatrix<f64>,
+    residual: &[f64],
+) -> Result<Option<[f64; 2]>, CalibrationError> {
+    let check = campaign.select(|i, _| aside[i]);
+    if check.readings.is_empty() {
+        return Ok(None);
+    }
+    let mut found = Linearised::default();
+    Predictor::new(model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
+    let (components, width) = (check.components(), kept.len());
+    let position = if check.observes == Observes::Distance { 1 } else { 3 };
+    let mut sum = 0.0;
+    for reading in found.jacobian.chunks(components * width.max(1)) {
+        for row in reading.chunks(width.max(1)).take(position) {
+            let row = DVector::from_column_slice(row);
+            sum += (covariance * &row).dot(&row);
+        }
+    }
+    let mean_square = sum / check.readings.len() as f64;
+    let noise: f64 = direction_noise(campaign, residual, aside).iter().map(|s| s * s).sum();
+    Ok(Some([mean_square.sqrt(), (mean_square + noise).sqrt()]))
+}
+
+/// The same calibration with equal weights (OLS) and with weights by direction (WLS).
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// All coordinates alike.
+    pub ols: Calibration,
+    /// By the noise of each direction.
+    pub wls: Calibration,
+}
+
+/// Ordinary and weighted least squares side by side.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn compare(
+    model: &Model,
+    campaign: &Campaign,
+    aside: &[bool],
+    settings: &Settings,
+) -> Result<Comparison, CalibrationError> {
+    let with = |weights| calibrate(model, campaign, aside, &Settings { weights, ..settings.clone() }, &mut |_| {});
+    Ok(Comparison { ols: with(Weights::Equal)?, wls: with(Weights::Direction)? })
+}

@@ -1,0 +1,101 @@
+//! Measured data of real robots, read in place where they are present.
+
+use elastogeo::estimation::{Calibration, Settings, calibrate, split};
+use elastogeo::files::load_campaign;
+use elastogeo::math::median;
+
+/// The folder of a set of measurements, or `None` with a word.
+fn folder(name: &str) -> Option<String> {
+    let root =
+        std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
+    let folder = format!("{root}/{name}");
+    if std::path::Path::new(&folder).is_dir() {
+        Some(folder)
+    } else {
+        println!("skipped: no data at {folder}");
+        None
+    }
+}
+
+fn calibrated(name: &str) -> Option<Calibration> {
+    let loaded = load_campaign(&folder(name)?, None)
+        .unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
+    let aside = split(&loaded.campaign, 0.25, 1);
+    Some(
+        calibrate(&loaded.robot.model, &loaded.campaign, &aside, &Settings::default(), &mut |_| {})
+            .expect("calibrated"),
+    )
+}
+
+#[test]
+fn ur5_blind_poses() {
+    let Some(found) = calibrated("ur5-jacobi") else { return };
+    println!(
+        "{:?}\n{:?}\nrank {} kept {} it {} {} noise {}",
+        found.registration.check,
+        found.after.check,
+        found.identifiability.rank,
+        found.identifiability.kept.len(),
+        found.iterations,
+        found.ending,
+        found.noise_ratio
+    );
+    assert_eq!(found.identifiability.rank, 27);
+    assert!(found.after.check.distance[0] <= 0.105e-3, "mean {}", found.after.check.distance[0]);
+}
+
+#[test]
+fn ur10_held_out_poses() {
+    let Some(found) = calibrated("ur10-landgraf") else { return };
+    println!(
+        "{:?}\n{:?}\nrank {} kept {} it {} {} noise {}",
+        found.registration.check,
+        found.after.check,
+        found.identifiability.rank,
+        found.identifiability.kept.len(),
+        found.iterations,
+        found.ending,
+        found.noise_ratio
+    );
+    assert_eq!(found.identifiability.rank, 30);
+    assert!(found.after.check.distance[1] <= 0.4215e-3, "rms {}", found.after.check.distance[1]);
+}
+
+#[test]
+fn wam_random_poses() {
+    let Some(found) = calibrated("wam-jacobi") else { return };
+    println!(
+        "{:?}\n{:?}\nrank {} kept {} it {} {} noise {}",
+        found.registration.check,
+        found.after.check,
+        found.identifiability.rank,
+        found.identifiability.kept.len(),
+        found.iterations,
+        found.ending,
+        found.noise_ratio
+    );
+    assert!(found.after.check.distance[1] <= 3.295e-3, "rms {}", found.after.check.distance[1]);
+}
+
+#[test]
+fn ur5_from_twenty_training_poses() {
+    let Some(folder) = folder("ur5-jacobi") else { return };
+    let loaded = load_campaign(&folder, None).expect("readable");
+    let check = split(&loaded.campaign, 0.25, 1);
+    let mut means: Vec<f64> = (0..10)
+        .map(|seed| {
+            use rand::seq::SliceRandom;
+            let mut fit: Vec<usize> = (0..check.len()).filter(|&i| !check[i]).collect();
+            fit.shuffle(&mut elastogeo::simulation::generator(seed));
+            fit.truncate(20);
+            let few = loaded.campaign.select(|i, _| check[i] || fit.contains(&i));
+            let aside = split(&few, 0.25, 1);
+            let found =
+                calibrate(&loaded.robot.model, &few, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+            found.after.check.distance[0]
+        })
+        .collect();
+    println!("{means:?}");
+    let median = median(&mut means);
+    assert!(median <= 0.14e-3, "median {median}");
+}
