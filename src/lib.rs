@@ -5,6 +5,7 @@
 //! be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
 //! Inside, every quantity is SI (m, rad, N, kg, s).
 
+pub mod cli;
 pub mod description;
 pub mod estimation;
 pub mod files;
@@ -17,3 +18,4 @@ pub mod prediction;
 pub mod remark;
 pub mod report;
 pub mod simulation;
+pub mod snapshot;

@@ -1,1 +1,7 @@
-fn main() {}
+//! The `elastogeo` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    elastogeo::cli::main()
+}

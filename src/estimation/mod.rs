@@ -3,6 +3,7 @@
 pub mod least_squares;
 
 mod calibration;
+mod observation;
 mod problem;
 mod registration;
 mod schemes;
@@ -12,6 +13,7 @@ mod statistics;
 pub use calibration::{
     Calibration, CalibrationError, Comparison, Estimate, Figures, Scheme, Settings, Weights, calibrate, compare,
 };
+pub use observation::{Observation, observe};
 pub use problem::row_sigmas;
 pub use split::split;
 pub use statistics::{Errors, errors_of};

@@ -1,3 +1,6 @@
-//! What is shown to the user; computes nothing new.
+//! What is shown to the user, as text and JSON; computes nothing new.
 
+pub mod identification;
 pub mod remarks;
+pub mod robot;
+pub mod table;

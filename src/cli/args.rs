@@ -1,0 +1,333 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Calibrate declared robots: kinematics, what can be identified, calibration, proof on poses not seen.
+#[derive(Debug, Parser)]
+#[command(
+    name = "elastogeo",
+    version,
+    about,
+    after_help = "Exit status: 0 done, 1 the computation could not be completed, 2 bad input."
+)]
+pub struct Arguments {
+    /// How results are printed.
+    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    /// Write the result to this file, whole or not at all.
+    #[arg(long, global = true, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Seed of everything drawn at random.
+    #[arg(long, global = true, default_value_t = 1)]
+    pub seed: u64,
+    /// Number of threads; all processors by default. Results do not depend on it.
+    #[arg(long, global = true, value_name = "N")]
+    pub jobs: Option<usize>,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Tables with units.
+    Text,
+    /// JSON.
+    Json,
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Validate a robot; print frames, loops, degrees of freedom, parameters, what is elastic.
+    Check(Check),
+    /// Write a robot as YAML or URDF.
+    Convert(Convert),
+    /// Forward model: frames and markers at given joints.
+    Pose(Pose),
+    /// Inverse model: all branches, or the one nearest to a configuration.
+    Solve(Solve),
+    /// How much the tool moves per unit of each parameter, over a campaign's configurations.
+    Sensitivity(OnCampaign),
+    /// What a campaign can tell: rank, what is dropped and merged into what, conditioning, observability.
+    Identifiability(Identifiability),
+    /// Calibrate a robot on a campaign and judge it on poses the fit did not see.
+    Identify(Identify),
+    /// Compare a description with measurements, fitting nothing.
+    Residuals(OnCampaign),
+    /// Make a campaign from a description with drawn or given errors.
+    Simulate(Simulate),
+    /// Print a JSON Schema.
+    Schema(Schema),
+    /// Print a completion script for a shell.
+    Completions(Completions),
+}
+
+/// `check`
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Compare with the snapshot in this file; write it if there is none.
+    #[arg(long, value_name = "FILE")]
+    pub snapshot: Option<PathBuf>,
+}
+
+/// `convert`
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// File to write; its ending (.yaml or .urdf) says which format.
+    pub to: PathBuf,
+}
+
+/// `pose`
+#[derive(Debug, Args)]
+pub struct Pose {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside).
+    #[arg(
+        long,
+        value_name = "A=..,B=..",
+        allow_hyphen_values = true,
+        conflicts_with = "table",
+        required_unless_present = "table"
+    )]
+    pub joints: Option<String>,
+    /// CSV of configurations, one column a variable, in the description's units.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Wrench on the tool (needs the elastic model, not available yet).
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+}
+
+/// `solve`
+#[derive(Debug, Args)]
+pub struct Solve {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Position and rotation vector of the tool in the base frame, in the description's units; three numbers for a
+    /// position alone.
+    #[arg(long, value_name = "X,Y,Z[,RX,RY,RZ]", allow_hyphen_values = true)]
+    pub target: String,
+    /// Only the solution nearest to this configuration.
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub from: Option<String>,
+    /// Starts without a new branch after which the search ends.
+    #[arg(long, default_value_t = 192)]
+    pub restarts: usize,
+}
+
+/// A robot and a campaign.
+#[derive(Debug, Args)]
+pub struct OnCampaign {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+}
+
+/// How columns are scaled and parameters dropped.
+#[derive(Debug, Args)]
+pub struct Reduction {
+    /// Parameters are dropped below this fraction of the greatest singular value, or `noise`: where an error of the
+    /// parameter's tolerance would show less than the readings' noise.
+    #[arg(long, default_value = "6e-5", value_name = "FRACTION|noise")]
+    pub tolerance: String,
+    /// Scaling of columns.
+    #[arg(long, value_enum, default_value_t = Scale::Norm)]
+    pub scale: Scale,
+    /// Parameters to hold at their nominal values.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
+    pub hold: Vec<String>,
+}
+
+/// Scaling of columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Scale {
+    /// To length one.
+    Norm,
+    /// By the parameters' stated tolerances.
+    Tolerance,
+}
+
+/// `identifiability`
+#[derive(Debug, Args)]
+pub struct Identifiability {
+    /// Robot and campaign.
+    #[command(flatten)]
+    pub on: OnCampaign,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
+}
+
+/// `identify`
+#[derive(Debug, Args)]
+pub struct Identify {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// What to identify.
+    #[arg(long, value_delimiter = ',', default_value = "geometric")]
+    pub what: Vec<String>,
+    /// Write the calibrated description (.yaml or .urdf).
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
+    /// How the fit proceeds; all end at the same parameters.
+    #[arg(long, value_enum, default_value_t = SchemeName::Batch)]
+    pub scheme: SchemeName,
+    /// Weights of readings.
+    #[arg(long, value_enum, default_value_t = WeightsName::Stated)]
+    pub weights: WeightsName,
+    /// Robust loss.
+    #[arg(long, value_enum, default_value_t = LossName::Squares)]
+    pub loss: LossName,
+    /// Residual, in sigmas, beyond which the robust loss gives way.
+    #[arg(long, default_value_t = 3.0)]
+    pub loss_scale: f64,
+    /// Let the stated tolerances pull parameters towards their nominal values.
+    #[arg(long)]
+    pub prior: bool,
+    /// Share of the configurations set aside to check where the campaign does not say.
+    #[arg(long, default_value_t = 0.25)]
+    pub check: f64,
+    /// Draw only so many of the configurations to fit, seeded.
+    #[arg(long, value_name = "N")]
+    pub train: Option<usize>,
+    /// Ordinary and weighted least squares side by side.
+    #[arg(long)]
+    pub compare: bool,
+}
+
+/// Schemes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SchemeName {
+    /// All at once.
+    Batch,
+    /// Configuration by configuration.
+    PoseByPose,
+    /// Base and tool, then geometry, in turns.
+    Alternating,
+}
+
+/// Weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum WeightsName {
+    /// The campaign's stated noise.
+    Stated,
+    /// All alike (OLS).
+    Equal,
+    /// Noise of each direction, from a first fit (WLS).
+    Direction,
+}
+
+/// Losses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LossName {
+    /// Plain squares.
+    Squares,
+    /// Huber's.
+    Huber,
+    /// Cauchy's.
+    Cauchy,
+    /// Tukey's.
+    Tukey,
+}
+
+/// `simulate`
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Number of configurations to draw, or a CSV of configurations in the description's units.
+    #[arg(long, value_name = "N|FILE")]
+    pub poses: String,
+    /// Folder to write campaign.yaml, measurements.csv and truth.json to.
+    #[arg(long, value_name = "FOLDER")]
+    pub into: PathBuf,
+    /// What a reading is.
+    #[arg(long, value_enum, default_value_t = ObservesName::Position)]
+    pub observes: ObservesName,
+    /// Markers read at each configuration; the tool centre point by default.
+    #[arg(long, value_delimiter = ',')]
+    pub markers: Vec<String>,
+    /// Readings of each marker at each configuration.
+    #[arg(long, default_value_t = 1)]
+    pub repeats: usize,
+    /// Noise of a coordinate, one sigma, mm.
+    #[arg(long, default_value_t = 0.03)]
+    pub noise: f64,
+    /// Noise of a component of the orientation, one sigma, deg.
+    #[arg(long, default_value_t = 0.003)]
+    pub orientation_noise: f64,
+    /// Geometry errors: normal, this many times each free parameter's tolerance.
+    #[arg(long, default_value_t = 1.0)]
+    pub errors: f64,
+    /// Errors of single parameters: name=value, added to the nominal value, in the description's units.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=..", allow_hyphen_values = true)]
+    pub set: Vec<String>,
+    /// Place the robot at random in the measurement frame and declare base (and markers) unknown.
+    #[arg(long)]
+    pub unknown_base: bool,
+    /// Move markers at random by millimetres and declare them unknown.
+    #[arg(long)]
+    pub unknown_tool: bool,
+    /// Share of each variable's limits from which configurations are drawn.
+    #[arg(long, default_value_t = 0.8)]
+    pub share: f64,
+    /// Share of configurations marked `check`.
+    #[arg(long, default_value_t = 0.25)]
+    pub check: f64,
+    /// Unmodelled effects (not available yet).
+    #[arg(long, value_name = "EFFECT@SITE")]
+    pub effect: Vec<String>,
+}
+
+/// What a reading is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ObservesName {
+    /// Position.
+    Position,
+    /// Position and orientation.
+    Pose,
+    /// Distance from the description's anchors.
+    Distance,
+}
+
+/// `schema`
+#[derive(Debug, Args)]
+pub struct Schema {
+    /// Which.
+    #[arg(value_enum)]
+    pub of: SchemaOf,
+}
+
+/// Which schema.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SchemaOf {
+    /// Robot description.
+    Robot,
+    /// Campaign.
+    Campaign,
+}
+
+/// `completions`
+#[derive(Debug, Args)]
+pub struct Completions {
+    /// The shell.
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}

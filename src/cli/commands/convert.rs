@@ -1,0 +1,29 @@
+//! `convert`: a description as YAML or URDF.
+
+use std::path::Path;
+
+use crate::cli::args::Convert;
+use crate::cli::{Failure, Output};
+use crate::description::raw::RawRobot;
+use crate::description::{urdf, yaml};
+use crate::files::load_robot;
+use crate::remark::Remark;
+
+pub fn run(command: &Convert) -> Result<Output, Failure> {
+    let loaded = load_robot(&command.robot)?;
+    let (text, remarks) = written(&loaded.raw, &command.to)?;
+    let said = format!("wrote {}\n", command.to.display());
+    let mut output = Output::new(said, serde_json::json!({"wrote": command.to.display().to_string()}));
+    output.remarks = loaded.remarks.into_iter().chain(remarks).collect();
+    output.files.push((command.to.clone(), text));
+    Ok(output)
+}
+
+/// A description as the text of a file, in the format that its name asks for.
+pub fn written(raw: &RawRobot, to: &Path) -> Result<(String, Vec<Remark>), Failure> {
+    match to.extension().and_then(|extension| extension.to_str()) {
+        Some("yaml" | "yml") => Ok((yaml::write(raw).map_err(Failure::Computation)?, Vec::new())),
+        Some("urdf" | "xml") => Ok(urdf::export(raw)?),
+        _ => Err(Failure::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf")),
+    }
+}

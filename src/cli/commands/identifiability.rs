@@ -1,0 +1,43 @@
+//! `identifiability`: what a campaign can tell.
+
+use serde_json::Value;
+
+use crate::cli::args::{Identifiability, Reduction, Scale};
+use crate::cli::values::known_parameters;
+use crate::cli::{Failure, Output};
+use crate::estimation::observe;
+use crate::files::load_campaign;
+use crate::identifiability::{Criterion, Scaling};
+use crate::report::identification::{identifiability_json, identifiability_text};
+
+pub fn run(command: &Identifiability) -> Result<Output, Failure> {
+    let loaded = load_campaign(&command.on.campaign, Some(&command.on.robot))?;
+    let model = &loaded.robot.model;
+    known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
+    let (scaling, criterion) = reduction(&command.reduction)?;
+    let found =
+        observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion).map_err(Failure::computation)?;
+    let text = identifiability_text(model, &found.slots, &found.identifiability);
+    let json = Value::Object(identifiability_json(model, &found.slots, &found.identifiability));
+    let mut output = Output::new(text, json);
+    output.remarks = loaded.remarks;
+    Ok(output)
+}
+
+/// Scaling and criterion as asked for.
+pub fn reduction(asked: &Reduction) -> Result<(Scaling, Criterion), Failure> {
+    let scaling = match asked.scale {
+        Scale::Norm => Scaling::Norm,
+        Scale::Tolerance => Scaling::Tolerance,
+    };
+    let criterion = match asked.tolerance.as_str() {
+        "noise" => Criterion::Noise,
+        number => match number.parse::<f64>() {
+            Ok(tolerance) if (0.0..1.0).contains(&tolerance) => Criterion::Relative(tolerance),
+            _ => {
+                return Err(Failure::input(format!("--tolerance `{number}`"), "give a fraction in [0, 1), or `noise`"));
+            }
+        },
+    };
+    Ok((scaling, criterion))
+}

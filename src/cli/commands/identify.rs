@@ -1,0 +1,129 @@
+//! `identify`: calibration.
+
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::convert::written;
+use super::identifiability::reduction;
+use crate::cli::args::{Identify, LossName, SchemeName, WeightsName};
+use crate::cli::values::known_parameters;
+use crate::cli::{Failure, Output};
+use crate::description::campaign::Campaign;
+use crate::description::rewrite::with_values;
+use crate::estimation::least_squares::Loss;
+use crate::estimation::{CalibrationError, Scheme, Settings, Weights, calibrate, compare, split};
+use crate::files::load_campaign;
+use crate::report::identification::{calibration_json, calibration_text, comparison_text};
+
+pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
+    for what in &command.what {
+        match what.as_str() {
+            "geometric" => {}
+            "elastic" => {
+                return Err(Failure::Computation(
+                    "--what elastic: stiffness is not identified by this version yet".into(),
+                ));
+            }
+            other => return Err(Failure::input(format!("--what `{other}`"), "valid here: geometric")),
+        }
+    }
+    if !(command.loss_scale.is_finite() && command.loss_scale > 0.0) {
+        return Err(Failure::input(format!("--loss-scale `{}`", command.loss_scale), "give a number above 0"));
+    }
+    if !(0.0..=0.9).contains(&command.check) {
+        return Err(Failure::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
+    }
+    let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
+    let model = &loaded.robot.model;
+    known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
+    let (scaling, criterion) = reduction(&command.reduction)?;
+    let settings = Settings {
+        scheme: match command.scheme {
+            SchemeName::Batch => Scheme::Batch,
+            SchemeName::PoseByPose => Scheme::PoseByPose,
+            SchemeName::Alternating => Scheme::Alternating,
+        },
+        weights: match command.weights {
+            WeightsName::Stated => Weights::Stated,
+            WeightsName::Equal => Weights::Equal,
+            WeightsName::Direction => Weights::Direction,
+        },
+        loss: match command.loss {
+            LossName::Squares => Loss::Squares,
+            LossName::Huber => Loss::Huber(command.loss_scale),
+            LossName::Cauchy => Loss::Cauchy(command.loss_scale),
+            LossName::Tukey => Loss::Tukey(command.loss_scale),
+        },
+        prior: command.prior,
+        scaling,
+        criterion,
+        hold: command.reduction.hold.clone(),
+        ..Settings::default()
+    };
+    let campaign = match command.train {
+        Some(count) => fewer(&loaded.campaign, count, command.check, seed),
+        None => loaded.campaign.clone(),
+    };
+    let aside = split(&campaign, command.check, seed);
+    let started = Instant::now();
+    if command.compare {
+        let both = compare(model, &campaign, &aside, &settings).map_err(failure)?;
+        let seconds = started.elapsed().as_secs_f64();
+        let json = serde_json::json!({"ols": calibration_json(model, &campaign, &both.ols, seconds), "wls": calibration_json(model, &campaign, &both.wls, seconds)});
+        let mut output = Output::new(comparison_text(model, &both), json);
+        output.remarks = loaded.remarks;
+        return Ok(output);
+    }
+    let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+    if let Ok(style) = ProgressStyle::with_template("{spinner} iteration {pos}  {msg}") {
+        bar.set_style(style);
+    }
+    let found = calibrate(model, &campaign, &aside, &settings, &mut |progress| {
+        bar.set_position(progress.iteration as u64);
+        bar.set_message(format!("cost {:.6e}", progress.cost));
+        bar.tick();
+    })
+    .map_err(failure)?;
+    bar.finish_and_clear();
+    let seconds = started.elapsed().as_secs_f64();
+    let mut output =
+        Output::new(calibration_text(model, &campaign, &found), calibration_json(model, &campaign, &found, seconds));
+    output.remarks = loaded.remarks;
+    output.failed = !found.converged;
+    if let Some(path) = &command.save {
+        let (text, remarks) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
+        output.remarks.extend(remarks);
+        output.text += &format!("calibrated description: {}\n", path.display());
+        output.files.push((path.clone(), text));
+    }
+    Ok(output)
+}
+
+fn failure(error: CalibrationError) -> Failure {
+    Failure::computation(error)
+}
+
+/// Only `count` of the configurations that would be fitted, drawn with the seed, beside all those to check.
+fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Campaign {
+    use rand::seq::SliceRandom;
+    let aside = split(campaign, share, seed);
+    let mut poses: Vec<usize> =
+        campaign.readings.iter().zip(&aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading.pose).collect();
+    poses.dedup();
+    poses.shuffle(&mut crate::simulation::generator(seed));
+    poses.truncate(count);
+    let mut drawn = campaign.select(|i, reading| aside[i] || poses.contains(&reading.pose));
+    let check: Vec<bool> = campaign
+        .readings
+        .iter()
+        .zip(&aside)
+        .filter(|(reading, aside)| **aside || poses.contains(&reading.pose))
+        .map(|(_, aside)| *aside)
+        .collect();
+    for (reading, check) in drawn.readings.iter_mut().zip(check) {
+        reading.check = Some(check);
+    }
+    drawn
+}

@@ -1,0 +1,13 @@
+//! One file a command.
+
+pub mod check;
+pub mod completions;
+pub mod convert;
+pub mod identifiability;
+pub mod identify;
+pub mod pose;
+pub mod residuals;
+pub mod schema;
+pub mod sensitivity;
+pub mod simulate;
+pub mod solve;

@@ -1,0 +1,132 @@
+//! `pose`: the forward model.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+
+use crate::cli::args::Pose;
+use crate::cli::values::joints;
+use crate::cli::{Failure, Output};
+use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
+use crate::files::{LoadedRobot, load_robot};
+use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
+use crate::report::table::{deg, mm, table};
+
+pub fn run(command: &Pose) -> Result<Output, Failure> {
+    let loaded = load_robot(&command.robot)?;
+    if command.wrench.is_some() {
+        return Err(Failure::Computation(
+            "--wrench: deflection under load needs the elastic model, which this version does not have yet".into(),
+        ));
+    }
+    let configurations = match (&command.joints, &command.table) {
+        (_, Some(path)) => configurations(&loaded, path)?,
+        (Some(text), None) => vec![joints(&loaded.model, &loaded.raw.units, text)?],
+        (None, None) => return Err(Failure::input("no configuration", "give --joints or --table")),
+    };
+    let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
+    let mut placements = Placements::default();
+    let (mut text, mut all) = (String::new(), Vec::new());
+    for (row, q) in configurations.iter().enumerate() {
+        geometry.place(q, &mut placements).map_err(|error| {
+            let which = if command.table.is_some() { format!("row {}: ", row + 1) } else { String::new() };
+            Failure::Computation(format!("{which}{error}"))
+        })?;
+        text += &in_words(&geometry, &placements);
+        all.push(as_json(&geometry, &placements));
+    }
+    let json = if command.table.is_some() { json!({"poses": all}) } else { all.pop().unwrap_or(Value::Null) };
+    let mut output = Output::new(text, json);
+    output.remarks = loaded.remarks;
+    Ok(output)
+}
+
+/// Configurations of a CSV with one column a variable, in the description's units.
+pub fn configurations(loaded: &LoadedRobot, path: &std::path::Path) -> Result<Vec<Vec<f64>>, Failure> {
+    let name = path.display().to_string();
+    let file = std::fs::File::open(path).map_err(|error| {
+        Failure::input(format!("`{name}` cannot be read: {error}"), "give a CSV with one column a variable")
+    })?;
+    let expected: Vec<ExpectedColumn> = loaded
+        .model
+        .variables
+        .iter()
+        .map(|variable| ExpectedColumn { name: variable.name.clone(), kind: ColumnKind::Number, required: true })
+        .collect();
+    let table = read_table(&name, file, &expected, &BTreeMap::new(), &[], &Dialect::default(), 1_000_000)?;
+    let units = &loaded.raw.units;
+    let factor = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
+    let row = |row: usize| {
+        let value = |variable: &crate::description::robot::Variable| {
+            table.numbers(&variable.name).and_then(|all| all.get(row)).copied().unwrap_or(0.0)
+                * factor(variable.is_angle)
+        };
+        loaded.model.variables.iter().map(value).collect()
+    };
+    Ok((0..table.row_count()).map(row).collect())
+}
+
+fn joint_values(geometry: &Geometry, placements: &Placements) -> Vec<(String, f64, bool)> {
+    let model = geometry.model;
+    let moving = model.frames.iter().enumerate().filter(|(_, frame)| frame.moves());
+    moving
+        .map(|(index, frame)| {
+            let angle = frame.joint == crate::description::raw::JointKind::Revolute;
+            (frame.name.clone(), placements.joints[index], angle)
+        })
+        .collect()
+}
+
+fn as_json(geometry: &Geometry, placements: &Placements) -> Value {
+    let model = geometry.model;
+    let matrix = |t: &Transform| {
+        let m = t.to_homogeneous();
+        json!((0..4).map(|i| (0..4).map(|j| m[(i, j)]).collect::<Vec<f64>>()).collect::<Vec<_>>())
+    };
+    let joints: Map<String, Value> =
+        joint_values(geometry, placements).into_iter().map(|(name, value, _)| (name, json!(value))).collect();
+    let frames: Map<String, Value> = model
+        .frames
+        .iter()
+        .zip(&placements.frames)
+        .skip(1)
+        .map(|(frame, placed)| (frame.name.clone(), matrix(placed)))
+        .collect();
+    let markers: Map<String, Value> = (0..model.markers.len())
+        .map(|m| {
+            let point = placements.frames[model.markers[m].frame] * geometry.marker(m);
+            (model.markers[m].name.clone(), json!([point.x, point.y, point.z]))
+        })
+        .collect();
+    let tool = placements.frames[model.tool.0] * geometry.tool();
+    json!({"joints": joints, "frames": frames, "markers": markers, "tool": matrix(&tool)})
+}
+
+fn in_words(geometry: &Geometry, placements: &Placements) -> String {
+    let model = geometry.model;
+    let joint = |(name, value, angle): (String, f64, bool)| {
+        vec![name, if angle { format!("{:.4} deg", deg(value)) } else { format!("{:.4} mm", mm(value)) }]
+    };
+    let mut text = table(&["joint", "value"], joint_values(geometry, placements).into_iter().map(joint));
+    let row = |name: &str, placed: &Transform| {
+        let p = placed.translation.vector;
+        let r = rotation_vector(&placed.rotation);
+        let mut row = vec![name.to_string()];
+        row.extend(p.iter().map(|v| format!("{:.4}", mm(*v))));
+        row.extend(r.iter().map(|v| format!("{:.4}", deg(*v))));
+        row
+    };
+    let mut rows: Vec<Vec<String>> =
+        model.frames.iter().zip(&placements.frames).skip(1).map(|(frame, placed)| row(&frame.name, placed)).collect();
+    rows.push(row("tool", &(placements.frames[model.tool.0] * geometry.tool())));
+    for m in 0..model.markers.len() {
+        let point = placements.frames[model.markers[m].frame] * geometry.marker(m);
+        let mut row = vec![format!("marker {}", model.markers[m].name)];
+        row.extend(point.iter().map(|v| format!("{:.4}", mm(*v))));
+        row.extend(std::iter::repeat_n(String::new(), 3));
+        rows.push(row);
+    }
+    text += "\n";
+    text += &table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
+    text
+}

@@ -1,0 +1,234 @@
+//! `simulate`: a campaign with known truth.
+
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::{Map, Value, json};
+
+use super::pose::configurations;
+use crate::cli::args::{ObservesName, Simulate};
+use crate::cli::values::known_parameters;
+use crate::cli::{Failure, Output};
+use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::{Campaign, Observes};
+use crate::description::units::{Angle, Length, Units};
+use crate::description::yaml;
+use crate::files::{LoadedRobot, load_robot};
+use crate::kinematics::Geometry;
+use crate::parameter::Kind;
+use crate::remark::Remark;
+use crate::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+
+pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
+    if !command.effect.is_empty() {
+        return Err(Failure::Computation(
+            "--effect: effects are not simulated by this version yet; it knows geometry errors, base, tool and noise"
+                .into(),
+        ));
+    }
+    let finite = [command.noise, command.orientation_noise, command.errors];
+    if finite.iter().any(|v| !v.is_finite() || *v < 0.0)
+        || !(0.0..=1.0).contains(&command.share)
+        || !(0.0..=0.9).contains(&command.check)
+        || !(1..=1000).contains(&command.repeats)
+    {
+        return Err(Failure::input(
+            "a number is out of range",
+            "--noise, --orientation-noise and --errors are 0 or more, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
+        ));
+    }
+    let loaded = load_robot(&command.robot)?;
+    let model = &loaded.model;
+    let mut random = generator(seed);
+    let mut values = draw_errors(model, command.errors, &mut random);
+    set_errors(&loaded, &command.set, &mut values)?;
+    if command.unknown_base {
+        for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
+            values[model.base + k] += size * (2.0 * random.random::<f64>() - 1.0);
+        }
+    }
+    let markers = markers(&loaded, &command.markers)?;
+    if command.unknown_tool {
+        let points = markers.iter().map(|marker| marker.map_or(model.tool.1, |m| model.markers[m].slot));
+        for slot in points.flat_map(|slot| slot..slot + 3) {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            values[slot] += 2e-3 * draw;
+        }
+    }
+    let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
+    let configurations = match command.poses.parse::<usize>() {
+        Ok(0) => return Err(Failure::input("--poses 0", "give at least one configuration")),
+        Ok(count) if count > 100_000 => {
+            return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
+        }
+        Ok(count) => draw_configurations(&geometry, count, command.share, &mut random).map_err(Failure::computation)?,
+        Err(_) => configurations(&loaded, std::path::Path::new(&command.poses))?,
+    };
+    let observes = match command.observes {
+        ObservesName::Position => Observes::Position,
+        ObservesName::Pose => Observes::Pose,
+        ObservesName::Distance => Observes::Distance,
+    };
+    if observes == Observes::Distance && model.anchors.is_empty() {
+        return Err(Failure::input(
+            "--observes distance: the description has no anchors",
+            "add `anchors: {name: [x, y, z]}` to the description",
+        ));
+    }
+    let plan = Plan {
+        configurations,
+        markers,
+        repeats: command.repeats,
+        observes,
+        sigma: command.noise * 1e-3,
+        sigma_orientation: command.orientation_noise.to_radians(),
+        estimate: [command.unknown_base, command.unknown_tool],
+    };
+    let mut campaign = simulate(model, &values, &plan, &mut random).map_err(Failure::computation)?;
+    let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
+    order.shuffle(&mut random);
+    order.truncate((command.check * order.len() as f64).round() as usize);
+    campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
+
+    let truth: Map<String, Value> = model
+        .registry
+        .all()
+        .iter()
+        .zip(&values)
+        .filter(|(parameter, value)| parameter.nominal != **value)
+        .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
+        .collect();
+    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth});
+    let header = raw_campaign(command, &loaded, &campaign, &plan, seed);
+    let mut output = Output::new(
+        format!(
+            "{} readings at {} configurations: {}\n",
+            campaign.readings.len(),
+            campaign.poses.len(),
+            command.into.join("campaign.yaml").display()
+        ),
+        json!({"campaign": command.into.join("campaign.yaml").display().to_string(), "readings": campaign.readings.len(), "truth": truth}),
+    );
+    output.remarks = loaded.remarks.clone();
+    std::fs::create_dir_all(&command.into).map_err(|error| {
+        Failure::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
+    })?;
+    output.files = vec![
+        (command.into.join("measurements.csv"), csv(&loaded, &campaign)),
+        (command.into.join("truth.json"), format!("{truth:#}\n")),
+        (command.into.join("campaign.yaml"), yaml::write(&header).map_err(Failure::Computation)?),
+    ];
+    Ok(output)
+}
+
+fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Failure> {
+    let model = &loaded.model;
+    for entry in set {
+        let Some((name, value)) = entry.split_once('=') else {
+            return Err(Failure::input(format!("--set `{entry}`"), "write name=value"));
+        };
+        known_parameters(model, [name.trim()])?;
+        let Some(slot) = model.registry.slot(name.trim()) else { continue };
+        let units = &loaded.raw.units;
+        let factor =
+            if model.registry[slot].kind == Kind::Angle { units.angle.factor() } else { units.length.factor() };
+        match value.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => values[slot] = model.registry[slot].nominal + value * factor,
+            _ => {
+                return Err(Failure::input(
+                    format!("--set `{entry}`: `{value}` is no finite number"),
+                    "write name=value",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Failure> {
+    if names.is_empty() {
+        return Ok(vec![None]);
+    }
+    let mut markers = Vec::new();
+    for name in names {
+        match loaded.model.marker(name) {
+            Some(marker) => markers.push(Some(marker)),
+            None => {
+                let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
+                return Err(Failure::Input(vec![
+                    Remark::error(format!("unknown marker `{name}`")).suggest(name, valid),
+                ]));
+            }
+        }
+    }
+    Ok(markers)
+}
+
+fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, plan: &Plan, seed: u64) -> RawCampaign {
+    // A robot given by a file is found from the campaign's folder by its absolute path.
+    let robot =
+        std::fs::canonicalize(&command.robot).map_or_else(|_| command.robot.clone(), |path| path.display().to_string());
+    RawCampaign {
+        campaign: Some(campaign.name.clone()),
+        source: Some(format!(
+            "simulated by elastogeo {} with seed {seed}; truth.json holds the truth",
+            env!("CARGO_PKG_VERSION")
+        )),
+        robot: Some(robot),
+        units: Units { length: Length::Millimetre, angle: Angle::Degree, ..loaded.raw.units },
+        observes: Some(plan.observes),
+        instrument: (plan.sigma > 0.0).then(|| RawInstrument {
+            sigma: Some(RawSigma::All(command.noise)),
+            orientation: (plan.observes == Observes::Pose && command.orientation_noise > 0.0)
+                .then_some(command.orientation_noise),
+        }),
+        estimate: RawEstimate { base: command.unknown_base, tool: command.unknown_tool },
+        calibrate: campaign.calibrate.clone(),
+        measurements: Some(OneOrMany::One("measurements.csv".into())),
+        ..RawCampaign::default()
+    }
+}
+
+/// Readings in mm and deg.
+fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
+    let model = &loaded.model;
+    let marked = campaign.readings.iter().any(|reading| reading.marker.is_some());
+    let measured: &[&str] = match campaign.observes {
+        Observes::Distance => &["distance"],
+        Observes::Pose => &["x", "y", "z", "rx", "ry", "rz"],
+        _ => &["x", "y", "z"],
+    };
+    let mut header = vec!["pose".to_string()];
+    header.extend(marked.then(|| "marker".to_string()));
+    header.extend(model.variables.iter().map(|variable| variable.name.clone()));
+    header.extend(measured.iter().map(ToString::to_string));
+    header.extend((campaign.observes == Observes::Distance).then(|| "anchor".to_string()));
+    header.push("set".into());
+    let mut text = header.join(",") + "\n";
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let mut row = vec![campaign.poses[reading.pose].clone()];
+        if marked {
+            row.push(reading.marker.map_or("TCP".into(), |m| model.markers[m].name.clone()));
+        }
+        let q = campaign.configuration(index).iter().zip(&model.variables);
+        row.extend(q.map(
+            |(q, variable)| {
+                if variable.is_angle { format!("{:.9}", q.to_degrees()) } else { format!("{:.9}", q * 1e3) }
+            },
+        ));
+        row.extend((0..measured.len()).map(|k| {
+            if k < 3 {
+                format!("{:.6}", reading.measured[k] * 1e3)
+            } else {
+                format!("{:.9}", reading.measured[k].to_degrees())
+            }
+        }));
+        if campaign.observes == Observes::Distance {
+            row.push(campaign.anchors.get_index(reading.anchor).map_or(String::new(), |(name, _)| name.clone()));
+        }
+        row.push(if reading.check == Some(true) { "check" } else { "fit" }.into());
+        text += &row.join(",");
+        text += "\n";
+    }
+    text
+}

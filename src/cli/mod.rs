@@ -1,0 +1,126 @@
+//! Arguments, files, terminal and exit codes.
+
+mod args;
+mod commands;
+mod values;
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::remark::Remark;
+use crate::report::remarks::render;
+use args::{Arguments, Command, Format};
+
+/// What a command has to say.
+pub struct Output {
+    /// For people.
+    pub text: String,
+    /// For programs.
+    pub json: serde_json::Value,
+    /// Warnings, shown on the error stream.
+    pub remarks: Vec<Remark>,
+    /// Other files to write, each whole or not at all.
+    pub files: Vec<(PathBuf, String)>,
+    /// The outcome is a refusal: exit status 1 although there is something to show.
+    pub failed: bool,
+}
+
+impl Output {
+    fn new(text: String, json: serde_json::Value) -> Self {
+        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false }
+    }
+}
+
+/// Why a command has nothing to show.
+pub enum Failure {
+    /// Bad input: exit status 2.
+    Input(Vec<Remark>),
+    /// The computation could not be completed: exit status 1.
+    Computation(String),
+}
+
+impl From<Vec<Remark>> for Failure {
+    fn from(remarks: Vec<Remark>) -> Self {
+        Self::Input(remarks)
+    }
+}
+
+impl Failure {
+    fn input(message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Input(vec![Remark::error(message).remedy(remedy)])
+    }
+
+    fn computation(error: impl std::fmt::Display) -> Self {
+        Self::Computation(error.to_string())
+    }
+}
+
+/// Runs the command line of this process. Exit status 0 done, 1 not computed, 2 bad input.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let color = std::io::stderr().is_terminal();
+    if let Some(jobs) = arguments.jobs {
+        // Fails only if a pool stands already, which nothing before this makes.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
+    }
+    match run(&arguments) {
+        Ok(output) => {
+            eprint!("{}", render(&output.remarks, color));
+            match deliver(&arguments, &output) {
+                Ok(()) if output.failed => ExitCode::from(1),
+                Ok(()) => ExitCode::SUCCESS,
+                Err(message) => {
+                    eprintln!("error: {message}");
+                    ExitCode::from(1)
+                }
+            }
+        }
+        Err(Failure::Input(remarks)) => {
+            eprint!("{}", render(&remarks, color));
+            ExitCode::from(2)
+        }
+        Err(Failure::Computation(message)) => {
+            eprintln!("error: {message}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
+    let text = match arguments.format {
+        Format::Text => output.text.clone(),
+        Format::Json => serde_json::to_string_pretty(&output.json).map_err(|error| error.to_string())? + "\n",
+    };
+    for (path, content) in &output.files {
+        crate::files::write_whole(path, content)
+            .map_err(|error| format!("`{}` cannot be written: {error}", path.display()))?;
+    }
+    match &arguments.output {
+        Some(path) => crate::files::write_whole(path, &text)
+            .map_err(|error| format!("`{}` cannot be written: {error}", path.display())),
+        None => match std::io::stdout().write_all(text.as_bytes()) {
+            // A reader that has seen enough (`| head`) is no failure.
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
+            _ => Ok(()),
+        },
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<Output, Failure> {
+    match &arguments.command {
+        Command::Check(command) => commands::check::run(command),
+        Command::Convert(command) => commands::convert::run(command),
+        Command::Pose(command) => commands::pose::run(command),
+        Command::Solve(command) => commands::solve::run(command, arguments.seed),
+        Command::Sensitivity(command) => commands::sensitivity::run(command),
+        Command::Identifiability(command) => commands::identifiability::run(command),
+        Command::Identify(command) => commands::identify::run(command, arguments.seed),
+        Command::Residuals(command) => commands::residuals::run(command),
+        Command::Simulate(command) => commands::simulate::run(command, arguments.seed),
+        Command::Schema(command) => commands::schema::run(command),
+        Command::Completions(command) => commands::completions::run(command),
+    }
+}

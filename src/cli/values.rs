@@ -1,0 +1,73 @@
+//! Numbers and lists on the command line.
+
+use super::Failure;
+use crate::description::units::Units;
+use crate::model::Model;
+use crate::remark::Remark;
+
+/// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
+pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Failure> {
+    let mut q: Vec<f64> = model
+        .variables
+        .iter()
+        .zip(model.middle())
+        .map(|(variable, middle)| match variable.limits {
+            Some([low, high]) if low > 0.0 || high < 0.0 => middle,
+            _ => 0.0,
+        })
+        .collect();
+    let mut remarks = Vec::new();
+    let mut named = std::collections::HashSet::new();
+    for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+        let Some((name, value)) = entry.split_once('=') else {
+            remarks.push(Remark::error(format!("`{entry}` is not of the form name=value")));
+            continue;
+        };
+        let (name, value) = (name.trim(), value.trim());
+        let Some(index) = model.variables.iter().position(|variable| variable.name == name) else {
+            remarks.push(
+                Remark::error(format!("unknown variable `{name}`"))
+                    .suggest(name, model.variables.iter().map(|v| v.name.as_str())),
+            );
+            continue;
+        };
+        if !named.insert(index) {
+            remarks.push(Remark::error(format!("variable `{name}` is given twice")));
+        }
+        let factor = if model.variables[index].is_angle { units.angle.factor() } else { units.length.factor() };
+        match value.parse::<f64>() {
+            Ok(value) if value.is_finite() => q[index] = value * factor,
+            _ => remarks.push(Remark::error(format!("`{value}` is no finite number (variable `{name}`)"))),
+        }
+    }
+    if remarks.is_empty() { Ok(q) } else { Err(Failure::Input(remarks)) }
+}
+
+/// A list of finite numbers of one of the lengths allowed.
+pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Failure> {
+    let parsed: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    match parsed {
+        Some(numbers) if lengths.contains(&numbers.len()) => Ok(numbers),
+        _ => {
+            let wanted: Vec<String> = lengths.iter().map(ToString::to_string).collect();
+            Err(Failure::input(
+                format!("{flag} `{text}`"),
+                format!("give {} finite numbers, separated by commas", wanted.join(" or ")),
+            ))
+        }
+    }
+}
+
+/// Refuses names that are no parameters of the model.
+pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
+    let unknown: Vec<Remark> = names
+        .into_iter()
+        .filter(|name| model.registry.slot(name).is_none())
+        .map(|name| {
+            Remark::error(format!("unknown parameter `{name}`"))
+                .suggest(name, model.registry.all().iter().map(|p| p.name.as_str()))
+        })
+        .collect();
+    if unknown.is_empty() { Ok(()) } else { Err(Failure::Input(unknown)) }
+}

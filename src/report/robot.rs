@@ -1,0 +1,151 @@
+//! A robot in words and numbers: what `check` prints.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::table::{table, unit};
+use crate::description::raw::{JointKind, RawRobot};
+use crate::description::robot::Motion;
+use crate::model::{Model, Stage};
+use crate::parameter::Parameter;
+
+fn motion(model: &Model, index: usize) -> String {
+    let frame = &model.frames[index];
+    match frame.motion {
+        Motion::Fixed => "fixed".into(),
+        Motion::Variable { index, direction } => {
+            format!("{}{}", if direction < 0.0 { "-" } else { "" }, model.variables[index].name)
+        }
+        Motion::Actuator(which) => {
+            let actuator = &model.actuators[which];
+            format!("{} ({})", actuator.name, model.variables[actuator.variable].name)
+        }
+        Motion::Coupling(which) => {
+            let terms: Vec<String> = model.couplings[which]
+                .iter()
+                .map(|(factor, joint)| format!("{factor} * {}", model.frames[*joint].name))
+                .collect();
+            terms.join(" + ")
+        }
+        Motion::Passive => "passive".into(),
+    }
+}
+
+fn elastic(raw: &RawRobot) -> Vec<(&'static str, Vec<String>)> {
+    let keys = |names: Vec<&String>| names.into_iter().cloned().collect::<Vec<_>>();
+    vec![
+        ("bodies with mass", keys(raw.bodies.keys().collect())),
+        ("beams", keys(raw.beams.keys().collect())),
+        ("joint stiffness", keys(raw.joint_stiffness.keys().collect())),
+        ("springs", keys(raw.springs.keys().collect())),
+        ("effects switched on", raw.effects.iter().filter_map(|e| e.effect.clone()).collect()),
+    ]
+}
+
+/// What `check` prints.
+pub fn text(model: &Model, raw: &RawRobot) -> String {
+    let mut out =
+        format!("{}: {} degrees of freedom, {} frames\n\n", model.name, model.variables.len(), model.frames.len() - 1);
+    let variable_row = |variable: &crate::description::robot::Variable| {
+        let (name, factor) =
+            unit(if variable.is_angle { crate::parameter::Kind::Angle } else { crate::parameter::Kind::Length });
+        let limits = variable
+            .limits
+            .map_or("none".into(), |[low, high]| format!("{:.2} .. {:.2} {name}", low / factor, high / factor));
+        vec![variable.name.clone(), limits]
+    };
+    out += &table(&["variable", "limits"], model.variables.iter().map(variable_row));
+    out += "\n";
+    let value = |index: usize, k: usize| {
+        let parameter = &model.registry[model.frames[index].slots[k]];
+        let value = parameter.nominal / unit(parameter.kind).1;
+        if value == 0.0 { "0".into() } else { format!("{value:.3}") }
+    };
+    out += &table(
+        &[
+            "frame",
+            "in",
+            "joint",
+            "moved by",
+            "beta deg",
+            "gamma deg",
+            "b mm",
+            "alpha deg",
+            "d mm",
+            "theta deg",
+            "r mm",
+        ],
+        (1..model.frames.len()).map(|index| {
+            let frame = &model.frames[index];
+            let joint = match frame.joint {
+                JointKind::Revolute => "revolute",
+                JointKind::Prismatic => "prismatic",
+                JointKind::Fixed => "fixed",
+            };
+            let mut row = vec![
+                frame.name.clone(),
+                model.frames[frame.antecedent].name.clone(),
+                joint.into(),
+                motion(model, index),
+            ];
+            row.extend((0..7).map(|k| value(index, k)));
+            row
+        }),
+    );
+    for stage in &model.stages {
+        if let Stage::Loops(group) = stage {
+            for plan in &group.loops {
+                let names = |side: usize| {
+                    plan.branches[side].iter().map(|&i| model.frames[i].name.as_str()).collect::<Vec<_>>().join(" ")
+                };
+                let _ = writeln!(out, "\nloop {}: {:?}, branches {} | {}", plan.name, plan.kind, names(0), names(1));
+            }
+        }
+    }
+    let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
+    let _ = writeln!(out, "\ntool: frame {}", model.frames[model.tool.0].name);
+    if !model.markers.is_empty() {
+        let names: Vec<&str> = model.markers.iter().map(|marker| marker.name.as_str()).collect();
+        let _ = writeln!(out, "markers: {}", names.join(", "));
+    }
+    let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
+    for (what, names) in elastic(raw).into_iter().filter(|(_, names)| !names.is_empty()) {
+        let _ = writeln!(out, "{what}: {}", names.join(" "));
+    }
+    out
+}
+
+/// The same as JSON, SI.
+pub fn json(model: &Model, raw: &RawRobot) -> Value {
+    let frames: Vec<Value> = (1..model.frames.len())
+        .map(|index| {
+            let frame = &model.frames[index];
+            let constants: serde_json::Map<String, Value> = crate::description::robot::FRAME_SYMBOLS
+                .iter()
+                .zip(frame.slots)
+                .map(|(symbol, slot)| ((*symbol).to_string(), json!(model.registry[slot].nominal)))
+                .collect();
+            json!({"name": frame.name, "antecedent": model.frames[frame.antecedent].name, "joint": frame.joint,
+                   "moved_by": motion(model, index), "constants": constants})
+        })
+        .collect();
+    let variables: Vec<Value> = model
+        .variables
+        .iter()
+        .map(|v| json!({"name": v.name, "unit": if v.is_angle { "rad" } else { "m" }, "limits": v.limits}))
+        .collect();
+    let loops: Vec<&str> = model
+        .stages
+        .iter()
+        .filter_map(|s| if let Stage::Loops(g) = s { Some(&g.loops) } else { None })
+        .flatten()
+        .map(|l| l.name.as_str())
+        .collect();
+    let parameter = |p: &Parameter| json!({"name": p.name, "unit": if p.kind == crate::parameter::Kind::Angle { "rad" } else { "m" }, "nominal": p.nominal, "free": p.free, "tolerance": p.tolerance});
+    let elastic: serde_json::Map<String, Value> =
+        elastic(raw).into_iter().map(|(what, names)| (what.replace(' ', "_"), json!(names))).collect();
+    json!({"robot": model.name, "degrees_of_freedom": model.variables.len(), "variables": variables, "frames": frames, "loops": loops,
+           "tool": model.frames[model.tool.0].name, "markers": model.markers.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(),
+           "parameters": model.registry.all().iter().map(parameter).collect::<Vec<_>>(), "elastic": elastic})
+}
