@@ -215,7 +215,9 @@ fn finish(
     let locate = |path: &[&str]| document.and_then(|document| document.place_of_value(path));
     let mut raw = raw;
     for name in without {
-        leave_out(&mut raw, name).map_err(|remark| vec![remark])?;
+        if let Err(remark) = leave_out(&mut raw, name) {
+            remarks.push(remark);
+        }
     }
     let (robot, mut said) = resolve(&raw, &locate);
     let faulty = remarks.iter().any(Remark::is_error);
@@ -255,9 +257,7 @@ fn leave_out(raw: &mut RawRobot, name: &str) -> Result<(), Remark> {
         return Ok(());
     }
     let valid: Vec<&str> = raw.springs.keys().chain(raw.beams.keys()).map(String::as_str).collect();
-    // A description that never had the element is complete without it.
     Err(Remark::warning(format!("`without: {name}` names nothing in the description")).suggest(name, valid))
-        .or_else(|_| Ok(()))
 }
 
 /// Reads a campaign file, its robot (or the one given instead) and its measurements.

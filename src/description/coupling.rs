@@ -1,10 +1,13 @@
 //! Couplings as written: `6 = -1 * 5`, `3 = 2 - 0.5 * 4`.
 
+/// The joint that follows, and the joints it follows with their factors.
+pub type Coupling<'a> = (&'a str, Vec<(f64, &'a str)>);
+
 /// The joint that follows, and the factors and names of those it follows.
 ///
 /// # Errors
 /// Says what is wrong with the text.
-pub fn parse_coupling(text: &str) -> Result<(&str, Vec<(f64, &str)>), String> {
+pub fn parse_coupling(text: &str) -> Result<Coupling<'_>, String> {
     let (joint, mut rest) = text.split_once('=').ok_or("there is no `=`")?;
     let joint = joint.trim();
     if joint.is_empty() || joint.contains(char::is_whitespace) {

@@ -7,7 +7,6 @@ pub mod campaign;
 pub mod coupling;
 pub mod raw;
 pub mod resolve;
-pub mod rewrite;
 pub mod robot;
 pub mod table;
 pub mod units;

@@ -31,7 +31,7 @@ pub struct Column {
 pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Criterion) -> Identifiability {
     faer::set_global_parallelism(Par::Seq);
     let columns = about.len();
-    let rows = if columns == 0 { 0 } else { matrix.len() / columns };
+    let rows = matrix.len().checked_div(columns).unwrap_or(0);
     // All that follows needs only the triangle.
     let tall = Mat::from_fn(rows.max(columns), columns, |i, j| if i < rows { matrix[i * columns + j] } else { 0.0 });
     let r = tall.qr().thin_R().to_owned();

@@ -6,9 +6,11 @@
 mod build;
 mod free;
 mod loops;
+mod rewrite;
 
 pub use build::build;
 pub use loops::{LoopGroup, LoopPlan, Stage};
+pub use rewrite::with_values;
 
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion, Variable};

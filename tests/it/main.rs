@@ -1,7 +1,9 @@
 //! One binary for all integration tests; the file names say what kind of test is inside.
 
+mod architecture;
 mod derivatives;
 mod dual;
+mod generated;
 mod golden_geometry;
 mod identifiability;
 mod inverse;
@@ -11,6 +13,7 @@ mod literature_nist;
 mod random_robots;
 mod real_data;
 mod remarks;
+mod robots;
 mod support;
 mod table;
 mod urdf;

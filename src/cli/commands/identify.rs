@@ -11,10 +11,10 @@ use crate::cli::args::{Identify, LossName, SchemeName, WeightsName};
 use crate::cli::values::known_parameters;
 use crate::cli::{Failure, Output};
 use crate::description::campaign::Campaign;
-use crate::description::rewrite::with_values;
 use crate::estimation::least_squares::Loss;
 use crate::estimation::{CalibrationError, Scheme, Settings, Weights, calibrate, compare, split};
 use crate::files::load_campaign;
+use crate::model::with_values;
 use crate::report::identification::{calibration_json, calibration_text, comparison_text};
 
 pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {

@@ -21,8 +21,8 @@ struct Drivers {
 pub fn resolve(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints) -> Motions {
     let mut drivers = Drivers { of_frame: vec![Vec::new(); frames.len()] };
     let mut variables = ordered_variables(raw, frames, complaints);
-    for index in 1..frames.len() {
-        let name = frames[index].name.clone();
+    for (index, resolved) in frames.iter().enumerate().skip(1) {
+        let name = resolved.name.clone();
         let Some(frame) = raw.frames.get(&name) else { continue };
         let direction = frame.direction.unwrap_or(1.0);
         if direction.abs() != 1.0 {
@@ -34,8 +34,8 @@ pub fn resolve(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints
             && let Some(at) = variables.iter().position(|known| known.name == *variable)
         {
             let path = vec!["frames".into(), name.clone(), "variable".into()];
-            variables[at].is_angle = frames[index].joint != JointKind::Prismatic;
-            variables[at].limits = frames[index].limits;
+            variables[at].is_angle = resolved.joint != JointKind::Prismatic;
+            variables[at].limits = resolved.limits;
             drivers.of_frame[index].push((Motion::Variable { index: at, direction }, path));
         }
         if frame.passive {

@@ -1,7 +1,7 @@
 //! A description with other values: calibrated robots go back to the file they came from.
 
-use super::raw::{JointKind, RawRobot};
-use crate::model::Model;
+use super::Model;
+use crate::description::raw::{JointKind, RawRobot};
 use crate::parameter::{Kind, Slot};
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
