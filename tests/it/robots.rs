@@ -60,12 +60,9 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
     for (name, path) in descriptions() {
         let loaded = load_robot(&path).expect("readable");
         let mut values = draw_errors(&loaded.model, 1.0, &mut generator(5));
-        for slot in loaded.model.base..loaded.model.base + 6 {
-            values[slot] += 0.1 + 0.01 * (slot - loaded.model.base) as f64;
-        }
-        for slot in loaded.model.tool.1..loaded.model.registry.all().len() {
-            values[slot] += 0.003;
-        }
+        let (base, tool) = (loaded.model.base, loaded.model.tool.1);
+        values[base..base + 6].iter_mut().enumerate().for_each(|(k, value)| *value += 0.1 + 0.01 * k as f64);
+        values[tool..].iter_mut().for_each(|value| *value += 0.003);
         let mut calibrated = loaded.model.clone();
         for (parameter, value) in calibrated.registry.all_mut().iter_mut().zip(&values) {
             parameter.nominal = *value;
