@@ -165,9 +165,7 @@ fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>,
 }
 
 fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, plan: &Plan, seed: u64) -> RawCampaign {
-    // A robot given by a file is found from the campaign's folder by its absolute path.
-    let robot =
-        std::fs::canonicalize(&command.robot).map_or_else(|_| command.robot.clone(), |path| path.display().to_string());
+    let robot = as_seen_from(&command.into, &command.robot);
     RawCampaign {
         campaign: Some(campaign.name.clone()),
         source: Some(format!(
@@ -187,6 +185,20 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
         measurements: Some(OneOrMany::One("measurements.csv".into())),
         ..RawCampaign::default()
     }
+}
+
+/// The robot as a campaign in `folder` names it: a file relative to the folder where that is plain, else absolute.
+fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
+    use std::path::{Component, Path};
+    if !Path::new(robot).is_file() {
+        return robot.into();
+    }
+    let plain = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if plain(folder) && plain(Path::new(robot)) {
+        let depth = folder.components().filter(|part| matches!(part, Component::Normal(_))).count();
+        return "../".repeat(depth) + robot.trim_start_matches("./");
+    }
+    std::fs::canonicalize(robot).map_or_else(|_| robot.into(), |path| path.display().to_string())
 }
 
 /// Readings in mm and deg.

@@ -3,7 +3,7 @@
 use super::super::raw::{RawRobot, RawSection, RawStiffness, SectionShape};
 use super::Complaints;
 
-/// Effects of the catalogue and the kinds of site they can sit at (see `docs/effects.md`).
+/// Effects of the catalogue and the kinds of site they can sit at.
 pub const EFFECTS: [(&str, &str); 19] = [
     ("geometry", "frame"),
     ("joint-offset", "joint"),
