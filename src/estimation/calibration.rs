@@ -94,6 +94,9 @@ pub enum CalibrationError {
     /// The question is malformed.
     #[error(transparent)]
     Usage(#[from] UsageError),
+    /// The settings do not go together, or not with the campaign.
+    #[error("{0}")]
+    Malformed(String),
     /// The fit broke down.
     #[error("the fit stopped: {0}")]
     Stopped(String),
@@ -172,6 +175,19 @@ pub fn calibrate(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
+    if aside.len() != campaign.readings.len() {
+        let (found, expected) = (aside.len(), campaign.readings.len());
+        return Err(CalibrationError::Malformed(format!(
+            "{found} marks of readings set aside for {expected} readings"
+        )));
+    }
+    if let Some(name) = settings.hold.iter().find(|name| model.registry.slot(name).is_none()) {
+        return Err(CalibrationError::Malformed(format!("there is no parameter `{name}` to hold")));
+    }
+    if settings.scheme != Scheme::Batch && settings.loss != Loss::Squares {
+        let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
+        return Err(CalibrationError::Malformed(message.into()));
+    }
     let fit = campaign.select(|i, _| !aside[i]);
     let nominal = model.registry.nominal();
     let everything = Predictor::new(model, campaign, Vec::new())?;
@@ -186,20 +202,26 @@ pub fn calibrate(
 
     let sigmas = match settings.weights {
         Weights::Stated | Weights::Direction => row_sigmas(&fit),
-        Weights::Equal => vec![row_sigmas(&fit).iter().copied().fold(f64::INFINITY, f64::min); row_sigmas(&fit).len()],
+        // All axes alike; an orientation keeps its own unit's noise.
+        Weights::Equal => {
+            let alike = fit.sigma.map(|axes| [axes.into_iter().fold(f64::INFINITY, f64::min); 3]);
+            row_sigmas(&Campaign { sigma: alike, ..fit.clone() })
+        }
     };
+    let held: Vec<Slot> = settings.hold.iter().filter_map(|name| model.registry.slot(name)).collect();
     let arrangement = arrangement(model, &fit);
     let mut start = rough(model, &fit, &nominal)?;
-    if !arrangement.is_empty() {
+    held.iter().for_each(|&slot| start[slot] = nominal[slot]);
+    let moving: Vec<Slot> = arrangement.iter().copied().filter(|slot| !held.contains(slot)).collect();
+    if !moving.is_empty() {
         let problem =
-            CampaignProblem::new(Predictor::new(model, &fit, arrangement.clone())?, &start, sigmas.clone(), vec![]);
-        let bounds = Bounds::none(arrangement.len());
-        let solution = least_squares::minimize(&problem, &vec![0.0; arrangement.len()], &bounds, &least(settings))?;
+            CampaignProblem::new(Predictor::new(model, &fit, moving.clone())?, &start, sigmas.clone(), vec![]);
+        let bounds = Bounds::none(moving.len());
+        let solution = least_squares::minimize(&problem, &vec![0.0; moving.len()], &bounds, &least(settings))?;
         start = problem.values(&solution.x);
     }
-    let (registration, registered) = figures(&start)?;
+    let (registration, _) = figures(&start)?;
 
-    let held: Vec<Slot> = settings.hold.iter().filter_map(|name| model.registry.slot(name)).collect();
     let mut slots = arrangement;
     slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
     if slots.is_empty() {
@@ -215,7 +237,8 @@ pub fn calibrate(
     let about = columns_about(model, &slots, &held);
     let identifiability = reduce(&matrix, &about, settings.scaling, settings.criterion);
     let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
-    if kept.len() > fit.readings.len() * fit.components() {
+    // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
+    if !settings.prior && kept.len() >= fit.readings.len() * fit.components() {
         return Err(CalibrationError::TooFew { rows: fit.readings.len() * fit.components(), parameters: kept.len() });
     }
     let priors: Vec<(f64, f64)> = if settings.prior {
@@ -239,7 +262,6 @@ pub fn calibrate(
     let outcome = run(&problem, &fit, model, &bounds, settings, progress)?;
     let values = problem.values(&outcome.x);
     let (after, residual) = figures(&values)?;
-    let _ = registered;
 
     let data_rows = fit.readings.len() * fit.components();
     let weights: Vec<f64> = outcome.weights.iter().copied().collect();
@@ -250,7 +272,7 @@ pub fn calibrate(
     let noise_ratio = (squares / degrees).sqrt();
     let weighted =
         DMatrix::from_fn(outcome.jacobian.nrows(), kept.len(), |i, j| outcome.jacobian[(i, j)] * weights[i].sqrt());
-    // A prior already says how sure it is; data alone are as noisy as they show themselves to be.
+    // Data are as noisy as they show themselves to be, and tolerances, which stand in sigmas, are rescaled with them.
     let covariance = cofactor(&weighted) * noise_ratio.powi(2);
     let quantile = t95(degrees);
     let estimates = slots
@@ -366,6 +388,10 @@ fn run(
             problem.slots().iter().map(|&slot| model.registry[slot].group != Group::Geometry).collect();
         alternating(problem, &first, bounds, &sigmas, settings.max_iterations.max(20_000)).map_err(stopped)?
     };
+    if let Some(j) = (0..n).find(|&j| reached.x[j] < bounds.lower[j] || reached.x[j] > bounds.upper[j]) {
+        let name = &model.registry[problem.slots()[j]].name;
+        return Err(CalibrationError::Stopped(format!("pose by pose, `{name}` left its bounds; use the batch scheme")));
+    }
     let (mut residual, mut jacobian) = (DVector::zeros(problem.residuals()), DMatrix::zeros(problem.residuals(), n));
     problem.evaluate(&reached.x, &mut residual, Some(&mut jacobian)).map_err(stopped)?;
     let at_bound = (0..n).map(|j| reached.x[j] <= bounds.lower[j] || reached.x[j] >= bounds.upper[j]).collect();

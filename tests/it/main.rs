@@ -3,6 +3,7 @@
 mod architecture;
 mod derivatives;
 mod dual;
+mod estimation;
 mod generated;
 mod golden_geometry;
 mod identifiability;
@@ -12,6 +13,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod random_robots;
 mod real_data;
+mod recovery;
 mod remarks;
 mod robots;
 mod support;

@@ -1,0 +1,185 @@
+//! Calibrations of simulated campaigns: schemes, bounds, priors, outliers, weights, and the derivatives they rest on.
+
+use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::estimation::least_squares::Loss;
+use elastogeo::estimation::{Calibration, CalibrationError, Scheme, Settings, calibrate, compare};
+use elastogeo::files::load_robot;
+use elastogeo::identifiability::Why;
+use elastogeo::kinematics::Geometry;
+use elastogeo::model::Model;
+use elastogeo::prediction::{Linearised, Predictor};
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+use nalgebra::Vector3;
+
+fn robot(name: &str) -> Model {
+    load_robot(name).expect("bundled").model
+}
+
+/// A robot's campaign of so many configurations, and its truth.
+fn campaign(model: &Model, observes: Observes, count: usize) -> (Campaign, Vec<f64>) {
+    let mut random = generator(5);
+    let geometry = Geometry::nominal(model).expect("assembled");
+    let markers = match observes {
+        Observes::Position if !model.markers.is_empty() => (0..model.markers.len()).map(Some).collect(),
+        _ => vec![None],
+    };
+    let estimate = observes != Observes::Distance;
+    let plan = Plan {
+        configurations: draw_configurations(&geometry, count, 0.6, &mut random).expect("drawn"),
+        markers,
+        repeats: 1,
+        observes,
+        sigma: 5e-5,
+        sigma_orientation: 5e-5,
+        estimate: [estimate, estimate],
+    };
+    let truth = draw_errors(model, 1.0, &mut random);
+    (simulate(model, &truth, &plan, &mut random).expect("simulated"), truth)
+}
+
+fn fitted(model: &Model, campaign: &Campaign, settings: &Settings) -> Calibration {
+    let aside = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &aside, settings, &mut |_| {}).expect("calibrated")
+}
+
+fn apart(a: &Calibration, b: &Calibration) -> f64 {
+    let sigmas = a.estimates.iter().zip(&b.estimates).filter(|(a, _)| a.identifiable);
+    sigmas.map(|(a, b)| (a.value - b.value).abs() / a.ci95).fold(0.0, f64::max)
+}
+
+#[test]
+fn schemes_reach_the_same_parameters() {
+    for (name, observes) in [("kuka-kr270", Observes::Position), ("universal-ur5", Observes::Pose)] {
+        let model = robot(name);
+        let (campaign, _) = campaign(&model, observes, 40);
+        let batch = fitted(&model, &campaign, &Settings::default());
+        for scheme in [Scheme::PoseByPose, Scheme::Alternating] {
+            let found = fitted(&model, &campaign, &Settings { scheme, ..Settings::default() });
+            let apart = apart(&batch, &found);
+            println!("{name} {scheme:?}: {apart:e} after {}", found.iterations);
+            assert!(found.converged && apart < 1e-4, "{name} {scheme:?}: {apart} of the interval");
+        }
+    }
+}
+
+#[test]
+fn a_held_parameter_stays_nominal() {
+    let model = robot("universal-ur5");
+    let (campaign, _) = campaign(&model, Observes::Pose, 40);
+    for name in ["3.d", "base.x"] {
+        let found = fitted(&model, &campaign, &Settings { hold: vec![name.into()], ..Settings::default() });
+        let column = found.slots.iter().position(|&slot| model.registry[slot].name == name).expect("a column");
+        assert_eq!(found.estimates[column].value, found.estimates[column].nominal, "{name}");
+        assert!(!found.estimates[column].identifiable);
+        let why = found.identifiability.dropped.iter().find(|(k, _)| *k == column).map(|(_, why)| *why);
+        assert!(why == Some(Why::Held) || (name == "base.x" && why == Some(Why::Exact)), "{name}: {why:?}");
+    }
+}
+
+#[test]
+fn too_few_readings_are_refused() {
+    let model = robot("universal-ur5");
+    for count in [1, 3] {
+        let (campaign, _) = campaign(&model, Observes::Pose, count);
+        let aside = vec![false; count];
+        let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {});
+        assert!(matches!(found, Err(CalibrationError::TooFew { .. })), "{count}: {:?}", found.map(|f| f.ending));
+    }
+}
+
+#[test]
+fn a_bound_that_cuts_off_the_truth_is_reached() {
+    let mut model = robot("universal-ur5");
+    let (campaign, truth) = campaign(&model, Observes::Pose, 40);
+    let slot = model.registry.slot("3.d").expect("a slot");
+    let nominal = model.registry[slot].nominal;
+    let limit = nominal + 0.5 * (truth[slot] - nominal);
+    let side = usize::from(limit > nominal);
+    model.registry.all_mut()[slot].bounds[side] = limit;
+    let found = fitted(&model, &campaign, &Settings::default());
+    let estimate = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("estimated");
+    assert!(estimate.at_bound && (estimate.value - limit).abs() < 1e-12, "{estimate:?}, limit {limit}");
+}
+
+#[test]
+fn robust_losses_survive_gross_outliers() {
+    let model = robot("universal-ur5");
+    let (mut campaign, _) = campaign(&model, Observes::Pose, 100);
+    let clean = fitted(&model, &campaign, &Settings::default());
+    campaign.readings.iter_mut().step_by(10).for_each(|reading| reading.measured[0] += 5e-3);
+    let with = |loss| apart(&clean, &fitted(&model, &campaign, &Settings { loss, ..Settings::default() }));
+    let [squares, huber, tukey] = [Loss::Squares, Loss::Huber(1.345), Loss::Tukey(4.685)].map(with);
+    println!("squares {squares} huber {huber} tukey {tukey}");
+    assert!(squares > 5.0 && huber < squares / 5.0 && tukey < 1.0, "{squares} {huber} {tukey}");
+}
+
+#[test]
+fn weights_by_direction_narrow_the_intervals() {
+    let model = robot("universal-ur5");
+    let (mut campaign, _) = campaign(&model, Observes::Pose, 100);
+    for (k, reading) in campaign.readings.iter_mut().enumerate() {
+        reading.measured[2] += 2e-3 * (12.9898 * k as f64).sin();
+    }
+    let found = compare(&model, &campaign, &[false; 100], &Settings::default()).expect("calibrated");
+    let mean = |c: &Calibration| c.estimates.iter().filter(|e| e.identifiable).map(|e| e.ci95.ln()).sum::<f64>();
+    assert!(mean(&found.wls) < mean(&found.ols));
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    for (name, observes) in
+        [("kuka-kr270", Observes::Position), ("kuka-ir663", Observes::Pose), ("kuka-kr270", Observes::Distance)]
+    {
+        let mut model = robot(name);
+        for k in 0..3 {
+            let at = Vector3::from_fn(|i, _| if i == k { 4.0 } else { -1.0 });
+            model.anchors.insert(format!("anchor{k}"), at);
+        }
+        let (campaign, mut values) = campaign(&model, observes, 6);
+        for k in 0..6 {
+            values[model.base + k] += 0.3 + 0.1 * k as f64;
+            values[model.tool.1 + k] += 0.05 * (k + 1) as f64;
+        }
+        let slots: Vec<usize> = (model.base..model.base + 6)
+            .chain(model.tool.1..model.tool.1 + 6)
+            .chain(model.markers.iter().flat_map(|marker| marker.slot..marker.slot + 3))
+            .chain(model.free_slots())
+            .collect();
+        let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");
+        let (mut exact, mut up, mut down) = Default::default();
+        predictor.linearise(&values, true, &mut exact).expect("linearised");
+        for (column, &slot) in slots.iter().enumerate() {
+            let at = |step: f64, out: &mut Linearised| {
+                let mut moved = values.clone();
+                moved[slot] += step;
+                predictor.linearise(&moved, false, out).expect("predicted");
+            };
+            at(1e-6, &mut up);
+            at(-1e-6, &mut down);
+            for row in 0..predictor.rows() {
+                // An orientation's residual is a logarithm, whose derivative is the turn only to first order.
+                let turn = observes == Observes::Pose && row % 6 >= 3;
+                if turn {
+                    continue;
+                }
+                let difference = (down.residual[row] - up.residual[row]) / 2e-6;
+                let ours = exact.jacobian[row * slots.len() + column];
+                let name = &model.registry[slot].name;
+                assert!((ours - difference).abs() < 1e-6 * (1.0 + ours.abs()), "{name}: {ours} {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn threads_and_repetition_change_no_bit() {
+    let model = robot("kuka-kr270");
+    let (campaign, _) = campaign(&model, Observes::Position, 80);
+    let reference = fitted(&model, &campaign, &Settings::default());
+    for threads in [1, 2, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let found = pool.install(|| fitted(&model, &campaign, &Settings::default()));
+        let bits = |c: &Calibration| c.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found), bits(&reference), "{threads} threads");
+    }
+}
