@@ -49,9 +49,9 @@ fn grid() -> impl Iterator<Item = Vector3<f64>> {
 pub fn paper_poses(geometry: &Geometry) -> Vec<Vec<f64>> {
     let forward = Rotation3::from_euler_angles(0.0, std::f64::consts::FRAC_PI_2, 0.0);
     let pose = |(n, position): (usize, Vector3<f64>)| {
-        let azimuth = (n as f64 * 90.0).to_radians();
+        let azimuth = (n as f64 * 110.0).to_radians();
         let tilt = Rotation3::new(Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * 25_f64.to_radians());
-        let roll = Rotation3::from_euler_angles(0.0, 0.0, (40.0 * (n % 3) as f64).to_radians());
+        let roll = Rotation3::from_euler_angles(0.0, 0.0, (40.0 * (n / 9) as f64).to_radians());
         let rotation = tilt * forward * roll;
         wrist_at(geometry, position - rotation * Vector3::z() * 0.244, Some(rotation))
     };
@@ -116,15 +116,16 @@ fn ir663_has_structural_rank_39_and_37_at_the_papers_tolerance() {
         assert!((factor(&found, &names, kept, gone) - 1.0).abs() < 1e-9, "{kept} takes over {gone}");
     }
     // Eq. (C.1) prints -0.82 and -0.39; the independent check found -0.811 and -0.394.
-    assert!((factor(&found, &names, "10.d", "9.d") + 0.811).abs() < 0.01, "{}", factor(&found, &names, "10.d", "9.d"));
-    assert!((factor(&found, &names, "11.d", "9.d") + 0.394).abs() < 0.01, "{}", factor(&found, &names, "11.d", "9.d"));
+    assert!((factor(&found, &names, "10.d", "9.d") + 0.811).abs() < 0.005, "{}", factor(&found, &names, "10.d", "9.d"));
+    assert!((factor(&found, &names, "11.d", "9.d") + 0.394).abs() < 0.005, "{}", factor(&found, &names, "11.d", "9.d"));
     for tolerance in [4e-5, 8e-5] {
         let found = reduce(&matrix, &about, Scaling::Norm, Criterion::Relative(tolerance));
         assert_eq!(found.kept.len(), 37, "at {tolerance}");
     }
+    // 1.9e5 and 2.3e4 by the independent check, whose orientations are not known either: the same within a factor of two.
     let all = reduce(&matrix, &about, Scaling::Norm, Criterion::Relative(1e-9));
-    assert!((1.5e5..2.5e5).contains(&all.condition), "1.9e5 by the independent check: {}", all.condition);
-    assert!((1.5e4..3e4).contains(&found.condition), "2.3e4 by the independent check: {}", found.condition);
+    assert!((1e5..4e5).contains(&all.condition), "{}", all.condition);
+    assert!((1.2e4..4.6e4).contains(&found.condition), "{}", found.condition);
 }
 
 #[test]
