@@ -177,14 +177,14 @@ fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>
 fn load_robot_without(place: &Place, without: &[(String, Option<Location>)]) -> Result<LoadedRobot, Vec<Remark>> {
     let text = place.text()?;
     if place.is_urdf() {
-        let (raw, remarks) = urdf::import(&place.name(), &text)?;
+        let (raw, remarks) = import(&place, &text)?;
         return finish(raw, None, remarks, without);
     }
     let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), &text);
     let Some(mut raw) = raw else { return Err(remarks) };
     if let Some(file) = raw.urdf.take() {
         let urdf_place = place.beside(&file);
-        match urdf_place.text().and_then(|text| urdf::import(&urdf_place.name(), &text)) {
+        match urdf_place.text().and_then(|text| import(&urdf_place, &text)) {
             Ok((imported, mut said)) => {
                 remarks.append(&mut said);
                 raw = merge(imported, raw);
@@ -198,6 +198,16 @@ fn load_robot_without(place: &Place, without: &[(String, Option<Location>)]) -> 
         }
     }
     finish(raw, Some(&document), remarks, without)
+}
+
+/// Reads a URDF; what concerns the whole of it is told at its start.
+fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Remark>> {
+    let name = place.name();
+    urdf::import(&name, text).map_err(|mut said| {
+        let unplaced = said.iter_mut().filter(|remark| remark.place.is_none());
+        unplaced.for_each(|remark| remark.place = Some(Location::in_text(&name, text, 0..0)));
+        said
+    })
 }
 
 /// A description in YAML laid over what a URDF gave: single keys of a frame override, whole entries elsewhere.
@@ -282,12 +292,12 @@ fn finish(
                 let rest = remark.message.strip_prefix("loop ")?;
                 let name =
                     raw.loops.keys().filter(|name| rest.starts_with(name.as_str())).max_by_key(|name| name.len());
-                locate(&["loops", name?])
+                document?.place_of_key(&["loops", name?])
             };
             let located = said.into_iter().map(|remark| match remark.place {
                 Some(_) => remark,
                 None => {
-                    let place = named(&remark).or_else(|| locate(&["loops"]));
+                    let place = named(&remark).or_else(|| document?.place_of_key(&["loops"]));
                     remark.at(place)
                 }
             });
@@ -310,7 +320,11 @@ fn finish(
             }
             _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
         };
-        remarks.push(Remark::error(error.to_string()).at(locate(&path)).remedy(remedy));
+        remarks.push(
+            Remark::error(error.to_string())
+                .at(document.and_then(|document| document.place_of_key(&path)))
+                .remedy(remedy),
+        );
         return Err(remarks);
     }
     Ok(LoadedRobot { raw, robot, model, remarks })

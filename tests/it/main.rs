@@ -1,5 +1,6 @@
 //! One binary for all integration tests; the file names say what kind of test is inside.
 
+mod cli;
 mod derivatives;
 mod dual;
 mod golden_geometry;
@@ -10,6 +11,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod random_robots;
 mod real_data;
+mod refusals;
 mod remarks;
 mod support;
 mod table;

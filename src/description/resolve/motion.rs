@@ -86,6 +86,11 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], complaints: &mut Complain
         if names.contains(&variable) {
             complaints.error(&path, format!("variable `{variable}` is listed twice"));
         } else if !users.iter().any(|(known, _)| *known == variable) {
+            let frames = raw.frames.keys().map(|name| ["frames", name.as_str(), "variable"]);
+            let actuators = raw.actuators.keys().map(|name| ["actuators", name.as_str(), "variable"]);
+            if frames.chain(actuators).any(|path| complaints.explained(&path)) {
+                continue;
+            }
             complaints.unknown(&path, "variable", variable, users.iter().map(|(known, _)| known.as_str()));
         } else {
             names.push(variable);

@@ -93,6 +93,8 @@ fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String>
         }
         if waiting.len() == before {
             tell_circles(raw, &waiting, complaints);
+            // They are kept, in the base, so that nothing that names them is told unknown.
+            placed.extend(waiting.into_iter().cloned());
             return placed;
         }
     }
