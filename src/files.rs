@@ -161,7 +161,7 @@ fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>
             return Ok(Place::Bundled(PathBuf::from(format!("{name}.yaml"))));
         }
         let beside = campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name));
-        if !matches!(&beside, Place::Disk(path) if path.is_file()) {
+        if !matches!(&beside, Place::Disk(path) if path.exists()) {
             let bundled = bundled_robots();
             let remedy = match nearest(name, bundled.iter().map(String::as_str)) {
                 Some(near) => format!("did you mean `{near}`?"),

@@ -54,7 +54,12 @@ fn frames_and_keys() {
     refuses(("antecedent: 1", "antecedent: 11"), "", "antecedent: 11", &["unknown frame `11`", "did you mean `1`?"]);
     refuses(("antecedent: 1,", ""), "", "  2:", &["frame `2` has no antecedent", "`0` is the base"]);
     refuses(("antecedent: 0", "antecedent: 2"), "", "antecedent: 2", &["circle: 1 <- 2 <- 1"]);
-    refuses(("  E:", "  2:"), "", "  2: {antecedent: 2", &["`2` is given twice", "first given here"]);
+    refuses(
+        ("  E:", "  E: {antecedent: 1}\n  E:"),
+        "",
+        "  E: {antecedent: 2",
+        &["`E` is given twice", "first given here"],
+    );
     refuses(("d: 500", "dd: 500"), "", "dd:", &["dd", "`d`"]);
     refuses(("length: mm", "length: millimetre"), "", "units", &["millimetre", "mm"]);
     refuses(("d: 500", "d: .nan"), "", "d: .nan", &["finite number"]);
@@ -285,7 +290,7 @@ fn campaigns_that_cannot_be_computed() {
             ("arm.yaml", PLANAR.as_bytes()),
             ("c.yaml", campaign.as_bytes()),
             ("m.csv", rows.as_bytes()),
-            ("bar.yaml", FOUR_BAR.as_bytes()),
+            ("bar.yaml", FOUR_BAR.replace("d: 450", "d: 700").as_bytes()),
         ])
     };
     let says = |folder: &Path, expected: &str| {
