@@ -177,7 +177,7 @@ fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>
 fn load_robot_without(place: &Place, without: &[(String, Option<Location>)]) -> Result<LoadedRobot, Vec<Remark>> {
     let text = place.text()?;
     if place.is_urdf() {
-        let (raw, remarks) = import(&place, &text)?;
+        let (raw, remarks) = import(place, &text)?;
         return finish(raw, None, remarks, without);
     }
     let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), &text);

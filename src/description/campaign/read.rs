@@ -114,7 +114,7 @@ pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Re
         }
     }
     for (name, at) in &raw.anchors {
-        if let Some(bad) = at.iter().find(|v| !(v.abs() * raw.units.length.factor() <= GREATEST)) {
+        if let Some(bad) = at.iter().find(|v| !(0.0..=GREATEST).contains(&(v.abs() * raw.units.length.factor()))) {
             let remark = Remark::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
             remarks.push(remark.at(locate(&["anchors", name])));
         }

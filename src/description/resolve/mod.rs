@@ -136,7 +136,7 @@ impl<'a> Complaints<'a> {
     /// Limits or bounds: numbers, in order; infinite ones only where `open`.
     pub fn interval(&mut self, path: &[&str], value: Option<[f64; 2]>, factor: f64, open: bool) -> Option<[f64; 2]> {
         let [low, high] = value?;
-        if low.is_nan() || high.is_nan() || (!open && !(low.is_finite() && high.is_finite())) {
+        if low.is_nan() || high.is_nan() || !(open || low.is_finite() && high.is_finite()) {
             self.error(
                 path,
                 format!("[{low}, {high}]: both ends must be {}numbers", if open { "" } else { "finite " }),
