@@ -5,7 +5,7 @@ mod commands;
 mod values;
 
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -68,25 +68,30 @@ pub fn main() -> ExitCode {
     }
     match run(&arguments) {
         Ok(output) => {
-            eprint!("{}", render(&output.remarks, color));
+            say(&render(&output.remarks, color));
             match deliver(&arguments, &output) {
                 Ok(()) if output.failed => ExitCode::from(1),
                 Ok(()) => ExitCode::SUCCESS,
                 Err(message) => {
-                    eprintln!("error: {message}");
+                    say(&format!("error: {message}\n"));
                     ExitCode::from(1)
                 }
             }
         }
         Err(Failure::Input(remarks)) => {
-            eprint!("{}", render(&remarks, color));
+            say(&render(&remarks, color));
             ExitCode::from(2)
         }
         Err(Failure::Computation(message)) => {
-            eprintln!("error: {message}");
+            say(&format!("error: {message}\n"));
             ExitCode::from(1)
         }
     }
+}
+
+/// Text on the error stream; when that is closed there is nobody to tell.
+fn say(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
 fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
@@ -94,22 +99,25 @@ fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
         Format::Text => output.text.clone(),
         Format::Json => serde_json::to_string_pretty(&output.json).map_err(|error| error.to_string())? + "\n",
     };
-    for (path, content) in &output.files {
-        crate::files::write_whole(path, content)
-            .map_err(|error| format!("`{}` cannot be written: {error}", path.display()))?;
+    let mut files: Vec<(&Path, &str)> =
+        output.files.iter().map(|(path, content)| (path.as_path(), content.as_str())).collect();
+    files.extend(arguments.output.as_deref().map(|path| (path, text.as_str())));
+    crate::files::write_whole(&files)?;
+    if arguments.output.is_some() {
+        return Ok(());
     }
-    match &arguments.output {
-        Some(path) => crate::files::write_whole(path, &text)
-            .map_err(|error| format!("`{}` cannot be written: {error}", path.display())),
-        None => match std::io::stdout().write_all(text.as_bytes()) {
-            // A reader that has seen enough (`| head`) is no failure.
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
-            _ => Ok(()),
-        },
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        // A reader that has seen enough (`| head`) is no failure.
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
+        _ => Ok(()),
     }
 }
 
 fn run(arguments: &Arguments) -> Result<Output, Failure> {
+    if let Some(path) = &arguments.output {
+        crate::files::writable(path).map_err(|remark| Failure::Input(vec![remark]))?;
+    }
     match &arguments.command {
         Command::Check(command) => commands::check::run(command),
         Command::Convert(command) => commands::convert::run(command),

@@ -1,6 +1,7 @@
 //! Numbers and lists on the command line.
 
 use super::Failure;
+use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
 use crate::model::Model;
 use crate::remark::Remark;
@@ -36,7 +37,10 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
         }
         let factor = if model.variables[index].is_angle { units.angle.factor() } else { units.length.factor() };
         match value.parse::<f64>() {
-            Ok(value) if value.is_finite() => q[index] = value * factor,
+            Ok(value) if value.abs() * factor <= GREATEST => q[index] = value * factor,
+            Ok(value) if value.is_finite() => {
+                remarks.push(Remark::error(format!("`{value:e}` is too great (variable `{name}`)")));
+            }
             _ => remarks.push(Remark::error(format!("`{value}` is no finite number (variable `{name}`)"))),
         }
     }
@@ -46,7 +50,7 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
 /// A list of finite numbers of one of the lengths allowed.
 pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Failure> {
     let parsed: Option<Vec<f64>> =
-        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.abs() <= GREATEST)).collect();
     match parsed {
         Some(numbers) if lengths.contains(&numbers.len()) => Ok(numbers),
         _ => {

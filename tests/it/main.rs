@@ -1,6 +1,7 @@
 //! One binary for all integration tests; the file names say what kind of test is inside.
 
 mod architecture;
+mod cli;
 mod derivatives;
 mod dual;
 mod estimation;
@@ -14,6 +15,7 @@ mod literature_nist;
 mod random_robots;
 mod real_data;
 mod recovery;
+mod refusals;
 mod remarks;
 mod robots;
 mod support;

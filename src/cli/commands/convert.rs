@@ -10,6 +10,7 @@ use crate::files::load_robot;
 use crate::remark::Remark;
 
 pub fn run(command: &Convert) -> Result<Output, Failure> {
+    can_write(&command.to)?;
     let loaded = load_robot(&command.robot)?;
     let (text, remarks) = written(&loaded.raw, &command.to)?;
     let said = format!("wrote {}\n", command.to.display());
@@ -17,6 +18,14 @@ pub fn run(command: &Convert) -> Result<Output, Failure> {
     output.remarks = loaded.remarks.into_iter().chain(remarks).collect();
     output.files.push((command.to.clone(), text));
     Ok(output)
+}
+
+/// Refuses, before anything is computed, a file that could not be written in the end.
+pub fn can_write(to: &Path) -> Result<(), Failure> {
+    if !matches!(to.extension().and_then(|extension| extension.to_str()), Some("yaml" | "yml" | "urdf" | "xml")) {
+        return Err(Failure::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf"));
+    }
+    crate::files::writable(to).map_err(|remark| Failure::Input(vec![remark]))
 }
 
 /// A description as the text of a file, in the format that its name asks for.

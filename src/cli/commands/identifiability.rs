@@ -11,10 +11,10 @@ use crate::identifiability::{Criterion, Scaling};
 use crate::report::identification::{identifiability_json, identifiability_text};
 
 pub fn run(command: &Identifiability) -> Result<Output, Failure> {
+    let (scaling, criterion) = reduction(&command.reduction)?;
     let loaded = load_campaign(&command.on.campaign, Some(&command.on.robot))?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let (scaling, criterion) = reduction(&command.reduction)?;
     let found =
         observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion).map_err(Failure::computation)?;
     let text = identifiability_text(model, &found.slots, &found.identifiability);

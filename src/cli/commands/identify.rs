@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::convert::written;
+use super::convert::{can_write, written};
 use super::identifiability::reduction;
 use crate::cli::args::{Identify, LossName, SchemeName, WeightsName};
 use crate::cli::values::known_parameters;
@@ -15,6 +15,7 @@ use crate::estimation::least_squares::Loss;
 use crate::estimation::{CalibrationError, Scheme, Settings, Weights, calibrate, compare, split};
 use crate::files::load_campaign;
 use crate::model::with_values;
+use crate::remark::Remark;
 use crate::report::identification::{calibration_json, calibration_text, comparison_text};
 
 pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
@@ -26,7 +27,10 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
                     "--what elastic: stiffness is not identified by this version yet".into(),
                 ));
             }
-            other => return Err(Failure::input(format!("--what `{other}`"), "valid here: geometric")),
+            other => {
+                let remark = Remark::error(format!("--what: unknown `{other}`"));
+                return Err(Failure::Input(vec![remark.suggest(other, ["geometric", "elastic"])]));
+            }
         }
     }
     if !(command.loss_scale.is_finite() && command.loss_scale > 0.0) {
@@ -35,10 +39,13 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
     if !(0.0..=0.9).contains(&command.check) {
         return Err(Failure::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
     }
+    if let Some(path) = &command.save {
+        can_write(path)?;
+    }
+    let (scaling, criterion) = reduction(&command.reduction)?;
     let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let (scaling, criterion) = reduction(&command.reduction)?;
     let settings = Settings {
         scheme: match command.scheme {
             SchemeName::Batch => Scheme::Batch,

@@ -27,14 +27,14 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         ));
     }
     let finite = [command.noise, command.orientation_noise, command.errors];
-    if finite.iter().any(|v| !v.is_finite() || *v < 0.0)
+    if finite.iter().any(|v| !(0.0..=1e6).contains(v))
         || !(0.0..=1.0).contains(&command.share)
         || !(0.0..=0.9).contains(&command.check)
         || !(1..=1000).contains(&command.repeats)
     {
         return Err(Failure::input(
             "a number is out of range",
-            "--noise, --orientation-noise and --errors are 0 or more, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
+            "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
         ));
     }
     let loaded = load_robot(&command.robot)?;
@@ -133,7 +133,9 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
         let factor =
             if model.registry[slot].kind == Kind::Angle { units.angle.factor() } else { units.length.factor() };
         match value.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => values[slot] = model.registry[slot].nominal + value * factor,
+            Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
+                values[slot] = model.registry[slot].nominal + value * factor
+            }
             _ => {
                 return Err(Failure::input(
                     format!("--set `{entry}`: `{value}` is no finite number"),

@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 pub use raw::Observes;
-pub use read::{expected_columns, resolve};
+pub use read::{expected_columns, faults, resolve};
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::raw::{Observes, RawCampaign, RawSigma};
 use super::{Campaign, Reading};
-use crate::description::resolve::{EFFECTS, Locate};
+use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::remark::Remark;
@@ -51,7 +51,7 @@ pub fn resolve(
     robot: &Robot,
     tables: &[Table],
 ) -> Result<(Campaign, Vec<Remark>), Vec<Remark>> {
-    let mut remarks = header_faults(raw, locate);
+    let mut remarks = Vec::new();
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let observes = raw.observes.unwrap_or(Observes::Position);
     let instrument = raw.instrument.clone().unwrap_or_default();
@@ -60,9 +60,6 @@ pub fn resolve(
         RawSigma::ByAxis { x, y, z } => [x * length, y * length, z * length],
     });
     let sigma_orientation = instrument.orientation.map(|sigma| sigma * angle);
-    if !sigma.unwrap_or([1.0; 3]).iter().chain(&sigma_orientation).all(|s| s.is_finite() && *s > 0.0) {
-        remarks.push(Remark::error("the instrument's noise must be above 0").at(locate(&["instrument"])));
-    }
     let mut anchors = robot.anchors.clone();
     for (name, at) in &raw.anchors {
         anchors.insert(name.clone(), Vector3::from(*at) * length);
@@ -93,15 +90,19 @@ pub fn resolve(
     for table in tables {
         rows.append(table, &mut campaign, &mut remarks);
     }
-    if tables.iter().skip(1).any(|table| table.has("time") != tables[0].has("time")) {
-        remarks.push(Remark::error("some of the files have a column `time`, others have not"));
+    let timed = |table: &&Table| table.has("time");
+    if let (Some(with), Some(lacking)) = (tables.iter().find(timed), tables.iter().find(|table| !timed(table))) {
+        let message = format!("`{}` has a column `time`, but `{}` has not", with.file(), lacking.file());
+        remarks
+            .push(Remark::error(message).at(locate(&["measurements"])).remedy("give `time` in all files or in none"));
     }
     if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((campaign, remarks)) }
 }
 
-fn header_faults(raw: &RawCampaign, locate: Locate) -> Vec<Remark> {
+/// Faults and doubts of the campaign file alone.
+pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Remark> {
     let mut remarks = Vec::new();
-    if raw.observes.is_none() {
+    if raw.observes.is_none() && !explained(&["observes"]) {
         let remark = Remark::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
         remarks.push(remark.remedy("add `observes: position` (or pose, deflection, distance)"));
     }
@@ -113,12 +114,39 @@ fn header_faults(raw: &RawCampaign, locate: Locate) -> Vec<Remark> {
         }
     }
     for (name, at) in &raw.anchors {
-        if at.iter().any(|v| !v.is_finite()) {
-            remarks.push(Remark::error(format!("anchor `{name}` is not finite")).at(locate(&["anchors", name])));
+        if let Some(bad) = at.iter().find(|v| !(0.0..=GREATEST).contains(&(v.abs() * raw.units.length.factor()))) {
+            let remark = Remark::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
+            remarks.push(remark.at(locate(&["anchors", name])));
         }
+    }
+    let instrument = raw.instrument.clone().unwrap_or_default();
+    let mut noise = |path: &[&str], value: f64, factor: f64| {
+        if !(value * factor >= LEAST_NOISE && value * factor <= GREATEST) {
+            let remark =
+                Remark::error(format!("the instrument's noise is {value}, and must be a finite number above 0"));
+            remarks.push(
+                remark.at(locate(path)).remedy("give one sigma; leave it out to have it estimated from the residuals"),
+            );
+        }
+    };
+    let length = raw.units.length.factor();
+    match instrument.sigma {
+        Some(RawSigma::All(value)) => noise(&["instrument", "sigma"], value, length),
+        Some(RawSigma::ByAxis { x, y, z }) => {
+            for (axis, value) in [("x", x), ("y", y), ("z", z)] {
+                noise(&["instrument", "sigma", axis], value, length);
+            }
+        }
+        None => {}
+    }
+    if let Some(value) = instrument.orientation {
+        noise(&["instrument", "orientation"], value, raw.units.angle.factor());
     }
     remarks
 }
+
+/// A noise below this (m or rad) is nothing but zero.
+const LEAST_NOISE: f64 = 1e-15;
 
 struct Rows<'a> {
     raw: &'a RawCampaign,
@@ -129,6 +157,10 @@ struct Rows<'a> {
 }
 
 const MOST_TOLD: usize = 20;
+
+fn too_great(column: &str) -> Remark {
+    Remark::error(format!("column `{column}`: no robot measures so much")).remedy("check the value and `units:`")
+}
 
 impl Rows<'_> {
     fn append(&mut self, table: &Table, campaign: &mut Campaign, remarks: &mut Vec<Remark>) {
@@ -146,7 +178,11 @@ impl Rows<'_> {
         for row in 0..table.row_count() {
             for variable in &self.robot.variables {
                 let factor = if variable.is_angle { angle } else { length };
-                campaign.joints.push(number(&variable.name, row) * factor);
+                let value = number(&variable.name, row) * factor;
+                if value.abs() > GREATEST {
+                    tell(remarks, too_great(&variable.name).at(table.place(row, &variable.name)));
+                }
+                campaign.joints.push(value);
             }
             let marker = match table.texts("marker").and_then(|texts| texts.get(row)) {
                 None => None,
@@ -220,6 +256,19 @@ impl Rows<'_> {
                     measured[k] = number(POSITION[k], row) * length;
                     measured[k + 3] = number(ROTATION[k], row) * angle;
                 }
+            }
+            let columns: &[&str] = match campaign.observes {
+                Observes::Distance => &["distance"],
+                Observes::Pose => &["x", "y", "z", "rx", "ry", "rz"],
+                Observes::Position | Observes::Deflection => &POSITION,
+            };
+            for (column, value) in columns.iter().zip(measured) {
+                if value.abs() > GREATEST {
+                    tell(remarks, too_great(column).at(table.place(row, column)));
+                }
+            }
+            for column in WRENCH.iter().filter(|column| number(column, row).abs() > GREATEST) {
+                tell(remarks, too_great(column).at(table.place(row, column)));
             }
             let wrench = std::array::from_fn(|k| {
                 number(WRENCH[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }

@@ -43,8 +43,8 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
         }
     }
     let mut positive = |path: &[&str], value: f64, factor: f64| {
-        if !(value.is_finite() && value > 0.0) {
-            complaints.error(path, format!("tolerance `{value}` must be above 0"));
+        if !(value.is_finite() && value * factor >= LEAST_TOLERANCE) {
+            complaints.error(path, format!("tolerance `{value}` must be a finite number above 0"));
         }
         value * factor
     };
@@ -74,6 +74,9 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
         bounds,
     }
 }
+
+/// Tolerances below this (m or rad) are nothing but zero.
+const LEAST_TOLERANCE: f64 = 1e-15;
 
 /// Every parameter a description of this shape has.
 fn parameter_names(raw: &RawRobot, tree: &Tree) -> Vec<String> {

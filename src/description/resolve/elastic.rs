@@ -1,6 +1,6 @@
 //! The elastic keys and the effects of a description: names, ranges and completeness.
 
-use super::super::raw::{RawRobot, RawSection, RawStiffness, SectionShape};
+use super::super::raw::{JointKind, RawRobot, RawSection, RawStiffness, SectionShape};
 use super::Complaints;
 
 /// Effects of the catalogue and the kinds of site they can sit at.
@@ -40,7 +40,9 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
         frame(complaints, &["bodies", name], name);
         let path = ["bodies", name.as_str(), "mass"];
         match body.mass {
-            None => note(complaints.error(&["bodies", name], format!("body `{name}` has no `mass`"))),
+            None => {
+                complaints.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
+            }
             Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
                 complaints.error(&path, format!("mass `{mass}` must be 0 or more"));
             }
@@ -59,7 +61,7 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             positive(complaints, &["materials", name, key], key, value);
         }
         if material.young.is_none() {
-            complaints.error(&["materials", name], format!("material `{name}` lacks `young`"));
+            complaints.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
         }
         match (material.poisson, material.shear) {
             (Some(nu), None) if !(nu > -1.0 && nu <= 0.5) => {
@@ -78,7 +80,9 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
     for (name, node) in &raw.nodes {
         match &node.body {
             Some(body) => frame(complaints, &["nodes", name, "body"], body),
-            None => note(complaints.error(&["nodes", name], format!("node `{name}` lacks `body`"))),
+            None => {
+                complaints.lacking(&["nodes", name], "body", format!("node `{name}` lacks `body`"));
+            }
         }
         if let Some(at) = &node.at {
             frame(complaints, &["nodes", name, "at"], at);
@@ -87,6 +91,13 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
     beams(raw, frames, complaints);
     for (joint, springs) in &raw.joint_stiffness {
         frame(complaints, &["joint_stiffness", joint], joint);
+        if raw.frames.get(joint).is_some_and(|frame| frame.joint.is_none() || frame.joint == Some(JointKind::Fixed))
+            && !complaints.explained(&["frames", joint, "joint"])
+        {
+            let path = ["joint_stiffness", joint.as_str()];
+            complaints.error(&path, format!("frame `{joint}` is fixed, and has no joint to be stiff")).remedy =
+                Some("name a frame that moves, or lay a beam".into());
+        }
         let entries = [("ka", &springs.ka), ("kr", &springs.kr), ("kar", &springs.kar), ("krr", &springs.krr)];
         for (key, value) in entries {
             stiffness(complaints, &["joint_stiffness", joint, key], value.as_ref());
@@ -117,7 +128,9 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
     for (name, beam) in &raw.beams {
         for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
             match node {
-                None => note(complaints.error(&["beams", name], format!("beam `{name}` lacks `{key}`"))),
+                None => {
+                    complaints.lacking(&["beams", name], key, format!("beam `{name}` lacks `{key}`"));
+                }
                 Some(node) if !nodes().any(|known| known == node) => {
                     complaints.unknown(&["beams", name, key], "node", node, nodes());
                 }
@@ -134,13 +147,15 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
                     complaints.unknown(&["beams", name, key], "section", section, sections.iter().copied());
                 }
                 None if key == "section" => {
-                    note(complaints.error(&["beams", name], format!("beam `{name}` lacks `section`")))
+                    complaints.lacking(&["beams", name], "section", format!("beam `{name}` lacks `section`"));
                 }
                 _ => {}
             }
         }
         match &beam.material {
-            None => note(complaints.error(&["beams", name], format!("beam `{name}` lacks `material`"))),
+            None => {
+                complaints.lacking(&["beams", name], "material", format!("beam `{name}` lacks `material`"));
+            }
             Some(material) if !raw.materials.contains_key(material) => {
                 let path = ["beams", name.as_str(), "material"];
                 complaints.unknown(&path, "material", material, raw.materials.keys().map(String::as_str));
@@ -185,8 +200,10 @@ fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSectio
     };
     for key in needed {
         if values.iter().any(|(known, value)| known == key && value.is_none()) {
-            complaints.error(&["sections", name], format!("section `{name}` lacks `{key}`")).remedy =
-                Some(format!("this kind of section needs: {}", needed.join(", ")));
+            let remark = complaints.lacking(&["sections", name], key, format!("section `{name}` lacks `{key}`"));
+            if let Some(remark) = remark {
+                remark.remedy = Some(format!("this kind of section needs: {}", needed.join(", ")));
+            }
         }
     }
     let thin = [section.width, section.height, section.diameter].into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -198,9 +215,6 @@ fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSectio
             .error(&["sections", name, "wall"], format!("a wall of {wall} leaves no hollow in a section of {thin}"));
     }
 }
-
-/// Ends a match arm that only files a complaint.
-fn note(_: &mut crate::remark::Remark) {}
 
 fn positive(complaints: &mut Complaints, path: &[&str], key: &str, value: Option<f64>) {
     if let Some(value) = value
@@ -244,7 +258,9 @@ fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawS
 fn springs(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
     for (name, spring) in &raw.springs {
         match &spring.bodies {
-            None => note(complaints.error(&["springs", name], format!("spring `{name}` lacks `bodies`"))),
+            None => {
+                complaints.lacking(&["springs", name], "bodies", format!("spring `{name}` lacks `bodies`"));
+            }
             Some(bodies) => {
                 for (k, body) in bodies.iter().enumerate().filter(|(_, body)| !frames.contains(body)) {
                     let path = ["springs", name, "bodies", &k.to_string()];
@@ -256,10 +272,10 @@ fn springs(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
             complaints.vector(&["springs", name, "anchors", &k.to_string()], Some(*anchor), 1.0);
         }
         if spring.anchors.is_none() {
-            complaints.error(&["springs", name], format!("spring `{name}` lacks `anchors`"));
+            complaints.lacking(&["springs", name], "anchors", format!("spring `{name}` lacks `anchors`"));
         }
         if spring.rate.is_none() {
-            complaints.error(&["springs", name], format!("spring `{name}` lacks `rate`"));
+            complaints.lacking(&["springs", name], "rate", format!("spring `{name}` lacks `rate`"));
         }
         stiffness(complaints, &["springs", name, "rate"], spring.rate.as_ref());
         for (key, value) in [("free_length", spring.free_length), ("preload_length", spring.preload_length)] {
@@ -281,10 +297,13 @@ fn effects(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
         let position = position.to_string();
         let path = |key: &'static str| ["effects", position.as_str(), key];
         for (name, value) in &effect.parameters {
-            complaints.finite(&["effects", &position, "parameters", name], Some(*value), 1.0);
+            if !value.is_finite() {
+                let path = ["effects", &position, "parameters", name];
+                complaints.error(&path, format!("`{value}` where a finite number is needed"));
+            }
         }
         let Some(name) = effect.effect.as_deref() else {
-            complaints.error(&["effects", &position], "an effect lacks its name, `effect`");
+            complaints.lacking(&["effects", &position], "effect", "an effect lacks its name, `effect`");
             continue;
         };
         let Some((_, kind)) = EFFECTS.iter().find(|(known, _)| *known == name) else {
@@ -292,7 +311,7 @@ fn effects(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
             continue;
         };
         let Some(site) = effect.site.as_deref() else {
-            complaints.error(&["effects", &position], format!("effect `{name}` lacks its `site`"));
+            complaints.lacking(&["effects", &position], "site", format!("effect `{name}` lacks its `site`"));
             continue;
         };
         let (found, owner) = site.split_once(':').unwrap_or((site, ""));

@@ -17,15 +17,37 @@ use crate::remark::{Place, Remark};
 /// Says where a path of the file stands (keys from the top, list positions as numbers).
 pub type Locate<'a> = &'a dyn Fn(&[&str]) -> Option<Place>;
 
+/// Says whether what is missing at a path is missing because of a fault that has been told already.
+pub type Explained<'a> = &'a dyn Fn(&[&str]) -> bool;
+
+/// Greatest length (m) or angle (rad) that is taken for one.
+pub const GREATEST: f64 = 1e9;
+
 /// Collects complaints, each with its place.
 pub(super) struct Complaints<'a> {
     locate: Locate<'a>,
+    explained: Explained<'a>,
     pub remarks: Vec<Remark>,
 }
 
 impl<'a> Complaints<'a> {
-    pub fn new(locate: Locate<'a>) -> Self {
-        Self { locate, remarks: Vec::new() }
+    pub fn new(locate: Locate<'a>, explained: Explained<'a>) -> Self {
+        Self { locate, explained, remarks: Vec::new() }
+    }
+
+    /// Whether what is missing at `path` has been told as faulty.
+    pub fn explained(&self, path: &[&str]) -> bool {
+        (self.explained)(path)
+    }
+
+    /// Files an error about an owner at `path` that has no `key`, unless the key is there and faulty.
+    pub fn lacking(&mut self, path: &[&str], key: &str, message: impl Into<String>) -> Option<&mut Remark> {
+        let mut wanted = path.to_vec();
+        wanted.push(key);
+        if self.explained(&wanted) {
+            return None;
+        }
+        Some(self.error(path, message))
     }
 
     pub fn place(&self, path: &[&str]) -> Option<Place> {
@@ -44,20 +66,46 @@ impl<'a> Complaints<'a> {
     }
 
     /// An unknown name, with the nearest valid one.
+    ///
+    /// Says nothing of a name whose declaration is there and faulty.
     pub fn unknown<'n>(&mut self, path: &[&str], kind: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
+        let sections: &[&str] = match kind {
+            "frame" | "joint" => &["frames"],
+            "node" => &["nodes", "frames"],
+            "section" => &["sections"],
+            "material" => &["materials"],
+            "actuator" => &["actuators"],
+            "parameter" => &["frames", "actuators", "markers", "springs", "joint_stiffness"],
+            _ => &[],
+        };
+        let owner = if kind == "parameter" { name.rsplit_once('.').map_or(name, |(owner, _)| owner) } else { name };
+        let owner_of = |section: &str| {
+            if section == "joint_stiffness" { owner.trim_start_matches("joint") } else { owner }
+        };
+        if sections.iter().any(|section| self.told_faulty(section, owner_of(section))) {
+            return;
+        }
         let remark = Remark::error(format!("unknown {kind} `{name}`")).at(self.place(path)).suggest(name, valid);
         self.remarks.push(remark);
     }
 
-    /// `value * factor`, complaining unless it is a finite number.
+    /// Whether a section, or the entry under exactly this name in it, was set aside as faulty.
+    fn told_faulty(&self, section: &str, name: &str) -> bool {
+        self.explained(&[section]) || self.explained(&[section, name])
+    }
+
+    /// `value * factor`, complaining unless it is a finite number that a length or an angle can be.
     pub fn finite(&mut self, path: &[&str], value: Option<f64>, factor: f64) -> f64 {
         let value = value.unwrap_or(0.0);
-        if value.is_finite() {
-            value * factor
-        } else {
+        if !value.is_finite() {
             self.error(path, format!("`{value}` where a finite number is needed"));
-            0.0
+            return 0.0;
         }
+        if (value * factor).abs() > GREATEST {
+            self.error(path, format!("`{value:e}` is too great")).remedy = Some("check the value and `units:`".into());
+            return 0.0;
+        }
+        value * factor
     }
 
     pub fn vector(&mut self, path: &[&str], value: Option<[f64; 3]>, factor: f64) -> Vector3<f64> {
@@ -66,7 +114,23 @@ impl<'a> Complaints<'a> {
             self.error(path, format!("`{bad}` where a finite number is needed"));
             return Vector3::zeros();
         }
+        if let Some(bad) = value.iter().find(|v| (**v * factor).abs() > GREATEST) {
+            self.error(path, format!("`{bad:e}` is too great")).remedy = Some("check the value and `units:`".into());
+            return Vector3::zeros();
+        }
         Vector3::from(value) * factor
+    }
+
+    /// Limits of a joint or a stroke: an interval of lengths or angles, infinite where there is none.
+    pub fn limits(&mut self, path: &[&str], value: Option<[f64; 2]>, factor: f64) -> Option<[f64; 2]> {
+        let limits = self.interval(path, value, factor, true)?;
+        if let Some(bad) = limits.iter().find(|v| v.is_finite() && v.abs() > GREATEST) {
+            let shown = bad / factor;
+            self.error(path, format!("`{shown:e}` is too great")).remedy =
+                Some("write `.inf` where there is no limit".into());
+            return None;
+        }
+        Some(limits)
     }
 
     /// Limits or bounds: numbers, in order; infinite ones only where `open`.
@@ -91,7 +155,13 @@ impl<'a> Complaints<'a> {
 
 /// Resolves a raw description. The robot is `None` when any remark is an error.
 pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Remark>) {
-    let mut complaints = Complaints::new(locate);
+    resolve_explained(raw, locate, &|_| false)
+}
+
+/// As [`resolve`], of a description some entries of which were set aside as faulty: what is missing through them is not
+/// told again.
+pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Remark>) {
+    let mut complaints = Complaints::new(locate, explained);
     let units = &raw.units;
     let tree = tree::resolve(raw, &mut complaints);
     let name = raw.robot.clone().unwrap_or_else(|| "robot".into());
@@ -111,7 +181,12 @@ pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Remark>) {
         .filter(|&i| !raw.loops.values().any(|l| l.frames.iter().flatten().any(|name| *name == frames[i].name)))
         .collect();
     let last = frames.len() - 1;
-    if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 {
+    let placed_faultily = ["frames", "loops", "tool"].iter().any(|section| complaints.explained(&[section]))
+        || complaints.explained(&["tool", "frame"])
+        || raw.frames.keys().any(|name| complaints.explained(&["frames", name, "antecedent"]))
+        || raw.loops.keys().any(|name| complaints.explained(&["loops", name, "frames"]))
+        || complaints.remarks.iter().any(|remark| remark.message.contains("antecedent"));
+    if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 && !placed_faultily {
         let choices: Vec<&str> = leaves.iter().map(|&i| frames[i].name.as_str()).collect();
         complaints
             .error(&["tool"], format!("the tool's frame is not clear: {} frames carry nothing", leaves.len()))

@@ -86,6 +86,11 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], complaints: &mut Complain
         if names.contains(&variable) {
             complaints.error(&path, format!("variable `{variable}` is listed twice"));
         } else if !users.iter().any(|(known, _)| *known == variable) {
+            let frames = raw.frames.keys().map(|name| ["frames", name.as_str(), "variable"]);
+            let actuators = raw.actuators.keys().map(|name| ["actuators", name.as_str(), "variable"]);
+            if frames.chain(actuators).any(|path| complaints.explained(&path)) {
+                continue;
+            }
             complaints.unknown(&path, "variable", variable, users.iter().map(|(known, _)| known.as_str()));
         } else {
             names.push(variable);
@@ -118,25 +123,30 @@ fn actuators(
     let mut actuators = Vec::new();
     for (name, actuator) in &raw.actuators {
         let path = |key: &'static str| ["actuators", name.as_str(), key];
-        if actuator.kind.is_none() {
-            complaints.error(&path("kind"), format!("actuator `{name}` has no kind")).remedy =
-                Some("add `kind: slider-crank`".into());
+        if actuator.kind.is_none()
+            && let Some(remark) =
+                complaints.lacking(&["actuators", name], "kind", format!("actuator `{name}` has no kind"))
+        {
+            remark.remedy = Some("add `kind: slider-crank`".into());
         }
+        let mut complete = true;
         let given = [actuator.stroke, actuator.kappa, actuator.lambda, actuator.l1, actuator.l3];
         let units = [length, angle, angle, length, length];
         let mut constants = [0.0; 5];
         for (k, symbol) in super::super::robot::SLIDER_CRANK_SYMBOLS.into_iter().enumerate() {
             if given[k].is_none() && symbol != "stroke" {
-                complaints.error(&["actuators", name], format!("actuator `{name}` lacks `{symbol}`"));
+                complaints.lacking(&["actuators", name], symbol, format!("actuator `{name}` lacks `{symbol}`"));
+                complete = false;
             }
             constants[k] = complaints.finite(&path(symbol), given[k], units[k]);
             if matches!(symbol, "l1" | "l3") && given[k].is_some_and(|l| l <= 0.0) {
                 complaints.error(&path(symbol), format!("length `{symbol}` of actuator `{name}` must be above 0"));
             }
         }
-        let limits = complaints.interval(&path("limits"), actuator.limits, length, true);
+        let limits = complaints.limits(&path("limits"), actuator.limits, length);
         let [zero, _, _, l1, l3] = constants;
         if let Some([low, high]) = limits
+            && complete
             && low.is_finite()
             && high.is_finite()
             && (low + zero <= (l1 - l3).abs() || high + zero >= l1 + l3)
@@ -150,21 +160,21 @@ fn actuators(
                 .remedy = Some(format!("its length must stay within ({least}, {greatest})"));
         }
         let Some(joint) = actuator.joint.as_deref() else {
-            complaints.error(&["actuators", name], format!("actuator `{name}` lacks `joint`"));
+            complaints.lacking(&["actuators", name], "joint", format!("actuator `{name}` lacks `joint`"));
             continue;
         };
         let Some(joint_index) = find(frames, joint) else {
             complaints.unknown(&path("joint"), "frame", joint, frame_names(frames));
             continue;
         };
-        if frames[joint_index].joint != JointKind::Revolute {
+        if frames[joint_index].joint != JointKind::Revolute && !complaints.explained(&["frames", joint, "joint"]) {
             complaints
                 .error(&path("joint"), format!("a slider-crank turns a revolute joint, and `{joint}` is not one"));
         }
         let Some(variable) =
             actuator.variable.as_deref().and_then(|v| variables.iter().position(|known| known.name == v))
         else {
-            complaints.error(&["actuators", name], format!("actuator `{name}` lacks `variable`"));
+            complaints.lacking(&["actuators", name], "variable", format!("actuator `{name}` lacks `variable`"));
             continue;
         };
         variables[variable].is_angle = false;
@@ -193,6 +203,8 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
             let index = find(frames, name);
             match index {
                 None => complaints.unknown(&path, "joint", name, frame_names(frames)),
+                Some(index)
+                    if frames[index].joint == JointKind::Fixed && complaints.explained(&["frames", name, "joint"]) => {}
                 Some(index) if frames[index].joint == JointKind::Fixed => {
                     complaints.error(&path, format!("`{name}` is fixed and can neither follow nor lead")).remedy =
                         Some("give it `joint: revolute` or `joint: prismatic`".into());
@@ -243,10 +255,22 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
 
 /// Every joint that moves has one driver, a fixed one none.
 fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, complaints: &mut Complaints) {
+    let mut positions = 0..raw.couplings.len() + 1;
+    let driver_faulty = complaints.explained(&["actuators"])
+        || complaints.explained(&["couplings"])
+        || positions.any(|k| complaints.explained(&["couplings", &k.to_string()]))
+        || complaints.remarks.iter().any(|remark| remark.message.starts_with("coupling `"))
+        || raw
+            .actuators
+            .keys()
+            .any(|name| ["joint", "variable"].iter().any(|key| complaints.explained(&["actuators", name, key])));
     for (frame, drivers) in frames.iter().zip(&drivers.of_frame).skip(1) {
         let name = &frame.name;
         let path_of = |driver: &(Motion, Vec<String>)| driver.1.clone();
         match drivers.as_slice() {
+            [] if driver_faulty
+                || ["variable", "passive"].iter().any(|key| complaints.explained(&["frames", name, key])) => {}
+            [_] if frame.joint == JointKind::Fixed && complaints.explained(&["frames", name, "joint"]) => {}
             [] if frame.joint != JointKind::Fixed && raw.frames.contains_key(name) => {
                 complaints.error(&["frames", name], format!("nothing moves joint `{name}`")).remedy = Some(
                     "give it a `variable`, an actuator, a coupling, or `passive: true` within a closed loop (or `joint: fixed`)".into(),
@@ -324,12 +348,20 @@ fn followed_first(couplings: Vec<Coupling>, frames: &mut [Frame]) -> Vec<Couplin
 fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &mut Complaints) -> Vec<Loop> {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let mut loops = Vec::new();
+    // Whether some loop could not be followed, so that nothing is known of its joints.
+    let mut unclear = complaints.explained(&["loops"]);
+    let faulty_tree = complaints.remarks.iter().any(|remark| remark.message.contains("antecedent"))
+        || raw.frames.keys().any(|name| complaints.explained(&["frames", name, "antecedent"]));
     let mut in_loop = vec![false; frames.len()];
     for (name, raw_loop) in &raw.loops {
         let path = |key: &'static str| ["loops", name.as_str(), key];
         let Some(pair) = &raw_loop.frames else {
-            complaints.error(&["loops", name], format!("loop `{name}` lacks `frames`")).remedy =
-                Some("name the two frames that meet: `frames: [10, 11]`".into());
+            if let Some(remark) =
+                complaints.lacking(&["loops", name], "frames", format!("loop `{name}` lacks `frames`"))
+            {
+                remark.remedy = Some("name the two frames that meet: `frames: [10, 11]`".into());
+            }
+            unclear = true;
             continue;
         };
         let found = [0, 1].map(|k| {
@@ -345,7 +377,10 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             }
             index
         });
-        let [Some(a), Some(b)] = found else { continue };
+        let [Some(a), Some(b)] = found else {
+            unclear = true;
+            continue;
+        };
         if a == b {
             complaints.error(&path("frames"), format!("loop `{name}` is cut between a frame and itself")).remedy =
                 Some("name two frames, one on each side of the cut joint".into());
@@ -355,7 +390,9 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
         for &member in &members {
             in_loop[member] = true;
         }
-        if !members.iter().any(|&i| frames[i].motion == Motion::Passive) {
+        let untold =
+            |key: &str| members.iter().any(|&i| complaints.explained(&["frames", frames[i].name.as_str(), key]));
+        if !members.iter().any(|&i| frames[i].motion == Motion::Passive) && !untold("passive") {
             complaints
                 .error(&path("frames"), format!("loop `{name}` has no passive joint, so nothing can close it"))
                 .remedy = Some("mark the joints that the loop moves with `passive: true`".into());
@@ -397,7 +434,7 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
         loops.push(Loop { name: name.clone(), frames: [a, b], kind, meet, branch, at, gap });
     }
     for (index, frame) in frames.iter().enumerate().skip(1) {
-        if frame.motion == Motion::Passive && !in_loop[index] {
+        if frame.motion == Motion::Passive && !in_loop[index] && !unclear && !faulty_tree {
             let name = &frame.name;
             complaints
                 .error(&["frames", name, "passive"], format!("joint `{name}` is passive, but no loop holds it"))

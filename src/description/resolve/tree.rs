@@ -14,7 +14,7 @@ pub struct Tree {
 }
 
 pub fn resolve(raw: &RawRobot, complaints: &mut Complaints) -> Tree {
-    if raw.frames.is_empty() {
+    if raw.frames.is_empty() && !complaints.explained(&["frames"]) && !complaints.explained(&["urdf"]) {
         complaints.error(&["frames"], "the description declares no frame").remedy =
             Some("add `frames:` (or `urdf:`), see `elastogeo schema robot`".into());
     }
@@ -60,8 +60,11 @@ fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String>
     for (name, frame) in &raw.frames {
         match frame.antecedent.as_deref() {
             None => {
-                complaints.error(&["frames", name], format!("frame `{name}` has no antecedent")).remedy =
-                    Some("add `antecedent:`; `0` is the base".into());
+                if let Some(remark) =
+                    complaints.lacking(&["frames", name], "antecedent", format!("frame `{name}` has no antecedent"))
+                {
+                    remark.remedy = Some("add `antecedent:`; `0` is the base".into());
+                }
             }
             Some("0") => {}
             Some(antecedent) if !raw.frames.contains_key(antecedent) => {
@@ -90,6 +93,8 @@ fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String>
         }
         if waiting.len() == before {
             tell_circles(raw, &waiting, complaints);
+            // They are kept, in the base, so that nothing that names them is told unknown.
+            placed.extend(waiting.into_iter().cloned());
             return placed;
         }
     }
@@ -145,7 +150,7 @@ fn resolve_frame(
         r: number("r", frame.r, length),
     };
     let offset = number("offset", frame.offset, joint_unit);
-    let limits = complaints.interval(&["frames", name, "limits"], frame.limits, joint_unit, true);
+    let limits = complaints.limits(&["frames", name, "limits"], frame.limits, joint_unit);
     Frame { name: name.into(), antecedent, joint, motion: Motion::Fixed, constants, coaxial: None, offset, limits }
 }
 
@@ -170,6 +175,10 @@ fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complai
             let message =
                 format!("`{name}` is placed in `{}`, but `{other}` in `{}`", frames[ours].name, frames[theirs].name);
             complaints.error(&path, message).remedy = Some("coaxial frames have the same antecedent".into());
+        } else if shared > index {
+            complaints
+                .error(&path, format!("frame `{name}` stands before `{other}`, with which it is coaxial"))
+                .remedy = Some(format!("declare `{name}` after `{other}`"));
         } else if raw.frames.get(other).is_some_and(|f| f.coaxial.is_some()) {
             complaints.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
                 Some("name the frame that holds the constants".into());

@@ -62,6 +62,43 @@ impl Document {
         false
     }
 
+    /// Whether something at `path`, around it or within it was set aside as faulty.
+    pub fn holds_fault(&self, path: &[&str]) -> bool {
+        let Some(holder) = self.index.find(path) else { return self.explains_absence(path) };
+        let within = |mut at: usize| loop {
+            if at == holder {
+                break true;
+            }
+            match self.index.nodes.get(at).and_then(|node| node.parent) {
+                Some(parent) => at = parent,
+                None => break false,
+            }
+        };
+        self.is_faulty(path) || self.blanked.iter().any(|&node| within(node))
+    }
+
+    /// Whether the absence of `path` may be no more than the echo of a fault already told: the value itself was set
+    /// aside, or an entry beside it whose key reads like a misspelling of it.
+    pub fn explains_absence(&self, path: &[&str]) -> bool {
+        if self.is_faulty(path) {
+            return true;
+        }
+        let Some((wanted, around)) = path.split_last() else { return false };
+        if self.is_faulty(around) {
+            return true;
+        }
+        let Some(parent) = self.index.find(around) else { return false };
+        self.blanked.iter().any(|&gone| {
+            let Some(node) = self.index.nodes.get(gone).filter(|node| node.parent == Some(parent)) else {
+                return false;
+            };
+            // A second entry of the same key stands in for nothing.
+            let mut path = around.to_vec();
+            path.push(&node.name);
+            self.index.find(&path) == Some(gone) && crate::remark::nearest(&node.name, [*wanted]).is_some()
+        })
+    }
+
     /// Where the value at `path` stands; if there is none, the key of its nearest existing ancestor.
     ///
     /// `None` only when nothing of the text could be parsed.

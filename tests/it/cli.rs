@@ -1,0 +1,174 @@
+//! The command as its users meet it: exit status, streams, files left behind.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+/// What a run came to.
+pub struct Ran {
+    pub status: i32,
+    pub out: String,
+    pub err: String,
+}
+
+pub fn run(folder: &Path, arguments: &[&str]) -> Ran {
+    let output = Command::new(env!("CARGO_BIN_EXE_elastogeo"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the command starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    let ran = Ran { status: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) };
+    assert!(!ran.err.contains("panicked"), "{arguments:?}:\n{}", ran.err);
+    ran
+}
+
+pub const PLANAR: &str = "units: {length: mm, angle: deg}
+variables: [q1, q2]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-90, 90]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 500, limits: [-90, 90]}
+  E: {antecedent: 2, d: 400}
+tool: {frame: E}
+markers:
+  tip: {frame: E, at: [10, 0, 0]}
+";
+
+/// A folder with a simulated campaign of the two-joint robot.
+fn campaign() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("arm.yaml"), PLANAR).expect("written");
+    let made = run(folder.path(), &["simulate", "arm.yaml", "--poses", "30", "--into", "c"]);
+    assert_eq!(made.status, 0, "{}", made.err);
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn flags_are_refused_with_what_was_expected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases: &[(&[&str], &str)] = &[
+        (&["pose", "universal-ur5", "--joints", "q7=1"], "did you mean `q1`?"),
+        (&["pose", "universal-ur5", "--joints", "q1=abc"], "`abc` is no finite number"),
+        (&["pose", "universal-ur5", "--joints", "q1=NaN"], "`NaN` is no finite number"),
+        (&["pose", "universal-ur5", "--joints", "q1=1e300"], "too great"),
+        (&["pose", "universal-ur5", "--joints", "q1=1,q1=2"], "`q1` is given twice"),
+        (&["pose", "universal-ur5", "--joints", "q1"], "name=value"),
+        (&["pose", "universal-ur5"], "--joints <A=..,B=..>"),
+        (&["pose", "universal-ur5", "--table", "none.csv"], "cannot be read"),
+        (&["solve", "universal-ur5", "--target", "1,2,3,4"], "give 3 or 6 finite numbers"),
+        (&["solve", "universal-ur5", "--target", "1e300,0,0"], "give 3 or 6 finite numbers"),
+        (&["check", "universal-ur55"], "did you mean `universal-ur5`?"),
+        (&["check", "none.yaml"], "there is no file `none.yaml`"),
+        (&["check", "."], "is a folder"),
+        (&["check", "universal-ur5", "--output", "nowhere/x.txt"], "there is no folder `nowhere`"),
+        (&["identify", "none"], "there is no file"),
+        (&["identify", "none", "--save", "x.txt"], "end the name in .yaml or .urdf"),
+        (&["identify", "none", "--save", "nowhere/x.yaml"], "there is no folder `nowhere`"),
+        (&["identify", "none", "--tolerance", "abc"], "give a fraction in [0, 1), or `noise`"),
+        (&["identify", "none", "--what", "geometri"], "did you mean `geometric`?"),
+        (&["convert", "universal-ur5", "x.txt"], "end the name in .yaml or .urdf"),
+        (&["simulate", "universal-ur5", "--poses", "0", "--into", "c"], "at least one configuration"),
+        (&["simulate", "universal-ur5", "--poses", "3", "--noise", "1e300", "--into", "c"], "out of range"),
+        (&["simulate", "universal-ur5", "--poses", "3", "--set", "1.dd=1", "--into", "c"], "did you mean `1.d`?"),
+        (&["simulate", "universal-ur5", "--poses", "3", "--markers", "tip", "--into", "c"], "unknown marker `tip`"),
+        (&["chek", "universal-ur5"], "unrecognized subcommand"),
+    ];
+    for (arguments, expected) in cases {
+        let ran = run(folder.path(), arguments);
+        assert_eq!(ran.status, 2, "{arguments:?}: {}", ran.err);
+        assert!(ran.err.contains(expected), "{arguments:?}: {}", ran.err);
+        assert_eq!(ran.out, "", "{arguments:?}");
+    }
+    assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));
+}
+
+#[test]
+fn a_target_out_of_reach_is_a_failed_computation() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ran = run(folder.path(), &["solve", "universal-ur5", "--target", "9000,0,0", "--restarts", "8"]);
+    assert_eq!(ran.status, 1, "{}", ran.err);
+    assert!(ran.err.contains("clos"), "the closest approach: {}", ran.err);
+    assert_eq!(ran.out, "");
+}
+
+#[test]
+fn json_is_all_that_is_printed() {
+    let folder = campaign();
+    let cases: &[&[&str]] = &[
+        &["check", "kuka-ir663"],
+        &["pose", "universal-ur5", "--joints", "q1=10"],
+        &["solve", "universal-ur5", "--target", "400,100,300", "--restarts", "4"],
+        &["sensitivity", "arm.yaml", "c"],
+        &["identifiability", "arm.yaml", "c"],
+        &["identify", "c"],
+        &["identify", "c", "--compare"],
+        &["residuals", "arm.yaml", "c"],
+        &["convert", "arm.yaml", "other.yaml"],
+        &["schema", "robot"],
+        &["completions", "bash"],
+    ];
+    for arguments in cases {
+        let ran = run(folder.path(), &[arguments, &["--format", "json"][..]].concat());
+        assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+        let parsed: Result<Value, _> = serde_json::from_str(&ran.out);
+        assert!(parsed.is_ok(), "{arguments:?}: {}", ran.out);
+    }
+    let ran = run(folder.path(), &["completions", "bash"]);
+    assert!(ran.status == 0 && ran.out.contains("_elastogeo"), "{}", ran.out);
+}
+
+#[test]
+fn files_are_written_together_or_not_at_all() {
+    let folder = campaign();
+    let before = names(folder.path());
+    for output in ["nowhere/out.txt", "c"] {
+        let ran = run(folder.path(), &["identify", "c", "--save", "fitted.yaml", "--output", output]);
+        assert_eq!((ran.status, ran.out.as_str()), (2, ""), "{}", ran.err);
+        assert_eq!(names(folder.path()), before);
+    }
+    // A full device is found out only while writing.
+    if Path::new("/dev/full").exists() {
+        let ran = run(folder.path(), &["identify", "c", "--save", "fitted.yaml", "--output", "/dev/full"]);
+        assert_eq!(ran.status, 1, "{}", ran.err);
+        assert_eq!(names(folder.path()), before);
+    }
+    let ran = run(folder.path(), &["identify", "c", "--save", "fitted.yaml", "--output", "out.txt"]);
+    assert_eq!((ran.status, ran.out.as_str()), (0, ""), "{}", ran.err);
+    assert_eq!(run(folder.path(), &["check", "fitted.yaml"]).status, 0);
+    assert!(!names(folder.path()).iter().any(|name| name.ends_with(".part")));
+}
+
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    let folder = campaign();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_elastogeo"))
+        .args(["identify", "c", "--format", "json"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn unknown_parameters_to_hold_are_refused() {
+    let folder = campaign();
+    let ran = run(folder.path(), &["identify", "c", "--hold", "2.dd"]);
+    assert_eq!(ran.status, 2);
+    assert!(ran.err.contains("did you mean `2.d`?"), "{}", ran.err);
+}
