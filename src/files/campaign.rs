@@ -1,0 +1,155 @@
+//! A campaign from its files: the campaign itself, its robot and its measurements, every fault located.
+
+use std::path::{Path, PathBuf};
+
+use super::place::{CAMPAIGNS, Place, open};
+use super::robot::{LoadedRobot, find_robot, load_robot_without};
+use crate::description::campaign::raw::{OneOrMany, RawCampaign};
+use crate::description::campaign::{self, Campaign};
+use crate::description::table::{Dialect, read_table};
+use crate::description::yaml::{self, Document};
+use crate::remark::{Remark, nearest};
+
+/// A campaign read from its files, with its robot.
+#[derive(Debug, Clone)]
+pub struct LoadedCampaign {
+    /// The campaign file.
+    pub raw: RawCampaign,
+    /// The campaign.
+    pub campaign: Campaign,
+    /// Its robot.
+    pub robot: LoadedRobot,
+    /// Warnings, the robot's included.
+    pub remarks: Vec<Remark>,
+}
+
+/// Reads a campaign file, its robot (or the one given instead) and its measurements.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Remark>> {
+    let path_given = Path::new(file);
+    let mut path = PathBuf::from(file);
+    if path.is_dir() {
+        path.push("campaign.yaml");
+    }
+    let bundled = PathBuf::from(file).join("campaign.yaml");
+    let place = if !path.exists() && CAMPAIGNS.get_file(&bundled).is_some() {
+        Place::Bundled(bundled)
+    } else {
+        Place::Disk(path)
+    };
+    let text = place.text().map_err(|mut said| {
+        if path_given.exists() {
+            return said;
+        }
+        let known: Vec<&str> = CAMPAIGNS.dirs().filter_map(|dir| dir.path().to_str()).collect();
+        if let Some(first) = said.first_mut()
+            && first.remedy.is_none()
+        {
+            first.remedy = Some(match nearest(file, known.iter().copied()) {
+                Some(near) => format!("did you mean the bundled campaign `{near}`?"),
+                None if known.is_empty() => "give a campaign file, or its folder".into(),
+                None => format!("give a campaign file, its folder, or a bundled campaign: {}", known.join(", ")),
+            });
+        }
+        said
+    })?;
+    let (raw, document, mut remarks) = yaml::read::<RawCampaign>(&place.name(), &text);
+    let Some(raw) = raw else { return Err(remarks) };
+    let locate = |path: &[&str]| document.place_of_value(path);
+    remarks.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
+    let without: Vec<_> =
+        raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()]))).collect();
+    let robot_place = match (robot, &raw.robot) {
+        (Some(name), _) => find_robot(name, None),
+        (None, Some(name)) => find_robot(name, Some(&place)),
+        (None, None) if document.explains_absence(&["robot"]) => Err(Vec::new()),
+        (None, None) => {
+            Err(vec![Remark::error("the campaign names no robot").remedy("add `robot:`, a bundled name or a file")])
+        }
+    };
+    // What is not located within the robot's own file is the fault of the line that names it.
+    let robot = robot_place.and_then(|place| load_robot_without(&place, &without)).map_err(|mut said| {
+        if robot.is_none() {
+            said.iter_mut()
+                .filter(|remark| remark.place.is_none())
+                .for_each(|remark| remark.place = locate(&["robot"]));
+        }
+        said
+    });
+    let robot = match robot {
+        Ok(robot) => robot,
+        Err(mut said) => {
+            remarks.append(&mut said);
+            // Columns cannot be checked without the robot's variables; that the files are there can.
+            for (path, place) in table_files(&raw, &place, &document, &mut remarks) {
+                if let Err(remark) = open(&place) {
+                    remarks.push(remark.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>())));
+                }
+            }
+            return Err(remarks);
+        }
+    };
+    let mut tables = Vec::new();
+    let files = table_files(&raw, &place, &document, &mut remarks);
+    let expected = campaign::expected_columns(&raw, &robot.robot);
+    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal.unwrap_or('.') };
+    let most = raw.csv.max_rows.unwrap_or(1_000_000);
+    // With a fault in what says how the files are read, their faults would be echoes.
+    let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));
+    for (path, place) in files {
+        let read = match open(&place) {
+            Ok(bytes) if readable => {
+                read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
+            }
+            Ok(_) => continue,
+            Err(remark) => Err(vec![remark.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>()))]),
+        };
+        match read {
+            Ok(table) => tables.push(table),
+            Err(mut said) => remarks.append(&mut said),
+        }
+    }
+    let anchors_sound = !document.holds_fault(&["anchors"]);
+    if !anchors_sound && remarks.iter().any(Remark::is_error) {
+        return Err(remarks);
+    }
+    match campaign::resolve(&raw, &locate, &robot.robot, &tables) {
+        Ok((campaign, mut said)) if !remarks.iter().any(Remark::is_error) => {
+            remarks.append(&mut said);
+            remarks.extend(robot.remarks.iter().cloned());
+            Ok(LoadedCampaign { raw, campaign, robot, remarks })
+        }
+        Ok((_, mut said)) | Err(mut said) => {
+            remarks.append(&mut said);
+            Err(remarks)
+        }
+    }
+}
+
+/// The files of measurements and the paths that name them; complains when there are none.
+fn table_files(
+    raw: &RawCampaign,
+    place: &Place,
+    document: &Document,
+    remarks: &mut Vec<Remark>,
+) -> Vec<(Vec<String>, Place)> {
+    let files: Vec<(Vec<String>, Place)> = match &raw.measurements {
+        Some(OneOrMany::One(file)) => vec![(vec!["measurements".into()], place.beside(file))],
+        Some(OneOrMany::Many(files)) => files
+            .iter()
+            .enumerate()
+            .map(|(k, file)| (vec!["measurements".into(), k.to_string()], place.beside(file)))
+            .collect(),
+        None => Vec::new(),
+    };
+    if files.is_empty() && !document.explains_absence(&["measurements"]) {
+        remarks.push(
+            Remark::error("the campaign names no measurements")
+                .at(document.place_of_value(&["measurements"]))
+                .remedy("add `measurements: file.csv`"),
+        );
+    }
+    files
+}

@@ -1,0 +1,12 @@
+//! Robots and campaigns from disk or from the bundled set: the one place that opens files.
+
+mod campaign;
+mod change;
+mod place;
+mod robot;
+mod write;
+
+pub use campaign::{LoadedCampaign, load_campaign};
+pub use place::bundled_robots;
+pub use robot::{LoadedRobot, load_robot};
+pub use write::{writable, write_whole};

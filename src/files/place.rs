@@ -1,0 +1,127 @@
+//! Where texts come from: the disk, or the set bundled with the program.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use include_dir::{Dir, include_dir};
+
+use crate::description::yaml;
+use crate::remark::{Remark, nearest};
+
+static ROBOTS: Dir = include_dir!("$CARGO_MANIFEST_DIR/robots");
+pub(super) static CAMPAIGNS: Dir = include_dir!("$CARGO_MANIFEST_DIR/campaigns");
+
+/// Most bytes of a description or campaign file.
+const MOST_BYTES: u64 = 20 << 20;
+
+/// Names of the bundled robots.
+pub fn bundled_robots() -> Vec<String> {
+    let mut names: Vec<String> = ROBOTS
+        .files()
+        .filter(|file| file.path().extension().is_some_and(|e| e == "yaml"))
+        .filter_map(|file| Some(file.path().file_stem()?.to_str()?.to_string()))
+        .collect();
+    names.sort();
+    names
+}
+
+/// Where a file's text comes from: the disk, or the bundled set.
+pub(super) enum Place {
+    Disk(PathBuf),
+    Bundled(PathBuf),
+}
+
+impl Place {
+    pub(super) fn name(&self) -> String {
+        match self {
+            Self::Disk(path) => path.display().to_string(),
+            Self::Bundled(path) => format!("bundled:{}", path.display()),
+        }
+    }
+
+    pub(super) fn beside(&self, file: &str) -> Self {
+        match self {
+            Self::Disk(path) => Self::Disk(path.parent().unwrap_or(Path::new("")).join(file)),
+            Self::Bundled(path) => Self::Bundled(path.parent().unwrap_or(Path::new("")).join(file)),
+        }
+    }
+
+    pub(super) fn text(&self) -> Result<String, Vec<Remark>> {
+        let name = self.name();
+        let bytes =
+            match self {
+                Self::Disk(path) => {
+                    let told = |error: std::io::Error| vec![unreadable(path, &error)];
+                    let mut bytes = Vec::new();
+                    // One byte more than is allowed tells that there is more; a device has no length to ask for.
+                    let file = std::fs::File::open(path).map_err(told)?;
+                    let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
+                    if read as u64 > MOST_BYTES {
+                        return Err(vec![Remark::error(format!("`{name}` has more than {MOST_BYTES} bytes")).remedy(
+                            "a description or campaign file is small; readings belong in the CSV that it names",
+                        )]);
+                    }
+                    bytes
+                }
+                Self::Bundled(path) => {
+                    let file = ROBOTS.get_file(path).or_else(|| CAMPAIGNS.get_file(path));
+                    file.ok_or_else(|| vec![Remark::error(format!("`{name}` is not bundled"))])?.contents().to_vec()
+                }
+            };
+        yaml::text_of(&name, &bytes).map_err(|remark| vec![remark])
+    }
+
+    pub(super) fn is_urdf(&self) -> bool {
+        let (Self::Disk(path) | Self::Bundled(path)) = self;
+        path.extension().is_some_and(|extension| extension == "urdf" || extension == "xml")
+    }
+}
+
+/// Why a file cannot be read, with the nearest file name beside it where there is none.
+fn unreadable(path: &Path, error: &std::io::Error) -> Remark {
+    let shown = path.display();
+    if error.kind() != std::io::ErrorKind::NotFound {
+        return if path.is_dir() {
+            Remark::error(format!("`{shown}` is a folder, and a file is needed"))
+        } else {
+            Remark::error(format!("`{shown}` cannot be read: {error}"))
+        };
+    }
+    let remark = Remark::error(format!("there is no file `{shown}`"));
+    let folder = match path.parent() {
+        Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
+        Some(parent) => parent,
+        None => return remark,
+    };
+    if !folder.is_dir() {
+        return remark.remedy(format!("there is no folder `{}` either", folder.display()));
+    }
+    let (Ok(entries), Some(wanted)) = (std::fs::read_dir(folder), path.file_name().and_then(|name| name.to_str()))
+    else {
+        return remark;
+    };
+    let mut names: Vec<String> =
+        entries.take(10_000).flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    match nearest(wanted, names.iter().map(String::as_str)) {
+        Some(near) => remark.remedy(format!("did you mean `{}`?", path.with_file_name(near).display())),
+        None => remark,
+    }
+}
+
+/// Opens a file of measurements.
+pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
+    match place {
+        Place::Disk(path) if path.is_dir() => {
+            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name())))
+        }
+        Place::Disk(path) => match std::fs::File::open(path) {
+            Ok(file) => Ok(Box::new(file)),
+            Err(error) => Err(unreadable(path, &error)),
+        },
+        Place::Bundled(path) => match CAMPAIGNS.get_file(path) {
+            Some(found) => Ok(Box::new(found.contents())),
+            None => Err(Remark::error(format!("`{}` is not bundled", place.name()))),
+        },
+    }
+}

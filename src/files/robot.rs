@@ -1,0 +1,173 @@
+//! A robot from its file: read, resolved, compiled and put together once, every fault located.
+
+use std::path::PathBuf;
+
+use super::change::{elements, leave_out, merge};
+use super::place::{Place, bundled_robots};
+use crate::description::raw::RawRobot;
+use crate::description::resolve::resolve_explained;
+use crate::description::robot::Robot;
+use crate::description::urdf;
+use crate::description::yaml::{self, Document};
+use crate::kinematics::{AssemblyError, Geometry};
+use crate::model::{Model, build};
+use crate::remark::{Place as Location, Remark, nearest};
+
+/// A robot read from a file: its description, whole, and its model.
+#[derive(Debug, Clone)]
+pub struct LoadedRobot {
+    /// The description in the file's units, a URDF merged in.
+    pub raw: RawRobot,
+    /// The resolved description.
+    pub robot: Robot,
+    /// The compiled model.
+    pub model: Model,
+    /// Warnings.
+    pub remarks: Vec<Remark>,
+}
+
+/// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
+    load_robot_without(&find_robot(name, None)?, &[])
+}
+
+pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>> {
+    let looks_like_file =
+        name.contains(['/', '\\']) || [".yaml", ".yml", ".urdf", ".xml"].iter().any(|end| name.ends_with(end));
+    if !looks_like_file {
+        if bundled_robots().iter().any(|known| known == name) {
+            return Ok(Place::Bundled(PathBuf::from(format!("{name}.yaml"))));
+        }
+        let beside = campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name));
+        if !matches!(&beside, Place::Disk(path) if path.exists()) {
+            let bundled = bundled_robots();
+            let remedy = match nearest(name, bundled.iter().map(String::as_str)) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("bundled: {}; or give the path of a .yaml or .urdf file", bundled.join(", ")),
+            };
+            return Err(vec![Remark::error(format!("there is no bundled robot `{name}`")).remedy(remedy)]);
+        }
+        return Ok(beside);
+    }
+    Ok(campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name)))
+}
+
+pub(super) fn load_robot_without(
+    place: &Place,
+    without: &[(String, Option<Location>)],
+) -> Result<LoadedRobot, Vec<Remark>> {
+    let text = place.text()?;
+    if place.is_urdf() {
+        let (raw, remarks) = import(place, &text)?;
+        return finish(raw, None, remarks, without);
+    }
+    let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), &text);
+    let Some(mut raw) = raw else { return Err(remarks) };
+    if let Some(file) = raw.urdf.take() {
+        let urdf_place = place.beside(&file);
+        match urdf_place.text().and_then(|text| import(&urdf_place, &text)) {
+            Ok((imported, mut said)) => {
+                remarks.append(&mut said);
+                raw = merge(imported, raw);
+            }
+            Err(mut said) => {
+                let missing = said.iter_mut().filter(|remark| remark.place.is_none());
+                missing.for_each(|remark| remark.place = document.place_of_value(&["urdf"]));
+                remarks.append(&mut said);
+                return Err(remarks);
+            }
+        }
+    }
+    finish(raw, Some(&document), remarks, without)
+}
+
+/// Reads a URDF; what concerns the whole of it is told at its start.
+fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Remark>> {
+    let name = place.name();
+    urdf::import(&name, text).map_err(|mut said| {
+        let unplaced = said.iter_mut().filter(|remark| remark.place.is_none());
+        unplaced.for_each(|remark| remark.place = Some(Location::in_text(&name, text, 0..0)));
+        said
+    })
+}
+
+fn finish(
+    mut raw: RawRobot,
+    document: Option<&Document>,
+    mut remarks: Vec<Remark>,
+    without: &[(String, Option<Location>)],
+) -> Result<LoadedRobot, Vec<Remark>> {
+    let locate = |path: &[&str]| document.and_then(|document| document.place_of_value(path));
+    let explained = |path: &[&str]| document.is_some_and(|document| document.explains_absence(path));
+    let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
+    remarks.append(&mut said);
+    let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
+    // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
+    let known = elements(&raw);
+    let mut reduced = false;
+    for (name, place) in without {
+        if leave_out(&mut raw, name) {
+            reduced = true;
+        } else {
+            let remark =
+                Remark::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
+            remarks.push(remark.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
+        }
+    }
+    if reduced {
+        match resolve_explained(&raw, &locate, &explained) {
+            (Some(reduced), _) => robot = reduced,
+            (None, mut said) => {
+                remarks.append(&mut said);
+                return Err(remarks);
+            }
+        }
+    }
+    let model = match build(&robot) {
+        Ok(model) => model,
+        Err(said) => {
+            // The model tells of a loop by its name.
+            let named = |remark: &Remark| {
+                let rest = remark.message.strip_prefix("loop ")?;
+                let name =
+                    raw.loops.keys().filter(|name| rest.starts_with(name.as_str())).max_by_key(|name| name.len());
+                document?.place_of_key(&["loops", name?])
+            };
+            let located = said.into_iter().map(|remark| match remark.place {
+                Some(_) => remark,
+                None => {
+                    let place = named(&remark).or_else(|| document?.place_of_key(&["loops"]));
+                    remark.at(place)
+                }
+            });
+            return Err(remarks.into_iter().chain(located).collect());
+        }
+    };
+    if let Err(error) = Geometry::nominal(&model) {
+        let path: Vec<&str> = match &error {
+            AssemblyError::Loop { name, .. } => {
+                // Loops that close together are named together.
+                let first = raw.loops.keys().filter(|known| name.starts_with(known.as_str())).max_by_key(|n| n.len());
+                vec!["loops", first.unwrap_or(name)]
+            }
+            AssemblyError::SliderCrank { name, .. } => vec!["actuators", name],
+            _ => vec!["frames"],
+        };
+        let remedy = match &error {
+            AssemblyError::SliderCrank { .. } => {
+                "check l1, l3 and `limits` of the actuator, and `at` of the loops: the triangle must close there"
+            }
+            _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
+        };
+        remarks.push(
+            Remark::error(error.to_string())
+                .at(document.and_then(|document| document.place_of_key(&path)))
+                .remedy(remedy),
+        );
+        return Err(remarks);
+    }
+    Ok(LoadedRobot { raw, robot, model, remarks })
+}
