@@ -10,7 +10,7 @@ use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
 use crate::kinematics::{AssemblyError, Geometry};
-use crate::model::{Model, build};
+use crate::model::{Fault, Model, build};
 use crate::remark::{Place as Location, Remark, nearest};
 
 /// A robot read from a file: its description, whole, and its model.
@@ -128,31 +128,17 @@ fn finish(
     }
     let model = match build(&robot) {
         Ok(model) => model,
-        Err(said) => {
-            // The model tells of a loop by its name.
-            let named = |remark: &Remark| {
-                let rest = remark.message.strip_prefix("loop ")?;
-                let name =
-                    raw.loops.keys().filter(|name| rest.starts_with(name.as_str())).max_by_key(|name| name.len());
-                document?.place_of_key(&["loops", name?])
-            };
-            let located = said.into_iter().map(|remark| match remark.place {
-                Some(_) => remark,
-                None => {
-                    let place = named(&remark).or_else(|| document?.place_of_key(&["loops"]));
-                    remark.at(place)
-                }
+        Err(faults) => {
+            let located = faults.into_iter().map(|Fault { path, remark }| {
+                let path: Vec<&str> = path.iter().map(String::as_str).collect();
+                remark.at(document.and_then(|document| document.place_of_key(&path)))
             });
             return Err(remarks.into_iter().chain(located).collect());
         }
     };
     if let Err(error) = Geometry::nominal(&model) {
         let path: Vec<&str> = match &error {
-            AssemblyError::Loop { name, .. } => {
-                // Loops that close together are named together.
-                let first = raw.loops.keys().filter(|known| name.starts_with(known.as_str())).max_by_key(|n| n.len());
-                vec!["loops", first.unwrap_or(name)]
-            }
+            AssemblyError::Loop { name, .. } => vec!["loops", name],
             AssemblyError::SliderCrank { name, .. } => vec!["actuators", name],
             _ => vec!["frames"],
         };

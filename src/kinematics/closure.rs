@@ -105,8 +105,8 @@ impl ClosedLoops {
     }
 
     fn failure(&self, gap: f64, branch: &'static str) -> AssemblyError {
-        let names: Vec<&str> = self.group.loops.iter().map(|plan| plan.name.as_str()).collect();
-        AssemblyError::Loop { name: names.join("`, `"), gap, branch }
+        let mut names = self.group.loops.iter().map(|plan| plan.name.clone());
+        AssemblyError::Loop { name: names.next().unwrap_or_default(), others: names.collect(), gap, branch }
     }
 
     /// The loops' plan.

@@ -13,10 +13,15 @@ use crate::parameter::Slot;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AssemblyError {
     /// A closed loop does not close.
-    #[error("loop `{name}` cannot close{branch}: the frames that should meet stay {gap:.3e} m (or rad) apart")]
+    #[error(
+        "loop {} cannot close{branch}: the frames that should meet stay {gap:.3e} m (or rad) apart",
+        quoted(name, others)
+    )]
     Loop {
-        /// The loop.
+        /// The loop, or the first of those that are closed together.
         name: String,
+        /// The others that are closed together with it.
+        others: Vec<String>,
         /// Smallest gap reached, m or rad.
         gap: f64,
         /// What was said about the branch.
@@ -45,6 +50,11 @@ pub enum AssemblyError {
         /// Number given.
         found: usize,
     },
+}
+
+fn quoted(name: &str, others: &[String]) -> String {
+    let names = std::iter::once(name).chain(others.iter().map(String::as_str));
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// Constant part of a frame's placement, and the local axes of its constants.

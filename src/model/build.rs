@@ -10,12 +10,27 @@ use crate::description::robot::{
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
 use crate::remark::Remark;
 
+/// What keeps a description from being compiled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
+    pub path: Vec<String>,
+    /// What is wrong, without a place.
+    pub remark: Remark,
+}
+
+impl Fault {
+    pub(super) fn new(path: &[&str], remark: Remark) -> Self {
+        Self { path: path.iter().map(ToString::to_string).collect(), remark }
+    }
+}
+
 /// Compiles a resolved robot.
 ///
 /// # Errors
-/// Remarks (without a place; the path of the culprit is in the message) when joints depend on each other in a circle
-/// through loops, or when a loop has not as many passive joints as its closure needs.
-pub fn build(robot: &Robot) -> Result<Model, Vec<Remark>> {
+/// Every fault found: joints that depend on each other in a circle through loops, a loop that has more passive joints
+/// than its closure can find, a frame that stands before the frame it is coaxial with.
+pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
     let mut registry = Registry::default();
     let mut add = |robot: &Robot, owner: &str, symbol: &str, group: Group, nominal: f64| -> Slot {
         let name = format!("{owner}.{symbol}");
@@ -43,10 +58,10 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Remark>> {
                 Some(other) if k < super::THETA => match frames.get(other) {
                     Some(other) => other.slots[k],
                     None => {
-                        return Err(vec![
+                        let remark =
                             Remark::error(format!("frame `{}` stands before the frame it is coaxial with", frame.name))
-                                .remedy("declare it after that frame"),
-                        ]);
+                                .remedy("declare it after that frame");
+                        return Err(vec![Fault::new(&["frames", &frame.name, "coaxial"], remark)]);
                     }
                 },
                 // The base's constants are nominally and always zero.

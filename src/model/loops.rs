@@ -1,5 +1,6 @@
 //! Order in which joints are evaluated, and the plan of each closed loop.
 
+use super::build::Fault;
 use super::{Frame, Model};
 use crate::description::raw::{LoopKind, Meet};
 use crate::description::robot::{FrameIndex, Loop, Motion, Robot, branches};
@@ -63,8 +64,8 @@ impl LoopPlan {
 }
 
 /// Orders everything that is not directly driven.
-pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Remark>> {
-    let mut remarks = Vec::new();
+pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Fault>> {
+    let mut faults = Vec::new();
     let mut waiting: Vec<(Stage, Vec<FrameIndex>, Vec<FrameIndex>)> = Vec::new(); // stage, needs, gives
     for (index, frame) in model.frames.iter().enumerate() {
         match frame.motion {
@@ -77,7 +78,7 @@ pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Remark>> {
         }
     }
     for group in groups(robot) {
-        let group = plan_group(model, robot, &group, &mut remarks);
+        let group = plan_group(model, robot, &group, &mut faults);
         let (needs, gives) = (group.inputs.clone(), group.unknowns.clone());
         waiting.push((Stage::Loops(group), needs, gives));
     }
@@ -90,13 +91,12 @@ pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Remark>> {
         if ready.is_empty() {
             let names: Vec<&str> =
                 rest.iter().flat_map(|(_, _, gives)| gives).map(|&i| model.frames[i].name.as_str()).collect();
-            remarks.push(
-                Remark::error(format!(
-                    "joints {} depend on each other through loops and couplings in a circle",
-                    names.join(", ")
-                ))
-                .remedy("a joint inside a loop can follow only joints that the loop does not move"),
-            );
+            let remark = Remark::error(format!(
+                "joints {} depend on each other through loops and couplings in a circle",
+                names.join(", ")
+            ))
+            .remedy("a joint inside a loop can follow only joints that the loop does not move");
+            faults.push(Fault::new(&["loops"], remark));
             break;
         }
         for (stage, _, gives) in ready {
@@ -105,7 +105,7 @@ pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Remark>> {
         }
         waiting = rest;
     }
-    if remarks.is_empty() { Ok(ordered) } else { Err(remarks) }
+    if faults.is_empty() { Ok(ordered) } else { Err(faults) }
 }
 
 /// Loops joined wherever they share a passive joint.
@@ -134,7 +134,7 @@ fn groups(robot: &Robot) -> Vec<Vec<&Loop>> {
     groups.into_iter().map(|(loops, _)| loops).collect()
 }
 
-fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], remarks: &mut Vec<Remark>) -> LoopGroup {
+fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], faults: &mut Vec<Fault>) -> LoopGroup {
     let mut plans = Vec::new();
     let mut members: Vec<FrameIndex> = Vec::new();
     let mut equations = 0;
@@ -155,15 +155,16 @@ fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], remarks: &mut Vec<R
     if unknowns.len() > equations {
         let names: Vec<&str> = unknowns.iter().map(|&i| model.frames[i].name.as_str()).collect();
         let of: Vec<&str> = loops.iter().map(|closed| closed.name.as_str()).collect();
-        remarks.push(
-            Remark::error(format!(
-                "loop {}: {} passive joints ({}) but only {equations} closure equations, so the loop can move by itself",
-                of.join(", "),
-                unknowns.len(),
-                names.join(", ")
-            ))
-            .remedy("give a variable to one of the joints, or let `meet` be `frame`"),
-        );
+        let remark = Remark::error(format!(
+            "loop {}: {} passive joints ({}) but only {equations} closure equations, so the loop can move by itself",
+            of.join(", "),
+            unknowns.len(),
+            names.join(", ")
+        ))
+        .remedy("give a variable to one of the joints, or let `meet` be `frame`");
+        // Loops that close together are told of at the first of them.
+        let path: Vec<&str> = std::iter::once("loops").chain(of.first().copied()).collect();
+        faults.push(Fault::new(&path, remark));
     }
     let branch_value = |joint: FrameIndex| {
         loops.iter().flat_map(|closed| &closed.branch).find(|(i, _)| *i == joint).map_or(0.0, |b| b.1)

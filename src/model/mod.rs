@@ -8,7 +8,7 @@ mod free;
 mod loops;
 mod rewrite;
 
-pub use build::build;
+pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::with_values;
 
