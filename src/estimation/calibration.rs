@@ -2,167 +2,19 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{self, Bounds, Loss, Problem, Progress, UsageError};
+use super::least_squares::{self, Bounds, Loss, Problem, Progress};
+use super::observation::{Observation, candidates, reduced};
 use super::problem::{CampaignProblem, row_sigmas};
 use super::registration::{arrangement, rough};
+use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 use super::schemes::{alternating, pose_by_pose};
-use super::statistics::{Errors, cofactor, errors_of, t95};
+use super::settings::{Scheme, Settings, Weights};
+use super::statistics::{cofactor, errors_of, t95};
 use crate::description::campaign::{Campaign, Observes};
-use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Identifiability, Scaling, reduce};
 use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
-
-/// How the fit proceeds. All schemes end at the same parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scheme {
-    /// All readings and parameters at once.
-    Batch,
-    /// Configuration by configuration (IR663 paper, sec. 2.1.5).
-    PoseByPose,
-    /// Base and tool, then geometry, in turns (KR-270 paper, sec. III.A).
-    Alternating,
-}
-
-/// How readings are weighted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weights {
-    /// By the campaign's stated noise (equally where none is stated).
-    Stated,
-    /// All coordinates alike (OLS).
-    Equal,
-    /// By the noise of each direction, estimated from the residuals of a first fit (WLS).
-    Direction,
-}
-
-/// What is asked of a calibration.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Scheme of the fit.
-    pub scheme: Scheme,
-    /// Weights of readings.
-    pub weights: Weights,
-    /// Robust loss, in sigmas.
-    pub loss: Loss,
-    /// Whether the stated tolerances pull parameters towards their nominal values.
-    pub prior: bool,
-    /// Column scaling of the reduction.
-    pub scaling: Scaling,
-    /// When a parameter that is not exactly dependent is dropped.
-    pub criterion: Criterion,
-    /// Parameters to hold at their nominal values, by name.
-    pub hold: Vec<String>,
-    /// Most iterations.
-    pub max_iterations: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            scheme: Scheme::Batch,
-            weights: Weights::Stated,
-            loss: Loss::Squares,
-            prior: false,
-            scaling: Scaling::Norm,
-            criterion: Criterion::Relative(DEFAULT_TOLERANCE),
-            hold: Vec::new(),
-            max_iterations: 200,
-        }
-    }
-}
-
-/// Why a calibration cannot be done.
-#[derive(Debug, thiserror::Error)]
-pub enum CalibrationError {
-    /// Readings cannot be predicted.
-    #[error(transparent)]
-    Prediction(#[from] PredictionError),
-    /// There is nothing to estimate.
-    #[error("nothing is free: the campaign estimates neither base nor tool, and the description frees no parameter")]
-    NothingFree,
-    /// Too few readings.
-    #[error(
-        "{rows} residuals cannot determine {parameters} parameters: measure more configurations, or hold some parameters"
-    )]
-    TooFew {
-        /// Residuals.
-        rows: usize,
-        /// Parameters.
-        parameters: usize,
-    },
-    /// The question is malformed.
-    #[error(transparent)]
-    Usage(#[from] UsageError),
-    /// The settings do not go together, or not with the campaign.
-    #[error("{0}")]
-    Malformed(String),
-    /// The fit broke down.
-    #[error("the fit stopped: {0}")]
-    Stopped(String),
-}
-
-/// One parameter's result. Values in m or rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// The parameter.
-    pub slot: Slot,
-    /// Description's value.
-    pub nominal: f64,
-    /// Estimated value (nominal where dropped).
-    pub value: f64,
-    /// Half width of the 95 % interval; NaN where dropped.
-    pub ci95: f64,
-    /// Whether it was estimated.
-    pub identifiable: bool,
-    /// Whether it stopped at a bound.
-    pub at_bound: bool,
-}
-
-/// Errors of the readings to fit and to check.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Figures {
-    /// Readings fitted.
-    pub fit: Errors,
-    /// Readings set aside.
-    pub check: Errors,
-}
-
-/// Result of a calibration.
-#[derive(Debug, Clone)]
-pub struct Calibration {
-    /// All values, by slot.
-    pub values: Vec<f64>,
-    /// Candidates in the order of columns.
-    pub slots: Vec<Slot>,
-    /// What could be told apart.
-    pub identifiability: Identifiability,
-    /// Results in the order of [`Calibration::slots`].
-    pub estimates: Vec<Estimate>,
-    /// Correlations of the kept parameters, in their order.
-    pub correlation: DMatrix<f64>,
-    /// With the description as it is.
-    pub before: Figures,
-    /// With base, tool and markers fitted and the geometry nominal.
-    pub registration: Figures,
-    /// Calibrated.
-    pub after: Figures,
-    /// Root mean square position error of the set-aside readings that the parameters' covariance alone predicts, m, and
-    /// with the residual noise added.
-    pub predicted: Option<[f64; 2]>,
-    /// Residual standard deviation over the weights' sigmas (1: the noise is as stated).
-    pub noise_ratio: f64,
-    /// Residual standard deviation of each direction over the fitted readings, m.
-    pub direction_noise: [f64; 3],
-    /// Iterations of the fit.
-    pub iterations: usize,
-    /// Why it ended.
-    pub ending: String,
-    /// Whether it converged.
-    pub converged: bool,
-    /// Residuals of all readings after calibration, as [`Linearised::residual`].
-    pub residual: Vec<f64>,
-}
+use crate::prediction::{Linearised, Predictor};
 
 /// Calibrates `model` on the readings of `campaign` that are not set `aside`.
 ///
@@ -222,20 +74,9 @@ pub fn calibrate(
     }
     let (registration, _) = figures(&start)?;
 
-    let mut slots = arrangement;
-    slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
-    if slots.is_empty() {
-        return Err(CalibrationError::NothingFree);
-    }
-    let mut found = Linearised::default();
-    Predictor::new(model, &fit, slots.clone())?.linearise(&start, true, &mut found)?;
-    let width = slots.len();
-    let mut matrix = found.jacobian;
-    for (row, sigma) in matrix.chunks_mut(width).zip(&sigmas) {
-        row.iter_mut().for_each(|value| *value /= sigma);
-    }
-    let about = columns_about(model, &slots, &held);
-    let identifiability = reduce(&matrix, &about, settings.scaling, settings.criterion);
+    let predictor = Predictor::new(model, &fit, candidates(model, &fit)?)?;
+    let Observation { slots, identifiability } =
+        reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
     let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
     // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
     if !settings.prior && kept.len() >= fit.readings.len() * fit.components() {
@@ -308,20 +149,6 @@ pub fn calibrate(
         converged: outcome.converged,
         residual,
     })
-}
-
-/// How columns of these parameters are to be treated by [`reduce`].
-pub(crate) fn columns_about(model: &Model, slots: &[Slot], held: &[Slot]) -> Vec<Column> {
-    let column = |slot: &Slot| {
-        let parameter = &model.registry[*slot];
-        Column {
-            first: parameter.group != Group::Geometry,
-            tolerance: parameter.tolerance,
-            preference: if parameter.closing { 0.1 } else { 1.0 },
-            held: held.contains(slot),
-        }
-    };
-    slots.iter().map(column).collect()
 }
 
 fn least(settings: &Settings) -> least_squares::Settings {
@@ -480,15 +307,6 @@ fn predicted_error(
     let mean_square = sum / check.readings.len() as f64;
     let noise: f64 = direction_noise(campaign, residual, aside).iter().map(|s| s * s).sum();
     Ok(Some([mean_square.sqrt(), (mean_square + noise).sqrt()]))
-}
-
-/// The same calibration with equal weights (OLS) and with weights by direction (WLS).
-#[derive(Debug, Clone)]
-pub struct Comparison {
-    /// All coordinates alike.
-    pub ols: Calibration,
-    /// By the noise of each direction.
-    pub wls: Calibration,
 }
 
 /// Ordinary and weighted least squares side by side.

@@ -6,14 +6,16 @@ mod calibration;
 mod observation;
 mod problem;
 mod registration;
+mod result;
 mod schemes;
+mod settings;
 mod split;
 mod statistics;
 
-pub use calibration::{
-    Calibration, CalibrationError, Comparison, Estimate, Figures, Scheme, Settings, Weights, calibrate, compare,
-};
+pub use calibration::{calibrate, compare};
 pub use observation::{Observation, observe};
 pub use problem::row_sigmas;
+pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
+pub use settings::{Scheme, Settings, Weights};
 pub use split::split;
 pub use statistics::{Errors, errors_of};

@@ -1,13 +1,13 @@
 //! The observation matrix of a campaign and its reduction, without a fit.
 
-use super::calibration::{CalibrationError, columns_about};
 use super::problem::row_sigmas;
 use super::registration::{arrangement, rough};
+use super::result::CalibrationError;
 use crate::description::campaign::Campaign;
-use crate::identifiability::{Criterion, Identifiability, Scaling, reduce};
+use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// What a campaign can tell, and about which parameters.
 #[derive(Debug, Clone)]
@@ -30,19 +30,50 @@ pub fn observe(
     scaling: Scaling,
     criterion: Criterion,
 ) -> Result<Observation, CalibrationError> {
+    let predictor = Predictor::new(model, campaign, candidates(model, campaign)?)?;
+    let start = rough(model, campaign, &model.registry.nominal())?;
+    let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
+    Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
+}
+
+/// What is to be estimated: base, tool and markers where the campaign asks for them, then the geometry that the
+/// description frees.
+pub(super) fn candidates(model: &Model, campaign: &Campaign) -> Result<Vec<Slot>, CalibrationError> {
     let mut slots = arrangement(model, campaign);
     slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
-    if slots.is_empty() {
-        return Err(CalibrationError::NothingFree);
-    }
-    let predictor = Predictor::new(model, campaign, slots.clone())?;
-    let start = rough(model, campaign, &model.registry.nominal())?;
+    if slots.is_empty() { Err(CalibrationError::NothingFree) } else { Ok(slots) }
+}
+
+/// Reduces the observation matrix of the predictor's slots at `values`, its rows divided by `sigmas` (m, rad).
+pub(super) fn reduced(
+    predictor: &Predictor,
+    values: &[f64],
+    sigmas: &[f64],
+    held: &[Slot],
+    scaling: Scaling,
+    criterion: Criterion,
+) -> Result<Observation, PredictionError> {
+    let slots = predictor.slots.clone();
     let mut found = Linearised::default();
-    predictor.linearise(&start, true, &mut found)?;
-    for (row, sigma) in found.jacobian.chunks_mut(slots.len()).zip(row_sigmas(campaign)) {
+    predictor.linearise(values, true, &mut found)?;
+    for (row, sigma) in found.jacobian.chunks_mut(slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }
-    let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
-    let identifiability = reduce(&found.jacobian, &columns_about(model, &slots, &held), scaling, criterion);
+    let about = columns_about(predictor.model, &slots, held);
+    let identifiability = reduce(&found.jacobian, &about, scaling, criterion);
     Ok(Observation { slots, identifiability })
+}
+
+/// How columns of these parameters are to be treated by [`reduce`].
+fn columns_about(model: &Model, slots: &[Slot], held: &[Slot]) -> Vec<Column> {
+    let column = |slot: &Slot| {
+        let parameter = &model.registry[*slot];
+        Column {
+            first: parameter.group != Group::Geometry,
+            tolerance: parameter.tolerance,
+            preference: if parameter.closing { 0.1 } else { 1.0 },
+            held: held.contains(slot),
+        }
+    };
+    slots.iter().map(column).collect()
 }

@@ -1,0 +1,110 @@
+//! What a calibration finds, or why it cannot be done.
+
+use nalgebra::DMatrix;
+
+use super::least_squares::UsageError;
+use super::statistics::Errors;
+use crate::identifiability::Identifiability;
+use crate::parameter::Slot;
+use crate::prediction::PredictionError;
+
+/// Why a calibration cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// Readings cannot be predicted.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// There is nothing to estimate.
+    #[error("nothing is free: the campaign estimates neither base nor tool, and the description frees no parameter")]
+    NothingFree,
+    /// Too few readings.
+    #[error(
+        "{rows} residuals cannot determine {parameters} parameters: measure more configurations, or hold some parameters"
+    )]
+    TooFew {
+        /// Residuals.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The question is malformed.
+    #[error(transparent)]
+    Usage(#[from] UsageError),
+    /// The settings do not go together, or not with the campaign.
+    #[error("{0}")]
+    Malformed(String),
+    /// The fit broke down.
+    #[error("the fit stopped: {0}")]
+    Stopped(String),
+}
+
+/// One parameter's result. Values in m or rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The parameter.
+    pub slot: Slot,
+    /// Description's value.
+    pub nominal: f64,
+    /// Estimated value (nominal where dropped).
+    pub value: f64,
+    /// Half width of the 95 % interval; NaN where dropped.
+    pub ci95: f64,
+    /// Whether it was estimated.
+    pub identifiable: bool,
+    /// Whether it stopped at a bound.
+    pub at_bound: bool,
+}
+
+/// Errors of the readings to fit and to check.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Figures {
+    /// Readings fitted.
+    pub fit: Errors,
+    /// Readings set aside.
+    pub check: Errors,
+}
+
+/// Result of a calibration.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// All values, by slot.
+    pub values: Vec<f64>,
+    /// Candidates in the order of columns.
+    pub slots: Vec<Slot>,
+    /// What could be told apart.
+    pub identifiability: Identifiability,
+    /// Results in the order of [`Calibration::slots`].
+    pub estimates: Vec<Estimate>,
+    /// Correlations of the kept parameters, in their order.
+    pub correlation: DMatrix<f64>,
+    /// With the description as it is.
+    pub before: Figures,
+    /// With base, tool and markers fitted and the geometry nominal.
+    pub registration: Figures,
+    /// Calibrated.
+    pub after: Figures,
+    /// Root mean square position error of the set-aside readings that the parameters' covariance alone predicts, m, and
+    /// with the residual noise added.
+    pub predicted: Option<[f64; 2]>,
+    /// Residual standard deviation over the weights' sigmas (1: the noise is as stated).
+    pub noise_ratio: f64,
+    /// Residual standard deviation of each direction over the fitted readings, m.
+    pub direction_noise: [f64; 3],
+    /// Iterations of the fit.
+    pub iterations: usize,
+    /// Why it ended.
+    pub ending: String,
+    /// Whether it converged.
+    pub converged: bool,
+    /// Residuals of all readings after calibration, as [`crate::prediction::Linearised::residual`].
+    pub residual: Vec<f64>,
+}
+
+/// The same calibration with equal weights (OLS) and with weights by direction (WLS).
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// All coordinates alike.
+    pub ols: Calibration,
+    /// By the noise of each direction.
+    pub wls: Calibration,
+}
