@@ -45,18 +45,7 @@ pub fn snapshot(model: &Model) -> Result<String, String> {
         plan.evaluate(&geometry, &placements, &rates, &mut columns);
         (0..6).for_each(|row| matrix.extend(columns.iter().map(|column| column[row])));
     }
-    let about: Vec<Column> = slots
-        .iter()
-        .map(|&slot| {
-            let parameter = &model.registry[slot];
-            Column {
-                first: false,
-                tolerance: parameter.tolerance,
-                preference: if parameter.closing { 0.1 } else { 1.0 },
-                held: false,
-            }
-        })
-        .collect();
+    let about: Vec<Column> = slots.iter().map(|&slot| Column::about(&model.registry[slot], false)).collect();
     let found = reduce(&matrix, &about, Scaling::Norm, Criterion::Relative(DEFAULT_TOLERANCE));
     let name = |column: &usize| model.registry[slots[*column]].name.as_str();
     let _ =

@@ -59,21 +59,8 @@ pub(super) fn reduced(
     for (row, sigma) in found.jacobian.chunks_mut(slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }
-    let about = columns_about(predictor.model, &slots, held);
+    let registry = &predictor.model.registry;
+    let about: Vec<Column> = slots.iter().map(|slot| Column::about(&registry[*slot], held.contains(slot))).collect();
     let identifiability = reduce(&found.jacobian, &about, scaling, criterion);
     Ok(Observation { slots, identifiability })
-}
-
-/// How columns of these parameters are to be treated by [`reduce`].
-fn columns_about(model: &Model, slots: &[Slot], held: &[Slot]) -> Vec<Column> {
-    let column = |slot: &Slot| {
-        let parameter = &model.registry[*slot];
-        Column {
-            first: parameter.group != Group::Geometry,
-            tolerance: parameter.tolerance,
-            preference: if parameter.closing { 0.1 } else { 1.0 },
-            held: held.contains(slot),
-        }
-    };
-    slots.iter().map(column).collect()
 }

@@ -3,6 +3,7 @@
 use faer::{Mat, Par};
 
 use super::{Criterion, Identifiability, Scaling, Why};
+use crate::parameter::{Group, Parameter};
 
 /// Relative remainder below which a column counts as exactly dependent: rounding leaves about 1e-15 times the
 /// conditioning of the kept columns; the smallest genuine remainders of real robots are above 1e-6.
@@ -21,6 +22,18 @@ pub struct Column {
     pub preference: f64,
     /// Dropped because it was asked for.
     pub held: bool,
+}
+
+impl Column {
+    /// How the column of `parameter` is to be treated; `held` if it is to be dropped.
+    pub fn about(parameter: &Parameter, held: bool) -> Self {
+        Self {
+            first: parameter.group != Group::Geometry,
+            tolerance: parameter.tolerance,
+            preference: if parameter.closing { 0.1 } else { 1.0 },
+            held,
+        }
+    }
 }
 
 /// Reduces an observation matrix.

@@ -78,15 +78,7 @@ pub fn observation(geometry: &Geometry, poses: &[Vec<f64>]) -> (Vec<f64>, Vec<St
 }
 
 fn about(model: &Model, names: &[String]) -> Vec<Column> {
-    let column = |name: &String| {
-        let parameter = &model.registry[model.registry.slot(name).expect("a slot")];
-        Column {
-            first: false,
-            tolerance: parameter.tolerance,
-            preference: if parameter.closing { 0.1 } else { 1.0 },
-            held: false,
-        }
-    };
+    let column = |name: &String| Column::about(&model.registry[model.registry.slot(name).expect("a slot")], false);
     names.iter().map(column).collect()
 }
 
