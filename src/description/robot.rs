@@ -87,16 +87,23 @@ pub enum Motion {
     Passive,
 }
 
-/// Constants of Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r), rad and m.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[allow(missing_docs)]
+/// Constants that place a frame in its antecedent: Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r). Angles in
+/// radians, lengths in metres.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Constants {
+    /// Rotation about the antecedent's y, applied first.
     pub beta: f64,
+    /// Rotation about z.
     pub gamma: f64,
+    /// Translation along z.
     pub b: f64,
+    /// Rotation about x.
     pub alpha: f64,
+    /// Translation along x.
     pub d: f64,
+    /// Rotation about the new z.
     pub theta: f64,
+    /// Translation along the new z.
     pub r: f64,
 }
 

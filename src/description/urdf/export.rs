@@ -5,10 +5,11 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::follow::{Follower, direction, followers, joint_unit};
-use super::khalil_kleinfinger::{Constants, Isometry, clean};
+use super::khalil_kleinfinger::{Isometry, clean};
 use super::locate::{KEPT, KEPT_FRAMES};
 use super::xml::{allowed, escaped, number, put, roll_pitch_yaw, triple};
 use crate::description::raw::{JointKind, RawFrame, RawPlacement, RawRobot, RawTool};
+use crate::description::robot::Constants;
 use crate::remark::Remark;
 
 /// Bounds written for a prismatic joint that has none, as URDF asks for some, metres.

@@ -7,13 +7,14 @@ use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use urdf_rs::JointType;
 
 use super::khalil_kleinfinger::{
-    Constants, Isometry, about_x, about_y, about_z, clean, clean_angle, khalil_kleinfinger, screw_z, shift_to_normal,
+    Isometry, about_x, about_y, about_z, clean, clean_angle, khalil_kleinfinger, screw_z, shift_to_normal,
 };
 use super::locate::{self, Survey};
 use super::outline;
 use super::source::{Remarks, Source};
 use super::tree::{Tree, tree};
 use crate::description::raw::{JointKind, RawBody, RawFrame, RawRobot, RawTool};
+use crate::description::robot::Constants;
 use crate::remark::Remark;
 
 /// An angle of roll, pitch or yaw of at most twelve decimals that is this near to a multiple of 90 degrees is taken to be

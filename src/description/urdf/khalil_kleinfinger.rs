@@ -8,6 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
+use crate::description::robot::Constants;
+
 /// A displacement: the pose of a frame in another, metres.
 pub type Isometry = IsometryMatrix3<f64>;
 
@@ -20,26 +22,6 @@ const NEARLY_PARALLEL: f64 = 0.05;
 
 /// Least share of the normal that must lie along the antecedent's x for a small beta to give it the wanted tilt.
 const WITHIN_REACH: f64 = 0.1;
-
-/// Constants that place a frame in its antecedent: Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r). Angles in
-/// radians, lengths in metres.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Constants {
-    /// Rotation about the antecedent's y, applied first.
-    pub beta: f64,
-    /// Rotation about z.
-    pub gamma: f64,
-    /// Translation along z.
-    pub b: f64,
-    /// Rotation about x.
-    pub alpha: f64,
-    /// Translation along x.
-    pub d: f64,
-    /// Rotation about the new z.
-    pub theta: f64,
-    /// Translation along the new z.
-    pub r: f64,
-}
 
 impl Constants {
     /// The displacement: the product of the elementary transforms.
