@@ -5,10 +5,7 @@
 //! and the text read again, so that one run finds all the faults.
 
 mod index;
-mod name;
 mod wording;
-
-pub use name::Name;
 
 use crate::remark::{Place, Remark};
 use index::{Index, Kind, MOST_VALUES};
