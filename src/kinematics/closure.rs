@@ -79,7 +79,7 @@ impl ClosedLoops {
                 Stage::Loops(other) if other.unknowns == group.unknowns => break,
                 Stage::Loops(_) => {
                     if let Some(other) = earlier.next() {
-                        other.close(geometry, &group.at, &mut joints, &mut scratch)?;
+                        other.close(geometry, &mut joints, &mut scratch)?;
                     }
                 }
                 stage => geometry.follow(stage, &group.at, &mut joints)?,
@@ -116,13 +116,7 @@ impl ClosedLoops {
 
     /// Finds the passive joints for given other joints, on the declared branch: Newton from the reference, and where
     /// that fails or ends on another branch, by continuation from it in smaller and smaller steps.
-    pub fn close(
-        &self,
-        geometry: &Geometry,
-        _q: &[f64],
-        joints: &mut [f64],
-        scratch: &mut Scratch,
-    ) -> Result<(), AssemblyError> {
+    pub fn close(&self, geometry: &Geometry, joints: &mut [f64], scratch: &mut Scratch) -> Result<(), AssemblyError> {
         self.set(&self.group.unknowns, &self.reference, joints);
         if self.newton(geometry, joints, scratch).is_ok_and(|sign| sign == self.sign) {
             return Ok(());

@@ -6,7 +6,7 @@ use super::closure::{ClosedLoops, Scratch};
 use super::{Transform, slider_crank};
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion};
-use crate::model::{Model, Stage, THETA};
+use crate::model::{Frame, Model, Stage};
 use crate::parameter::Slot;
 
 /// The mechanism cannot be put together.
@@ -72,6 +72,31 @@ pub(super) struct Constant {
     pub r: f64,
 }
 
+impl Constant {
+    fn base() -> Self {
+        Self { transform: Transform::identity(), z1: Vector3::z(), x1: Vector3::x(), foot: Vector3::zeros(), r: 0.0 }
+    }
+
+    /// Of a frame other than the base.
+    fn of(frame: &Frame, values: &[f64]) -> Self {
+        let [beta, gamma, b, alpha, d, theta, r] = frame.slots.map(|slot| values[slot]);
+        let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), beta);
+        let turned = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), gamma);
+        let z1 = tilt * Vector3::z();
+        let x1 = turned * Vector3::x();
+        let foot = z1 * b;
+        let mut rotation = turned * Rotation3::from_axis_angle(&Vector3::x_axis(), alpha);
+        let mut origin = foot + x1 * d;
+        if frame.joint != JointKind::Revolute {
+            rotation *= Rotation3::from_axis_angle(&Vector3::z_axis(), theta);
+        }
+        if frame.joint == JointKind::Fixed {
+            origin += rotation * Vector3::z() * r;
+        }
+        Self { transform: Transform::from_parts(Translation3::from(origin), rotation), z1, x1, foot, r }
+    }
+}
+
 /// A model with one vector of values; immutable, shared between threads.
 #[derive(Debug, Clone)]
 pub struct Geometry<'m> {
@@ -103,7 +128,9 @@ impl<'m> Geometry<'m> {
         {
             return Err(AssemblyError::NotFinite(model.registry[slot].name.clone()));
         }
-        let constants = model.frames.iter().map(|frame| constant(frame, values)).collect();
+        // The first frame is the base itself.
+        let placed = model.frames.iter().skip(1).map(|frame| Constant::of(frame, values));
+        let constants = std::iter::once(Constant::base()).chain(placed).collect();
         let mut geometry = Self { model, values: values.to_vec(), constants, loops: Vec::new() };
         for stage in &model.stages {
             if let Stage::Loops(group) = stage {
@@ -187,7 +214,7 @@ impl<'m> Geometry<'m> {
         for stage in &model.stages {
             match stage {
                 Stage::Loops(_) => {
-                    self.loops[group].close(self, q, &mut out.joints, &mut out.scratch)?;
+                    self.loops[group].close(self, &mut out.joints, &mut out.scratch)?;
                     group += 1;
                 }
                 stage => self.follow(stage, q, &mut out.joints)?,
@@ -246,32 +273,4 @@ impl<'m> Geometry<'m> {
         let v = &self.values[slot..slot + 6];
         Transform::from_parts(Translation3::new(v[0], v[1], v[2]), Rotation3::new(Vector3::new(v[3], v[4], v[5])))
     }
-}
-
-fn constant(frame: &crate::model::Frame, values: &[f64]) -> Constant {
-    let [beta, gamma, b, alpha, d, theta, r] = frame.slots.map(|slot| values[slot]);
-    if frame.antecedent == 0 && frame.slots[0] == frame.slots[THETA] {
-        // The base itself.
-        return Constant {
-            transform: Transform::identity(),
-            z1: Vector3::z(),
-            x1: Vector3::x(),
-            foot: Vector3::zeros(),
-            r: 0.0,
-        };
-    }
-    let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), beta);
-    let turned = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), gamma);
-    let z1 = tilt * Vector3::z();
-    let x1 = turned * Vector3::x();
-    let foot = z1 * b;
-    let mut rotation = turned * Rotation3::from_axis_angle(&Vector3::x_axis(), alpha);
-    let mut origin = foot + x1 * d;
-    if frame.joint != JointKind::Revolute {
-        rotation *= Rotation3::from_axis_angle(&Vector3::z_axis(), theta);
-    }
-    if frame.joint == JointKind::Fixed {
-        origin += rotation * Vector3::z() * r;
-    }
-    Constant { transform: Transform::from_parts(Translation3::from(origin), rotation), z1, x1, foot, r }
 }
