@@ -18,11 +18,12 @@ fn main() {
     let loaded = load_robot("kuka-kr270").expect("a bundled robot");
     let model = &loaded.model;
     let mut random = generator(33);
-    let values = draw_errors(model, 0.3, &mut random);
+    let values = draw_errors(model, 0.3, 0.0, &mut random);
     let geometry = Geometry::nominal(model).expect("assembled");
     let configurations = draw_configurations(&geometry, 1000, 0.8, &mut random).expect("drawn");
     let markers = (0..1000).map(|k| Some(k % 3)).collect::<Vec<_>>();
     let plan = Plan {
+        wrenches: Vec::new(),
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,

@@ -1,12 +1,13 @@
 //! Elasto-geometric models of declared robots, their identification, and the diagnosis of the sim-to-real gap.
 //!
 //! One way in, one way through: a [`description`] (YAML, URDF, CSV) is resolved and compiled into an immutable
-//! [`model`]; [`kinematics`] places its frames and differentiates them; [`prediction`] says what each reading should
-//! be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
+//! [`model`]; [`kinematics`] places its frames and differentiates them; [`elastics`] says how it gives under load;
+//! [`prediction`] says what each reading should be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
 //! Inside, every quantity is SI (m, rad, N, kg, s).
 
 pub mod cli;
 pub mod description;
+pub mod elastics;
 pub mod estimation;
 pub mod files;
 pub mod identifiability;

@@ -5,13 +5,55 @@ use std::collections::HashMap;
 /// Position of a parameter in its [`Registry`], and of its value in a vector of values.
 pub type Slot = usize;
 
-/// What a parameter measures.
+/// What a parameter measures; values are in the SI unit named here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// m
     Length,
     /// rad
     Angle,
+    /// m/N: of a translational spring; 0 is rigid.
+    LinearCompliance,
+    /// rad/(N.m): of a rotational spring; 0 is rigid.
+    RotationalCompliance,
+    /// N/m
+    LinearStiffness,
+    /// N.m/rad
+    RotationalStiffness,
+    /// Pa
+    Pressure,
+    /// kg
+    Mass,
+    /// Anything else, with its SI unit.
+    Other(&'static str),
+}
+
+impl Kind {
+    /// SI unit of a value.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Length => "m",
+            Self::Angle => "rad",
+            Self::LinearCompliance => "m/N",
+            Self::RotationalCompliance => "rad/(N.m)",
+            Self::LinearStiffness => "N/m",
+            Self::RotationalStiffness => "N.m/rad",
+            Self::Pressure => "Pa",
+            Self::Mass => "kg",
+            Self::Other(unit) => unit,
+        }
+    }
+
+    /// What the inverse of such a value measures.
+    pub fn inverse(self) -> Self {
+        match self {
+            Self::LinearCompliance => Self::LinearStiffness,
+            Self::RotationalCompliance => Self::RotationalStiffness,
+            Self::LinearStiffness => Self::LinearCompliance,
+            Self::RotationalStiffness => Self::RotationalCompliance,
+            other => other,
+        }
+    }
 }
 
 /// What a parameter describes: calibration keeps the instrument's frame and the tool apart from the robot itself.
@@ -23,6 +65,8 @@ pub enum Group {
     Tool,
     /// The robot's own constants.
     Geometry,
+    /// What gives under load, and what loads it: springs, beams, masses.
+    Elastic,
 }
 
 /// A named parameter.
@@ -34,19 +78,39 @@ pub struct Parameter {
     pub kind: Kind,
     /// What it describes.
     pub group: Group,
-    /// Value in the description, m or rad.
+    /// Value in the description, SI.
     pub nominal: f64,
     /// Least and greatest value, infinite where unbounded.
     pub bounds: [f64; 2],
-    /// How far it is commonly off (one sigma), m or rad.
+    /// How far it is commonly off (one sigma), SI.
     pub tolerance: f64,
-    /// Whether calibration of the geometry frees it.
+    /// Whether calibration of its group frees it.
     pub free: bool,
     /// A length of a linkage that only closes a loop: given up first where it and others are nearly dependent.
     pub closing: bool,
+    /// Written and reported as its inverse: a stiffness that is computed with as a compliance, or the reverse.
+    pub inverted: bool,
 }
 
-/// All parameters of a model, in a fixed order: base, frames with the actuators that turn them, tool, markers.
+impl Parameter {
+    /// A value as it is reported: its inverse where it is [`Parameter::inverted`].
+    pub fn shown(&self, value: f64) -> f64 {
+        if self.inverted { 1.0 / value } else { value }
+    }
+
+    /// Half width of an interval of a reported value, from that of the value itself (first order).
+    pub fn shown_width(&self, value: f64, width: f64) -> f64 {
+        if self.inverted { width / (value * value) } else { width }
+    }
+
+    /// What reported values measure.
+    pub fn shown_kind(&self) -> Kind {
+        if self.inverted { self.kind.inverse() } else { self.kind }
+    }
+}
+
+/// All parameters of a model, in a fixed order: base, frames with the actuators that turn them, tool, markers, and what
+/// is elastic.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Registry {
     parameters: Vec<Parameter>,

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::kinematics::{AssemblyError, Geometry, Placements, rotation_vector};
 use crate::model::Model;
-use crate::prediction::{PredictionError, predict};
+use crate::prediction::{Deflections, PredictionError, predict, rest};
 
 /// What is measured, where and how well.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Plan {
     pub markers: Vec<Option<usize>>,
     /// Readings of each marker at each configuration.
     pub repeats: usize,
+    /// Wrenches applied at each marker, one reading each: force and moment, N and N.m, base axes; none where empty.
+    pub wrenches: Vec<[f64; 6]>,
     /// What a reading is.
     pub observes: Observes,
     /// One sigma of a coordinate or distance, m.
@@ -81,10 +83,12 @@ pub fn draw_configurations(
     }
 }
 
-/// Values with every parameter that calibration frees off by its tolerance times `scale` times a normal number.
-pub fn draw_errors(model: &Model, scale: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+/// Values with every parameter that calibration frees off by its tolerance times a normal number, the geometry's times
+/// `geometry`, those of what gives times `elastic`.
+pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut values = model.registry.nominal();
-    for slot in model.free_slots() {
+    let all = model.free_slots().into_iter().map(|slot| (slot, geometry));
+    for (slot, scale) in all.chain(model.elastic_slots().into_iter().map(|slot| (slot, elastic))) {
         let draw: f64 = StandardNormal.sample(random);
         let [low, high] = model.registry[slot].bounds;
         values[slot] = (values[slot] + scale * model.registry[slot].tolerance * draw).clamp(low, high);
@@ -95,16 +99,13 @@ pub fn draw_errors(model: &Model, scale: f64, random: &mut ChaCha8Rng) -> Vec<f6
 /// The campaign that a robot of these `values` would give.
 ///
 /// # Errors
-/// A configuration that cannot be assembled, or a deflection campaign.
+/// A configuration that cannot be assembled, or a structure that can move without force.
 pub fn simulate(
     model: &Model,
     values: &[f64],
     plan: &Plan,
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
-    if plan.observes == Observes::Deflection {
-        return Err(PredictionError::Deflection);
-    }
     let geometry = Geometry::new(model, values)?;
     let mut campaign = Campaign {
         name: format!("{}, simulated", model.name),
@@ -113,7 +114,10 @@ pub fn simulate(
         sigma_orientation: (plan.sigma_orientation > 0.0).then_some(plan.sigma_orientation),
         estimate_base: plan.estimate[0],
         estimate_tool: plan.estimate[1],
-        calibrate: vec!["geometry".into(), "joint-offset".into()],
+        calibrate: match plan.observes {
+            Observes::Deflection => vec!["joint-compliance".into()],
+            _ => vec!["geometry".into(), "joint-offset".into()],
+        },
         without: Vec::new(),
         anchors: model.anchors.clone(),
         poses: Vec::new(),
@@ -123,6 +127,13 @@ pub fn simulate(
         conditions: IndexMap::new(),
     };
     let mut placements = Placements::default();
+    let unloaded = [[0.0; 6]];
+    let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };
+    // Whether anything loads the structure is seen from the readings; these stand for all.
+    campaign.readings = wrenches.iter().map(|wrench| Reading { wrench: *wrench, ..BLANK }).collect();
+    let deflections = Deflections::new(model, values, &campaign, &[]);
+    campaign.readings.clear();
+    let mut loaded = deflections.work();
     let anchors = if plan.observes == Observes::Distance { campaign.anchors.len().max(1) } else { 1 };
     for (pose, q) in plan.configurations.iter().enumerate() {
         let name = format!("p{:03}", pose + 1);
@@ -132,14 +143,21 @@ pub fn simulate(
             pose: name.clone(),
             source,
         })?;
+        deflections.place(&placements, &mut loaded).map_err(|source| PredictionError::Mechanism {
+            row,
+            pose: name.clone(),
+            source,
+        })?;
         campaign.poses.push(name);
         for _ in 0..plan.repeats {
             for &marker in &plan.markers {
-                for anchor in 0..anchors {
+                for (anchor, &wrench) in (0..anchors).flat_map(|anchor| wrenches.iter().map(move |w| (anchor, w))) {
                     let row = campaign.readings.len() + 1;
-                    let mut reading =
-                        Reading { row, pose, marker, measured: [0.0; 6], anchor, wrench: [0.0; 6], check: None };
-                    reading.measured = predict(&geometry, &campaign, &placements, &reading).measured(&campaign);
+                    let mut reading = Reading { row, pose, marker, anchor, wrench, ..BLANK };
+                    let point = rest(&geometry, &placements, &reading);
+                    let deflected = deflections.of(&loaded, &reading, &point);
+                    let predicted = predict(&geometry, &campaign, &placements, &reading, &deflected);
+                    reading.measured = predicted.measured(&campaign);
                     disturb(&mut reading.measured, plan, random);
                     campaign.joints.extend_from_slice(q);
                     campaign.readings.push(reading);
@@ -149,6 +167,9 @@ pub fn simulate(
     }
     Ok(campaign)
 }
+
+const BLANK: Reading =
+    Reading { row: 0, pose: 0, marker: None, measured: [0.0; 6], anchor: 0, wrench: [0.0; 6], check: None };
 
 fn disturb(measured: &mut [f64; 6], plan: &Plan, random: &mut ChaCha8Rng) {
     let mut normal = || -> f64 { StandardNormal.sample(random) };

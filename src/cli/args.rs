@@ -48,6 +48,8 @@ pub enum Command {
     Convert(Convert),
     /// Forward model: frames and markers at given joints.
     Pose(Pose),
+    /// Stiffness at a frame or marker: condensed 6x6, deflection, who gives how much.
+    Stiffness(Stiffness),
     /// Inverse model: all branches, or the one nearest to a configuration.
     Solve(Solve),
     /// How much the tool moves per unit of each parameter, over a campaign's configurations.
@@ -103,9 +105,35 @@ pub struct Pose {
     /// CSV of configurations, one column a variable, in the description's units.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// Wrench on the tool (needs the elastic model, not available yet).
+    /// Wrench on the tool, base axes, in the description's units of force and torque; own weight is added.
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Option<String>,
+    /// Find the equilibrium at the deflected pose instead of adding the linear deflection.
+    #[arg(long, requires = "wrench")]
+    pub equilibrium: bool,
+}
+
+/// `stiffness`
+#[derive(Debug, Args)]
+pub struct Stiffness {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside).
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub joints: String,
+    /// Frame or marker; the tool centre point by default.
+    #[arg(long, value_name = "FRAME|MARKER")]
+    pub at: Option<String>,
+    /// Wrench there, base axes, in the description's units of force and torque.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Add own weight and preloads.
+    #[arg(long)]
+    pub weight: bool,
+    /// Find the equilibrium at the deflected pose.
+    #[arg(long)]
+    pub equilibrium: bool,
 }
 
 /// `solve`
@@ -164,6 +192,9 @@ pub struct Identifiability {
     /// Robot and campaign.
     #[command(flatten)]
     pub on: OnCampaign,
+    /// Which columns: geometric, elastic, or both; by default as `identify`.
+    #[arg(long, value_delimiter = ',')]
+    pub what: Vec<String>,
     /// Reduction.
     #[command(flatten)]
     pub reduction: Reduction,
@@ -177,9 +208,13 @@ pub struct Identify {
     /// Another description than the campaign's.
     #[arg(long)]
     pub robot: Option<String>,
-    /// What to identify.
-    #[arg(long, value_delimiter = ',', default_value = "geometric")]
+    /// What to identify: geometric, elastic, or both; by default stiffness from deflections and geometry from all
+    /// other readings.
+    #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
+    /// How springs that the readings see as one are split back into the description's.
+    #[arg(long, value_enum, default_value_t = SplitName::Prior)]
+    pub split: SplitName,
     /// Write the calibrated description (.yaml or .urdf).
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
@@ -210,6 +245,15 @@ pub struct Identify {
     /// Ordinary and weighted least squares side by side.
     #[arg(long)]
     pub compare: bool,
+}
+
+/// Rules of splitting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplitName {
+    /// In proportion to what the description says.
+    Prior,
+    /// The smallest sum of squared compliances.
+    MinimumNorm,
 }
 
 /// Schemes.
@@ -276,6 +320,12 @@ pub struct Simulate {
     /// Geometry errors: normal, this many times each free parameter's tolerance.
     #[arg(long, default_value_t = 1.0)]
     pub errors: f64,
+    /// Errors of springs: normal, this many times each identifiable spring's tolerance.
+    #[arg(long, default_value_t = 0.0)]
+    pub elastic_errors: f64,
+    /// Wrench read at each marker, base axes, in the description's units; may be given several times.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Vec<String>,
     /// Errors of single parameters: name=value, added to the nominal value, in the description's units.
     #[arg(long, value_delimiter = ',', value_name = "NAME=..", allow_hyphen_values = true)]
     pub set: Vec<String>,
@@ -305,6 +355,8 @@ pub enum ObservesName {
     Pose,
     /// Distance from the description's anchors.
     Distance,
+    /// Loaded less unloaded position.
+    Deflection,
 }
 
 /// `schema`

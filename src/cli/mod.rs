@@ -122,6 +122,7 @@ fn run(arguments: &Arguments) -> Result<Output, Failure> {
         Command::Check(command) => commands::check::run(command),
         Command::Convert(command) => commands::convert::run(command),
         Command::Pose(command) => commands::pose::run(command),
+        Command::Stiffness(command) => commands::stiffness::run(command),
         Command::Solve(command) => commands::solve::run(command, arguments.seed),
         Command::Sensitivity(command) => commands::sensitivity::run(command),
         Command::Identifiability(command) => commands::identifiability::run(command),

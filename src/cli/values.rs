@@ -63,6 +63,25 @@ pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Fa
     }
 }
 
+/// Greatest force (N) or moment (N.m) that is taken for one.
+const GREATEST_LOAD: f64 = 1e9;
+
+/// A wrench in the description's units, to SI; three numbers are a force.
+pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Failure> {
+    let given = numbers("--wrench", text, &[3, 6])?;
+    let mut wrench = [0.0; 6];
+    for (k, value) in given.into_iter().enumerate() {
+        wrench[k] = value * if k < 3 { units.force.factor() } else { units.torque.factor() };
+        if wrench[k].abs() > GREATEST_LOAD {
+            return Err(Failure::input(
+                format!("--wrench `{text}`: {value:e} is no load that a robot bears"),
+                "give force and moment in the description's units, `units: {force: .., torque: ..}`",
+            ));
+        }
+    }
+    Ok(wrench)
+}
+
 /// Refuses names that are no parameters of the model.
 pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
     let unknown: Vec<Remark> = names

@@ -5,6 +5,7 @@
 
 pub mod campaign;
 pub mod coupling;
+pub mod elastic;
 pub mod raw;
 pub mod resolve;
 pub mod robot;

@@ -202,9 +202,21 @@ raw! {
         stroke: Option<f64>,
         /// Least and greatest value of the variable.
         limits: Option<[f64; 2]>,
-        /// Axial stiffness of the screw; rigid where absent.
+        /// Axial stiffness of the screw, in the stiffness unit; rigid where absent.
         axial: Option<RawStiffness>,
+        /// How the screw's force reaches the bodies; `pins` where `axial` is finite or identifiable.
+        path: Option<LoadPath>,
     }
+}
+
+/// How the force of a ball screw or cylinder reaches the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadPath {
+    /// Along the line between its two pins; the joint itself is a free hinge.
+    Pins,
+    /// As a torque at the joint: its axial spring is lumped there, in series with the joint's own.
+    Joint,
 }
 
 /// Kind of actuator.
@@ -330,7 +342,21 @@ raw! {
         /// The frame at whose origin the node lies; the body's own where absent.
         #[schemars(schema_with = "name")]
         at: Option<String>,
+        /// Where it lies in that frame, if not at the origin, in the length unit.
+        point: Option<[f64; 3]>,
+        /// How the ground holds it, beside what the joints do.
+        support: Option<Support>,
     }
+}
+
+/// How the ground holds a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Support {
+    /// In all six degrees of freedom.
+    Fixed,
+    /// Its position; it can turn.
+    Pinned,
 }
 
 raw! {
@@ -389,6 +415,9 @@ raw! {
     /// Springs of a joint about its frame's axes: axial ka, radial kr, axial rotational kar, radial rotational krr.
     /// What is absent is rigid, but for kar (ka of a prismatic joint) of a passive joint, which is free.
     pub struct RawJointStiffness {
+        /// Node of the moving body at which the joint sits; by default the one nearest to the frame's origin.
+        #[schemars(schema_with = "name")]
+        at: Option<String>,
         /// Along the axis.
         ka: Option<RawStiffness>,
         /// Across the axis.

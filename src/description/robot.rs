@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
+use super::elastic::Elastic;
 use super::raw::{JointKind, LoopKind, Meet};
 
 /// Index of a frame in [`Robot::frames`]; 0 is the base.
@@ -31,6 +32,8 @@ pub struct Robot {
     pub markers: Vec<Marker>,
     /// Fixed points in the measurement frame.
     pub anchors: IndexMap<String, Vector3<f64>>,
+    /// What gives under load, and what loads it.
+    pub elastic: Elastic,
     /// What calibration may change.
     pub calibration: Calibration,
 }

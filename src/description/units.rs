@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::parameter::Kind;
+
 macro_rules! unit {
     ($(#[$meta:meta])* $name:ident, { $($(#[$variant_meta:meta])* $variant:ident $text:literal $factor:expr,)* }) => {
         $(#[$meta])*
@@ -59,4 +61,23 @@ pub struct Units {
     pub pressure: Pressure,
     /// Time.
     pub time: Time,
+}
+
+impl Units {
+    /// SI units in one of the file's units of a kind of quantity.
+    pub fn of(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::Length => self.length.factor(),
+            Kind::Angle => self.angle.factor(),
+            Kind::LinearStiffness => self.stiffness.factor(),
+            Kind::LinearCompliance => 1.0 / self.stiffness.factor(),
+            Kind::RotationalStiffness => self.rotational_stiffness.factor(),
+            Kind::RotationalCompliance => 1.0 / self.rotational_stiffness.factor(),
+            Kind::Pressure => self.pressure.factor(),
+            Kind::Mass => self.mass.factor(),
+            Kind::Other("m2") => self.length.factor().powi(2),
+            Kind::Other("m4") => self.length.factor().powi(4),
+            Kind::Other(_) => 1.0,
+        }
+    }
 }

@@ -1,19 +1,20 @@
-//! Calibration of a robot's geometry from a campaign.
+//! Calibration of a robot's geometry and stiffness from a campaign.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::equivalence::{groups, moves};
 use super::least_squares::{self, Bounds, Loss, Problem, Progress};
 use super::observation::{Observation, candidates, reduced};
 use super::problem::{CampaignProblem, row_sigmas};
 use super::registration::{arrangement, rough};
 use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 use super::schemes::{alternating, pose_by_pose};
-use super::settings::{Scheme, Settings, Weights};
+use super::settings::{Scheme, Settings, Weights, What};
 use super::statistics::{cofactor, errors_of, t95};
 use crate::description::campaign::{Campaign, Observes};
 use crate::math::mean_rms_max;
 use crate::model::Model;
-use crate::parameter::{Group, Slot};
+use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, Predictor};
 
 /// Calibrates `model` on the readings of `campaign` that are not set `aside`.
@@ -74,10 +75,13 @@ pub fn calibrate(
     }
     let (registration, _) = figures(&start)?;
 
-    let predictor = Predictor::new(model, &fit, candidates(model, &fit)?)?;
+    let what = settings.what.unwrap_or_else(|| What::usual(campaign));
+    let predictor = Predictor::new(model, &fit, candidates(model, &fit, what)?)?;
+    scale_springs(&predictor, &sigmas, &mut start)?;
     let Observation { slots, identifiability } =
         reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
     let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
+    let mut equivalences = groups(model, &slots, &identifiability);
     // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
     if !settings.prior && kept.len() >= fit.readings.len() * fit.components() {
         return Err(CalibrationError::TooFew { rows: fit.readings.len() * fit.components(), parameters: kept.len() });
@@ -98,10 +102,22 @@ pub fn calibrate(
     } else {
         sigmas
     };
-    let bounds = bounds_of(model, &kept, &start);
+    let mut bounds = bounds_of(model, &kept, &start);
+    for group in &equivalences {
+        // The kept member stands for all: their sum, not it alone, is bounded.
+        if let Some(k) = kept.iter().position(|slot| *slot == group.members[0].0) {
+            for &(slot, weight) in &group.members[1..] {
+                bounds.lower[k] -= weight * (start[slot] - model.registry[slot].bounds[0]);
+            }
+        }
+    }
     let problem = CampaignProblem::new(Predictor::new(model, &fit, kept.clone())?, &start, sigmas, priors.clone());
     let outcome = run(&problem, &fit, model, &bounds, settings, progress)?;
-    let values = problem.values(&outcome.x);
+    let mut values = problem.values(&outcome.x);
+    for group in &mut equivalences {
+        group.value = group.of(&values).max(0.0);
+        group.split(model, settings.split, &mut values);
+    }
     let (after, residual) = figures(&values)?;
 
     let data_rows = fit.readings.len() * fit.components();
@@ -116,6 +132,15 @@ pub fn calibrate(
     // Data are as noisy as they show themselves to be, and tolerances, which stand in sigmas, are rescaled with them.
     let covariance = cofactor(&weighted) * noise_ratio.powi(2);
     let quantile = t95(degrees);
+    let half_width = |k: usize| quantile * covariance[(k, k)].max(0.0).sqrt();
+    for group in &mut equivalences {
+        if let Some(k) = kept.iter().position(|slot| *slot == group.members[0].0) {
+            group.ci95 = half_width(k);
+        }
+    }
+    let mut last = Linearised::default();
+    predictor.linearise(&values, true, &mut last)?;
+    let moves = moves(&fit, &last.jacobian, &slots, &values);
     let estimates = slots
         .iter()
         .enumerate()
@@ -125,9 +150,10 @@ pub fn calibrate(
                 slot,
                 nominal: nominal[slot],
                 value: values[slot],
-                ci95: position.map_or(f64::NAN, |k| quantile * covariance[(k, k)].max(0.0).sqrt()),
+                ci95: position.map_or(f64::NAN, half_width),
                 identifiable: position.is_some(),
                 at_bound: position.is_some_and(|k| outcome.at_bound[k]),
+                moves: if model.registry[slot].group == Group::Elastic { moves[column] } else { f64::NAN },
             }
         })
         .collect();
@@ -137,6 +163,7 @@ pub fn calibrate(
         slots,
         identifiability,
         estimates,
+        equivalences,
         correlation: correlation(&covariance),
         before,
         registration,
@@ -149,6 +176,40 @@ pub fn calibrate(
         converged: outcome.converged,
         residual,
     })
+}
+
+/// Orders of magnitude tried on either side of the description's springs.
+const DECADES: i32 = 4;
+
+/// Multiplies all springs to be estimated by the power of ten that fits best: a start that is far off all round then
+/// costs nothing, and what is left the fit, nearly linear in compliances, finds from anywhere.
+fn scale_springs(predictor: &Predictor, sigmas: &[f64], start: &mut [f64]) -> Result<(), CalibrationError> {
+    let registry = &predictor.model.registry;
+    let springs: Vec<Slot> = predictor
+        .slots
+        .iter()
+        .copied()
+        .filter(|&slot| matches!(registry[slot].kind, Kind::LinearCompliance | Kind::RotationalCompliance))
+        .collect();
+    if springs.is_empty() {
+        return Ok(());
+    }
+    let mut found = Linearised::default();
+    let mut best = (f64::INFINITY, 0);
+    let mut trial = start.to_vec();
+    for decade in (0..=DECADES).flat_map(|d| if d == 0 { vec![0] } else { vec![-d, d] }) {
+        springs.iter().for_each(|&slot| trial[slot] = start[slot] * 10.0_f64.powi(decade));
+        predictor.linearise(&trial, false, &mut found)?;
+        let cost: f64 = found.residual.iter().zip(sigmas).map(|(r, s)| (r / s).powi(2)).sum();
+        if cost < best.0 {
+            best = (cost, decade);
+        }
+    }
+    let factor = 10.0_f64.powi(best.1);
+    springs.iter().for_each(|&slot| {
+        start[slot] = (start[slot] * factor).clamp(registry[slot].bounds[0], registry[slot].bounds[1])
+    });
+    Ok(())
 }
 
 fn least(settings: &Settings) -> least_squares::Settings {

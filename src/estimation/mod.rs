@@ -3,6 +3,7 @@
 pub mod least_squares;
 
 mod calibration;
+mod equivalence;
 mod observation;
 mod problem;
 mod registration;
@@ -13,9 +14,10 @@ mod split;
 mod statistics;
 
 pub use calibration::{calibrate, compare};
+pub use equivalence::{Equivalence, Split, Together};
 pub use observation::{Observation, observe};
 pub use problem::row_sigmas;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
-pub use settings::{Scheme, Settings, Weights};
+pub use settings::{Scheme, Settings, Weights, What};
 pub use split::split;
 pub use statistics::{Errors, errors_of};

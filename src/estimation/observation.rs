@@ -3,6 +3,7 @@
 use super::problem::row_sigmas;
 use super::registration::{arrangement, rough};
 use super::result::CalibrationError;
+use super::settings::What;
 use crate::description::campaign::Campaign;
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
@@ -29,18 +30,29 @@ pub fn observe(
     hold: &[String],
     scaling: Scaling,
     criterion: Criterion,
+    what: Option<What>,
 ) -> Result<Observation, CalibrationError> {
-    let predictor = Predictor::new(model, campaign, candidates(model, campaign)?)?;
+    let what = what.unwrap_or_else(|| What::usual(campaign));
+    let predictor = Predictor::new(model, campaign, candidates(model, campaign, what)?)?;
     let start = rough(model, campaign, &model.registry.nominal())?;
     let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
     Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
 }
 
 /// What is to be estimated: base, tool and markers where the campaign asks for them, then the geometry that the
-/// description frees.
-pub(super) fn candidates(model: &Model, campaign: &Campaign) -> Result<Vec<Slot>, CalibrationError> {
+/// description frees and the springs that it declares identifiable.
+pub(super) fn candidates(model: &Model, campaign: &Campaign, what: What) -> Result<Vec<Slot>, CalibrationError> {
     let mut slots = arrangement(model, campaign);
-    slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
+    if what.geometric {
+        slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
+    }
+    if what.elastic {
+        let elastic = model.elastic_slots();
+        if elastic.is_empty() && !what.geometric {
+            return Err(CalibrationError::NothingElastic);
+        }
+        slots.extend(elastic);
+    }
     if slots.is_empty() { Err(CalibrationError::NothingFree) } else { Ok(slots) }
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::equivalence::Equivalence;
 use super::least_squares::UsageError;
 use super::statistics::Errors;
 use crate::identifiability::Identifiability;
@@ -17,6 +18,11 @@ pub enum CalibrationError {
     /// There is nothing to estimate.
     #[error("nothing is free: the campaign estimates neither base nor tool, and the description frees no parameter")]
     NothingFree,
+    /// Nothing elastic to estimate.
+    #[error(
+        "nothing elastic is identifiable: give springs `identifiable: true` in the description, or name parameters under `calibration: free`"
+    )]
+    NothingElastic,
     /// Too few readings.
     #[error(
         "{rows} residuals cannot determine {parameters} parameters: measure more configurations, or hold some parameters"
@@ -53,6 +59,8 @@ pub struct Estimate {
     pub identifiable: bool,
     /// Whether it stopped at a bound.
     pub at_bound: bool,
+    /// Greatest displacement of a fitted reading that an elastic parameter causes at its value, m; NaN for others.
+    pub moves: f64,
 }
 
 /// Errors of the readings to fit and to check.
@@ -75,6 +83,8 @@ pub struct Calibration {
     pub identifiability: Identifiability,
     /// Results in the order of [`Calibration::slots`].
     pub estimates: Vec<Estimate>,
+    /// Springs that act as one.
+    pub equivalences: Vec<Equivalence>,
     /// Correlations of the kept parameters, in their order.
     pub correlation: DMatrix<f64>,
     /// With the description as it is.

@@ -31,19 +31,11 @@ pub fn pose_by_pose(
         let mut information =
             DMatrix::from_diagonal(&DVector::from_iterator(n, sigmas.iter().map(|s| (1e-6 / s).powi(2))));
         let mut right = DVector::zeros(n);
-        let mut evaluated = false;
+        // Linearised at the pass's start: on the way, few readings can lead far astray.
+        problem.evaluate(&start, &mut residual, Some(&mut jacobian))?;
         for rows in blocks {
-            // The first pass linearises where it has got to. Later ones do so at their start: on the way, few readings
-            // can lead far astray, and rows linearised there would make the passes settle beside the minimum.
-            let at = if pass == 1 { x.clone() } else { start.clone() };
-            if pass == 1 || !evaluated {
-                problem.evaluate(&at, &mut residual, Some(&mut jacobian))?;
-                evaluated = true;
-            }
             let own = jacobian.select_rows(rows.iter());
-            let change = DVector::from_iterator(n, at.iter().zip(&start).map(|(x, s)| x - s));
-            // r(x) = r_k + J (x - x_k), written about the pass's start.
-            let about_start = &own * change - DVector::from_iterator(rows.len(), rows.iter().map(|&row| residual[row]));
+            let about_start = DVector::from_iterator(rows.len(), rows.iter().map(|&row| -residual[row]));
             information += own.transpose() * &own;
             right += own.transpose() * about_start;
             let scale = DVector::from_iterator(n, information.diagonal().iter().map(|d| 1.0 / d.sqrt()));

@@ -1,6 +1,8 @@
 //! What is asked of a calibration.
 
+use super::equivalence::Split;
 use super::least_squares::Loss;
+use crate::description::campaign::{Campaign, Observes};
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
 
 /// How the fit proceeds. All schemes end at the same parameters.
@@ -25,9 +27,30 @@ pub enum Weights {
     Direction,
 }
 
+/// Which parameters are estimated beside base and tool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct What {
+    /// Geometry that the description frees.
+    pub geometric: bool,
+    /// What gives and is declared identifiable.
+    pub elastic: bool,
+}
+
+impl What {
+    /// What a campaign's readings are made for: stiffness from deflections, geometry from the rest.
+    pub fn usual(campaign: &Campaign) -> Self {
+        let elastic = campaign.observes == Observes::Deflection;
+        Self { geometric: !elastic, elastic }
+    }
+}
+
 /// What is asked of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// Which parameters are estimated; what the readings are made for where `None`.
+    pub what: Option<What>,
+    /// How springs that act as one are split back.
+    pub split: Split,
     /// Scheme of the fit.
     pub scheme: Scheme,
     /// Weights of readings.
@@ -49,6 +72,8 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            what: None,
+            split: Split::default(),
             scheme: Scheme::Batch,
             weights: Weights::Stated,
             loss: Loss::Squares,

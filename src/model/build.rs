@@ -39,7 +39,17 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         let common = if kind == Kind::Angle { calibration.angle_tolerance } else { calibration.length_tolerance };
         let tolerance = calibration.tolerances.get(&name).copied().unwrap_or(common);
         let bounds = calibration.bounds.get(&name).copied().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        registry.add(Parameter { name, kind, group, nominal, bounds, tolerance, free: false, closing: false })
+        registry.add(Parameter {
+            name,
+            kind,
+            group,
+            nominal,
+            bounds,
+            tolerance,
+            free: false,
+            closing: false,
+            inverted: false,
+        })
     };
     let base = add_placement(&mut add, robot, "base", Group::Base, &robot.base);
     let mut frames: Vec<Frame> = Vec::with_capacity(robot.frames.len());
@@ -114,6 +124,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         tool,
         markers,
         anchors: robot.anchors.clone(),
+        structure: super::Structure::default(),
         registry,
     };
     model.stages = stages(&model, robot)?;
@@ -123,6 +134,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
     for slot in closing_lengths(&model, robot) {
         model.registry.all_mut()[slot].closing = true;
     }
+    model.structure = super::assemble::assemble(robot, &mut model)?;
     Ok(model)
 }
 

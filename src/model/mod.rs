@@ -3,18 +3,24 @@
 //! The model holds structure (tree, what moves each joint, loops, order of evaluation) and the parameter registry; it
 //! holds no values but nominal ones. Values travel beside it as one vector by slot.
 
+mod assemble;
 mod build;
 mod free;
 mod loops;
 mod rewrite;
+mod structure;
 
 pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::with_values;
+pub use structure::{
+    BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots, Spot,
+    SpringElement, Structure, Vertex, VertexIndex, screw_pins,
+};
 
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion, Variable};
-use crate::parameter::{Registry, Slot};
+use crate::parameter::{Group, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
@@ -41,6 +47,8 @@ pub struct Model {
     pub markers: Vec<Marker>,
     /// Fixed points in the measurement frame, m.
     pub anchors: IndexMap<String, Vector3<f64>>,
+    /// What gives under load, and what loads it.
+    pub structure: Structure,
     /// All parameters.
     pub registry: Registry,
 }
@@ -135,8 +143,18 @@ impl Model {
         self.variables.iter().map(|variable| variable.limits.map_or(0.0, middle)).collect()
     }
 
-    /// Slots freed by the description's rule.
+    /// Slots of the geometry that the description's rule frees.
     pub fn free_slots(&self) -> Vec<Slot> {
-        (0..self.registry.all().len()).filter(|&slot| self.registry[slot].free).collect()
+        self.free_where(|group| group != Group::Elastic)
+    }
+
+    /// Slots of what gives and what loads it that the description declares identifiable.
+    pub fn elastic_slots(&self) -> Vec<Slot> {
+        self.free_where(|group| group == Group::Elastic)
+    }
+
+    fn free_where(&self, of: impl Fn(Group) -> bool) -> Vec<Slot> {
+        let all = self.registry.all().iter().enumerate();
+        all.filter(|(_, parameter)| parameter.free && of(parameter.group)).map(|(slot, _)| slot).collect()
     }
 }

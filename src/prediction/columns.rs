@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Predicted, measured_point};
+use super::{Deflected, Predicted, measured_point};
 use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::elastics::FrameMotion;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::math::left_jacobian;
 use crate::parameter::{Group, Slot};
@@ -26,7 +27,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, slots: &[Slot]) -> Self {
+    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, slots: &[Slot], all: bool) -> Self {
         let model = geometry.model;
         let mut columns = Self {
             observes: campaign.observes,
@@ -53,12 +54,17 @@ impl Columns {
                     columns.robot.push(column);
                     by.push(By::Slot(slot));
                 }
+                Group::Elastic => {}
             }
         }
         let mut frames = vec![model.tool.0];
         frames.extend(
             campaign.readings.iter().filter_map(|reading| reading.marker).map(|marker| model.markers[marker].frame),
         );
+        if all {
+            // What gives sits between all frames: each moves with the parameters.
+            frames = (0..model.frames.len()).collect();
+        }
         frames.sort_unstable();
         frames.dedup();
         columns.plans =
@@ -101,6 +107,15 @@ impl Columns {
         rows: &mut [f64],
     ) {
         rows.fill(0.0);
+        if self.observes == Observes::Deflection {
+            // A deflection turns with the base, and changes with what moves the frames (`Columns::with_motion`).
+            for &(k, column) in self.base.iter().filter(|(k, _)| *k >= 3) {
+                let turn = self.base_jacobian.column(k - 3).into_owned();
+                let moved = turn.cross(&predicted.position.coords);
+                (0..3).for_each(|row| rows[row * width + column] = moved[row]);
+            }
+            return;
+        }
         let (frame, point) = measured_point(geometry, reading);
         let base = geometry.base();
         let to_frame = &placements.frames[frame];
@@ -142,6 +157,79 @@ impl Columns {
         for &(marker, k, column) in &self.markers {
             if reading.marker == Some(marker) {
                 put(column, in_measurement * axis(k), Vector3::zeros());
+            }
+        }
+    }
+}
+
+impl Columns {
+    /// Adds to the rows of one reading how its deflection changes with what moves frames and point. The columns were
+    /// planned for all frames.
+    #[allow(clippy::too_many_arguments)] // one call site, inside the prediction's inner loop
+    pub fn with_motion(
+        &self,
+        geometry: &Geometry,
+        placements: &Placements,
+        frames: &[Vec<[f64; 6]>],
+        reading: &Reading,
+        predicted: &Predicted,
+        deflected: &Deflected,
+        mut change: impl FnMut(&Vector3<f64>, Option<(usize, FrameMotion)>) -> Deflected,
+        width: usize,
+        rows: &mut [f64],
+    ) {
+        let (frame, point) = measured_point(geometry, reading);
+        let turned = placements.frames[frame].rotation;
+        let arm = turned.matrix() * point.coords;
+        let base = geometry.base().rotation;
+        let mut put = |column: usize, changed: Deflected, turn: Vector3<f64>| {
+            let moved = base * changed.displacement;
+            if self.observes == Observes::Distance {
+                rows[column] += predicted.distance.1.dot(&moved);
+                return;
+            }
+            let turn = base * (changed.rotation + deflected.rotation.cross(&turn));
+            for k in 0..3 {
+                rows[k * width + column] += moved[k];
+                if self.observes == Observes::Pose {
+                    rows[(k + 3) * width + column] += turn[k];
+                }
+            }
+        };
+        for (k, &column) in self.robot.iter().enumerate() {
+            let own = &frames[frame][k];
+            let moved = shift(own, &arm);
+            put(column, change(&moved, Some((k, &|frame| frames[frame][k]))), Vector3::new(own[3], own[4], own[5]));
+        }
+        let tool = self.tool.iter().filter(|(k, _)| *k < 3 && reading.marker.is_none()).copied();
+        let markers = self.markers.iter().filter(|(marker, _, _)| reading.marker == Some(*marker));
+        for (k, column) in tool.chain(markers.map(|&(_, k, column)| (k, column))) {
+            put(column, change(&(turned * axis(k)), None), Vector3::zeros());
+        }
+    }
+
+    /// Adds the columns of elastic parameters to the rows of one reading.
+    pub fn deflected(
+        &self,
+        geometry: &Geometry,
+        by: impl Iterator<Item = (usize, Deflected)>,
+        predicted: &Predicted,
+        width: usize,
+        rows: &mut [f64],
+    ) {
+        let base = geometry.base().rotation;
+        for (column, change) in by {
+            let moved = base * change.displacement;
+            if self.observes == Observes::Distance {
+                rows[column] = predicted.distance.1.dot(&moved);
+                continue;
+            }
+            let turn = base * change.rotation;
+            for k in 0..3 {
+                rows[k * width + column] = moved[k];
+                if self.observes == Observes::Pose {
+                    rows[(k + 3) * width + column] = turn[k];
+                }
             }
         }
     }

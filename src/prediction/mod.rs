@@ -1,11 +1,15 @@
 //! What each reading should be, and how it changes with every parameter: the one place where physics meets data.
 
 mod columns;
+mod deflection;
+
+pub use deflection::{Deflected, Deflections};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::elastics::{FrameMotion, Mechanism};
 use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform, rotation_vector};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -27,11 +31,24 @@ pub enum PredictionError {
     /// The model cannot be assembled at all.
     #[error(transparent)]
     Model(#[from] AssemblyError),
-    /// Deflections need the elastic model.
-    #[error(
-        "deflections under load are predicted by an elastic model, which this version does not have yet; geometry is calibrated from `observes: position`, `pose` or `distance`"
-    )]
-    Deflection,
+    /// The structure can move without any force.
+    #[error("row {row} (configuration `{pose}`): {source}")]
+    Mechanism {
+        /// Row of the reading.
+        row: usize,
+        /// Its configuration.
+        pose: String,
+        /// What can move.
+        source: Mechanism,
+    },
+    /// A load is beyond what statics can be computed with.
+    #[error("row {row} (configuration `{pose}`): the deflection is not finite; the wrench is too great")]
+    TooGreat {
+        /// Row of the reading.
+        row: usize,
+        /// Its configuration.
+        pose: String,
+    },
     /// No readings.
     #[error("the campaign has no readings")]
     Empty,
@@ -70,11 +87,8 @@ impl<'a> Predictor<'a> {
     /// Predictions of `campaign` by `model`, differentiated by `slots`.
     ///
     /// # Errors
-    /// [`PredictionError::Deflection`], [`PredictionError::Empty`].
+    /// [`PredictionError::Empty`].
     pub fn new(model: &'a Model, campaign: &'a Campaign, slots: Vec<Slot>) -> Result<Self, PredictionError> {
-        if campaign.observes == Observes::Deflection {
-            return Err(PredictionError::Deflection);
-        }
         if campaign.readings.is_empty() {
             return Err(PredictionError::Empty);
         }
@@ -104,7 +118,9 @@ impl<'a> Predictor<'a> {
         out.residual.resize(self.rows(), 0.0);
         out.jacobian.resize(self.rows() * width, 0.0);
         let pattern = Rates::new(self.model);
-        let columns = Columns::new(&geometry, &pattern, self.campaign, if derivatives { &self.slots } else { &[] });
+        let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
+        let deflections = Deflections::new(self.model, values, self.campaign, slots);
+        let columns = Columns::new(&geometry, &pattern, self.campaign, slots, deflections.is_active());
 
         // Each task writes its own rows, so that the number of threads changes nothing.
         let mut tasks = Vec::new();
@@ -120,23 +136,56 @@ impl<'a> Predictor<'a> {
             .into_par_iter()
             .map(|(blocks, residual, jacobian)| {
                 let mut work = Workspace { placements: Placements::default(), rates: pattern.clone() };
+                let mut loaded = deflections.work();
                 let mut work_columns = columns.buffers();
                 let mut row = 0;
                 for block in blocks {
                     let q = self.campaign.configuration(block.start);
                     let placed = geometry.place(q, &mut work.placements);
                     placed.map_err(|source| self.assembly(block.start, source))?;
+                    deflections
+                        .place(&work.placements, &mut loaded)
+                        .map_err(|source| mechanism(self.campaign, block.start, source))?;
                     if derivatives {
                         columns.evaluate(&geometry, q, &work.placements, &mut work.rates, &mut work_columns);
+                        if deflections.is_active() {
+                            deflections.prepare_motion(&mut loaded);
+                        }
                     }
                     for index in block.clone() {
                         let reading = &self.campaign.readings[index];
-                        let predicted = predict(&geometry, self.campaign, &work.placements, reading);
+                        let point = rest(&geometry, &work.placements, reading);
+                        let deflected = deflections.of(&loaded, reading, &point);
+                        let predicted = predict(&geometry, self.campaign, &work.placements, reading, &deflected);
+                        if !predicted.position.coords.norm().is_finite() {
+                            return Err(PredictionError::TooGreat {
+                                row: reading.row,
+                                pose: self.campaign.poses[reading.pose].clone(),
+                            });
+                        }
                         let target = &mut residual[row * components..(row + 1) * components];
                         predicted.residual(self.campaign, reading, target);
                         if derivatives {
                             let rows = &mut jacobian[row * components * width..(row + 1) * components * width];
                             columns.rows(&geometry, &work.placements, &work_columns, reading, &predicted, width, rows);
+                            if deflections.is_active() {
+                                let change = |moved: &Vector3<f64>, motion: Option<(usize, FrameMotion)>| {
+                                    deflections.by_motion(&mut loaded, &work.placements, reading, &point, moved, motion)
+                                };
+                                columns.with_motion(
+                                    &geometry,
+                                    &work.placements,
+                                    &work_columns,
+                                    reading,
+                                    &predicted,
+                                    &deflected,
+                                    change,
+                                    width,
+                                    rows,
+                                );
+                            }
+                            let by = deflections.derivatives(&mut loaded, &work.placements, reading, &point);
+                            columns.deflected(&geometry, by, &predicted, width, rows);
                         }
                         row += 1;
                     }
@@ -153,10 +202,15 @@ impl<'a> Predictor<'a> {
     }
 }
 
+pub(crate) fn mechanism(campaign: &Campaign, reading: usize, source: Mechanism) -> PredictionError {
+    let reading = &campaign.readings[reading];
+    PredictionError::Mechanism { row: reading.row, pose: campaign.poses[reading.pose].clone(), source }
+}
+
 /// What a reading should be.
 #[derive(Debug, Clone, Copy)]
 pub struct Predicted {
-    /// Position in the measurement frame, m.
+    /// Position (of a deflection: the deflection) in the measurement frame, m.
     pub position: Point3<f64>,
     /// Orientation of the tool in the measurement frame.
     pub rotation: Rotation3<f64>,
@@ -164,14 +218,30 @@ pub struct Predicted {
     pub distance: (f64, Vector3<f64>),
 }
 
-/// Prediction of one reading at placed frames.
-pub fn predict(geometry: &Geometry, campaign: &Campaign, placements: &Placements, reading: &Reading) -> Predicted {
+/// The measured point with nothing deflected, m, base frame.
+pub fn rest(geometry: &Geometry, placements: &Placements, reading: &Reading) -> Point3<f64> {
+    let (frame, point) = measured_point(geometry, reading);
+    placements.frames[frame] * point
+}
+
+/// Prediction of one reading at placed frames, with what load does to it.
+pub fn predict(
+    geometry: &Geometry,
+    campaign: &Campaign,
+    placements: &Placements,
+    reading: &Reading,
+    deflected: &Deflected,
+) -> Predicted {
     let base = geometry.base();
     let (frame, point) = measured_point(geometry, reading);
     let in_frame: Transform = base * placements.frames[frame];
-    let position = in_frame * point;
+    let moved = base.rotation * deflected.displacement;
+    let position =
+        if campaign.observes == Observes::Deflection { Point3::from(moved) } else { in_frame * point + moved };
     let rotation = match campaign.observes {
-        Observes::Pose => in_frame.rotation * geometry.tool().rotation,
+        Observes::Pose => {
+            Rotation3::new(base.rotation * deflected.rotation) * in_frame.rotation * geometry.tool().rotation
+        }
         _ => Rotation3::identity(),
     };
     let distance = match campaign.anchors.get_index(reading.anchor) {

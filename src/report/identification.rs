@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
-use super::table::{deg, mm, table, unit};
+use super::table::{deg, mm, number, table, unit};
 use crate::description::campaign::Campaign;
-use crate::estimation::{Calibration, Comparison, Errors};
+use crate::estimation::{Calibration, Comparison, Equivalence, Errors, Estimate, Together};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -176,14 +176,25 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
         .iter()
         .map(|estimate| {
             let parameter = &model.registry[estimate.slot];
-            let (unit, size) = unit(parameter.kind);
-            let ci95 = if estimate.identifiable { json!(estimate.ci95 / size) } else { Value::Null };
-            json!({"name": parameter.name, "unit": unit, "nominal": estimate.nominal / size, "value": estimate.value / size,
-                   "ci95": ci95, "identifiable": estimate.identifiable, "at_bound": estimate.at_bound})
+            let (unit, size) = unit(parameter.shown_kind());
+            let shown = |value: f64| parameter.shown(value) / size;
+            let ci95 = if estimate.identifiable {
+                json!(parameter.shown_width(estimate.value, estimate.ci95) / size)
+            } else {
+                Value::Null
+            };
+            let mut entry = json!({"name": parameter.name, "unit": unit, "nominal": shown(estimate.nominal),
+                                   "value": shown(estimate.value), "ci95": ci95, "identifiable": estimate.identifiable,
+                                   "at_bound": estimate.at_bound});
+            if estimate.moves.is_finite() {
+                entry["moves"] = json!(mm(estimate.moves));
+            }
+            entry
         })
         .collect();
     map.insert("parameters".into(), json!(parameters));
-    map.insert("equivalences".into(), json!([]));
+    let equivalences: Vec<Value> = found.equivalences.iter().map(|group| equivalence_json(model, group)).collect();
+    map.insert("equivalences".into(), json!(equivalences));
     let residuals = json!({
         "before": errors_json(&found.before.fit), "registration": errors_json(&found.registration.fit), "after": errors_json(&found.after.fit),
         "check_before": errors_json(&found.before.check), "check_registration": errors_json(&found.registration.check),
@@ -257,20 +268,35 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
         found.estimates.iter().filter(|e| e.identifiable).map(|estimate| {
             let parameter = &model.registry[estimate.slot];
-            let (unit, size) = unit(parameter.kind);
-            let remark = if estimate.at_bound { "at its bound" } else { "" };
-            let number = |v: f64| format!("{:.5}", v / size);
+            let kind = parameter.shown_kind();
+            let shown = |value: f64| number(kind, parameter.shown(value));
+            let change = parameter.shown(estimate.value) - parameter.shown(estimate.nominal);
+            let merged = found.equivalences.iter().any(|group| group.members[0].0 == estimate.slot);
+            let remark = match (estimate.at_bound, merged) {
+                _ if insensitive(campaign, estimate) => {
+                    let least = parameter.kind.inverse().unit();
+                    let from = 1.0 / (estimate.value + estimate.ci95);
+                    format!(
+                        "moves no reading by more than {:.0e} mm: any stiffness above {from:.1e} {least} fits",
+                        mm(estimate.moves)
+                    )
+                }
+                (true, _) => "at its bound".to_string(),
+                (_, true) => "with its group, below".to_string(),
+                _ => String::new(),
+            };
             vec![
                 parameter.name.clone(),
-                unit.into(),
-                number(estimate.nominal),
-                number(estimate.value),
-                number(estimate.value - estimate.nominal),
-                number(estimate.ci95),
-                remark.into(),
+                unit(kind).0.into(),
+                shown(estimate.nominal),
+                shown(estimate.value),
+                number(kind, change),
+                number(kind, parameter.shown_width(estimate.value, estimate.ci95)),
+                remark,
             ]
         }),
     );
+    out += &equivalence_text(model, &found.equivalences);
     let strongest = strongest_correlations(model, found);
     if !strongest.is_empty() {
         let _ = writeln!(out, "strongest correlations: {}", strongest.join(", "));
@@ -283,6 +309,48 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         if found.converged { "" } else { " (NOT converged)" }
     );
     out
+}
+
+/// Whether an elastic parameter's value moves no reading by as much as a third of the noise.
+fn insensitive(campaign: &Campaign, estimate: &Estimate) -> bool {
+    let noise = campaign.sigma.map_or(3e-6, |sigma| sigma.into_iter().fold(0.0, f64::max));
+    estimate.moves < noise / 3.0
+}
+
+/// The equivalent as it is spoken of: a stiffness, with its unit, and its interval's half width.
+fn equivalent(model: &Model, group: &Equivalence) -> (&'static str, f64, f64) {
+    let kind = model.registry[group.members[0].0].kind;
+    match group.together {
+        Together::Series => (kind.inverse().unit(), 1.0 / group.value, group.ci95 / (group.value * group.value)),
+        Together::Parallel => (kind.unit(), group.value, group.ci95),
+    }
+}
+
+fn members<'m>(model: &'m Model, group: &Equivalence) -> Vec<&'m str> {
+    group.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect()
+}
+
+fn equivalence_json(model: &Model, group: &Equivalence) -> Value {
+    let (unit, value, ci95) = equivalent(model, group);
+    let kind = if group.together == Together::Series { "series" } else { "parallel" };
+    let weights: Vec<f64> = group.members.iter().map(|(_, weight)| *weight).collect();
+    json!({"members": members(model, group), "kind": kind, "equivalent": value, "ci95": ci95, "unit": unit,
+           "weights": weights})
+}
+
+fn equivalence_text(model: &Model, groups: &[Equivalence]) -> String {
+    if groups.is_empty() {
+        return String::new();
+    }
+    let rows = groups.iter().map(|group| {
+        let (unit, value, ci95) = equivalent(model, group);
+        let how = if group.together == Together::Series { "in series" } else { "side by side" };
+        vec![members(model, group).join(", "), how.into(), format!("{value:.4e}"), format!("{ci95:.1e}"), unit.into()]
+    });
+    format!(
+        "\nsprings that these readings see as one\n{}",
+        table(&["members", "act", "as one of", "95 % +-", "unit"], rows)
+    )
 }
 
 fn strongest_correlations(model: &Model, found: &Calibration) -> Vec<String> {
@@ -305,16 +373,10 @@ pub fn comparison_text(model: &Model, found: &Comparison) -> String {
         found.ols.estimates.iter().zip(&found.wls.estimates).filter(|(o, w)| o.identifiable && w.identifiable).map(
             |(o, w)| {
                 let parameter = &model.registry[o.slot];
-                let (unit, size) = unit(parameter.kind);
-                let number = |v: f64| format!("{:.5}", v / size);
-                vec![
-                    parameter.name.clone(),
-                    unit.into(),
-                    number(o.value),
-                    number(o.ci95),
-                    number(w.value),
-                    number(w.ci95),
-                ]
+                let kind = parameter.shown_kind();
+                let shown = |e: &Estimate| number(kind, parameter.shown(e.value));
+                let width = |e: &Estimate| number(kind, parameter.shown_width(e.value, e.ci95));
+                vec![parameter.name.clone(), unit(kind).0.into(), shown(o), width(o), shown(w), width(w)]
             },
         ),
     );

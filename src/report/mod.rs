@@ -3,4 +3,5 @@
 pub mod identification;
 pub mod remarks;
 pub mod robot;
+pub mod stiffness;
 pub mod table;

@@ -31,6 +31,15 @@ pub fn unit(kind: Kind) -> (&'static str, f64) {
     match kind {
         Kind::Length => ("mm", 1e-3),
         Kind::Angle => ("deg", std::f64::consts::PI / 180.0),
+        other => (other.unit(), 1.0),
+    }
+}
+
+/// A number of a kind in the unit of [`unit`]: fixed decimals for lengths and angles, powers of ten for the rest.
+pub fn number(kind: Kind, value: f64) -> String {
+    match kind {
+        Kind::Length | Kind::Angle => format!("{:.5}", value / unit(kind).1),
+        _ => format!("{value:.4e}"),
     }
 }
 

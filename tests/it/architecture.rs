@@ -8,6 +8,7 @@ const FLOORS: &[&[&str]] = &[
     &["description"],
     &["model"],
     &["kinematics"],
+    &["elastics"],
     &["prediction"],
     &["identifiability"],
     &["estimation"],

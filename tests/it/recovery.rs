@@ -85,6 +85,7 @@ fn ir663_intervals_hold_the_truth() {
     let model = bundled("kuka-ir663");
     let geometry = Geometry::nominal(&model).expect("assembled");
     let plan = Plan {
+        wrenches: Vec::new(),
         configurations: paper_poses(&geometry),
         markers: vec![None],
         repeats: 1,
@@ -97,7 +98,7 @@ fn ir663_intervals_hold_the_truth() {
         .into_par_iter()
         .map(|seed| {
             let mut random = generator(seed);
-            let truth = draw_errors(&model, 1.0, &mut random);
+            let truth = draw_errors(&model, 1.0, 0.0, &mut random);
             let fresh = (0..20).map(|_| between(&plan.configurations, &mut random)).collect();
             trial(&model, &truth, &plan, fresh, seed)
         })
@@ -114,6 +115,7 @@ fn kr270_intervals_hold_the_truth() {
     let model = load_robot("kuka-kr270").expect("bundled").model;
     let geometry = Geometry::nominal(&model).expect("assembled");
     let plan = Plan {
+        wrenches: Vec::new(),
         configurations: draw_configurations(&geometry, 18, 0.7, &mut generator(270)).expect("drawn"),
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 3,
@@ -126,7 +128,7 @@ fn kr270_intervals_hold_the_truth() {
         .into_par_iter()
         .map(|seed| {
             let mut random = generator(seed);
-            let mut truth = draw_errors(&model, 1.0, &mut random);
+            let mut truth = draw_errors(&model, 1.0, 0.0, &mut random);
             for (slot, value) in truth.iter_mut().enumerate() {
                 let offset = 2.0 * random.random::<f64>() - 1.0;
                 match model.registry[slot].group {

@@ -59,7 +59,7 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, path) in descriptions() {
         let loaded = load_robot(&path).expect("readable");
-        let mut values = draw_errors(&loaded.model, 1.0, &mut generator(5));
+        let mut values = draw_errors(&loaded.model, 1.0, 0.0, &mut generator(5));
         let (base, tool) = (loaded.model.base, loaded.model.tool.1);
         values[base..base + 6].iter_mut().enumerate().for_each(|(k, value)| *value += 0.1 + 0.01 * k as f64);
         values[tool..].iter_mut().for_each(|value| *value += 0.003);

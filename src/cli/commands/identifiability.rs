@@ -5,9 +5,10 @@ use serde_json::Value;
 use crate::cli::args::{Identifiability, Reduction, Scale};
 use crate::cli::values::known_parameters;
 use crate::cli::{Failure, Output};
-use crate::estimation::observe;
+use crate::estimation::{What, observe};
 use crate::files::load_campaign;
 use crate::identifiability::{Criterion, Scaling};
+use crate::remark::Remark;
 use crate::report::identification::{identifiability_json, identifiability_text};
 
 pub fn run(command: &Identifiability) -> Result<Output, Failure> {
@@ -15,13 +16,29 @@ pub fn run(command: &Identifiability) -> Result<Output, Failure> {
     let loaded = load_campaign(&command.on.campaign, Some(&command.on.robot))?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let found =
-        observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion).map_err(Failure::computation)?;
+    let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)
+        .map_err(Failure::computation)?;
     let text = identifiability_text(model, &found.slots, &found.identifiability);
     let json = Value::Object(identifiability_json(model, &found.slots, &found.identifiability));
     let mut output = Output::new(text, json);
     output.remarks = loaded.remarks;
     Ok(output)
+}
+
+/// Which parameters, as asked for; `None` where nothing is asked.
+pub fn what(asked: &[String]) -> Result<Option<What>, Failure> {
+    let mut what = What { geometric: false, elastic: false };
+    for name in asked {
+        match name.as_str() {
+            "geometric" => what.geometric = true,
+            "elastic" => what.elastic = true,
+            other => {
+                let remark = Remark::error(format!("--what: unknown `{other}`"));
+                return Err(Failure::Input(vec![remark.suggest(other, ["geometric", "elastic"])]));
+            }
+        }
+    }
+    Ok((!asked.is_empty()).then_some(what))
 }
 
 /// Scaling and criterion as asked for.

@@ -6,33 +6,19 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::convert::{can_write, written};
-use super::identifiability::reduction;
-use crate::cli::args::{Identify, LossName, SchemeName, WeightsName};
+use super::identifiability::{reduction, what};
+use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
 use crate::cli::{Failure, Output};
 use crate::description::campaign::Campaign;
 use crate::estimation::least_squares::Loss;
-use crate::estimation::{CalibrationError, Scheme, Settings, Weights, calibrate, compare, split};
+use crate::estimation::{CalibrationError, Scheme, Settings, Split, Weights, calibrate, compare, split};
 use crate::files::load_campaign;
 use crate::model::with_values;
-use crate::remark::Remark;
 use crate::report::identification::{calibration_json, calibration_text, comparison_text};
 
 pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
-    for what in &command.what {
-        match what.as_str() {
-            "geometric" => {}
-            "elastic" => {
-                return Err(Failure::Computation(
-                    "--what elastic: stiffness is not identified by this version yet".into(),
-                ));
-            }
-            other => {
-                let remark = Remark::error(format!("--what: unknown `{other}`"));
-                return Err(Failure::Input(vec![remark.suggest(other, ["geometric", "elastic"])]));
-            }
-        }
-    }
+    let what = what(&command.what)?;
     if !(command.loss_scale.is_finite() && command.loss_scale > 0.0) {
         return Err(Failure::input(format!("--loss-scale `{}`", command.loss_scale), "give a number above 0"));
     }
@@ -47,6 +33,11 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let settings = Settings {
+        what,
+        split: match command.split {
+            SplitName::Prior => Split::Prior,
+            SplitName::MinimumNorm => Split::MinimumNorm,
+        },
         scheme: match command.scheme {
             SchemeName::Batch => Scheme::Batch,
             SchemeName::PoseByPose => Scheme::PoseByPose,

@@ -2,23 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
 use crate::cli::args::Pose;
-use crate::cli::values::joints;
+use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
+use crate::elastics::{Elastics, Response, Statics, equilibrium};
 use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
 use crate::report::table::{deg, mm, table};
 
 pub fn run(command: &Pose) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
-    if command.wrench.is_some() {
-        return Err(Failure::Computation(
-            "--wrench: deflection under load needs the elastic model, which this version does not have yet".into(),
-        ));
-    }
+    let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
     let configurations = match (&command.joints, &command.table) {
         (_, Some(path)) => configurations(&loaded, path)?,
         (Some(text), None) => vec![joints(&loaded.model, &loaded.raw.units, text)?],
@@ -33,12 +31,61 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
             Failure::Computation(format!("{which}{error}"))
         })?;
         text += &in_words(&geometry, &placements);
-        all.push(as_json(&geometry, &placements));
+        let mut json = as_json(&geometry, &placements);
+        if let Some(load) = &load {
+            let deflected = deflected(&geometry, &placements, load, command.equilibrium)?;
+            text += "\nunder the wrench and own weight\n";
+            text += &table(
+                &["point", "dx mm", "dy mm", "dz mm", "rx deg", "ry deg", "rz deg"],
+                deflected.iter().map(|(name, d)| {
+                    let mut row = vec![name.clone()];
+                    row.extend(d[..3].iter().map(|v| format!("{:.4}", mm(*v))));
+                    row.extend(d[3..].iter().map(|v| format!("{:.5}", deg(*v))));
+                    row
+                }),
+            );
+            json["deflection"] = json!(deflected.into_iter().collect::<BTreeMap<String, [f64; 6]>>());
+        }
+        all.push(json);
     }
     let json = if command.table.is_some() { json!({"poses": all}) } else { all.pop().unwrap_or(Value::Null) };
     let mut output = Output::new(text, json);
     output.remarks = loaded.remarks;
     Ok(output)
+}
+
+/// Displacement and rotation of the tool and every marker, each loaded by the wrench and own weight.
+fn deflected(
+    geometry: &Geometry,
+    placements: &Placements,
+    load: &[f64; 6],
+    at_equilibrium: bool,
+) -> Result<Vec<(String, [f64; 6])>, Failure> {
+    let model = geometry.model;
+    let elastics = Elastics::new(model, geometry.values(), &[]);
+    let (force, moment) = (Vector3::new(load[0], load[1], load[2]), Vector3::new(load[3], load[4], load[5]));
+    let mut statics = Statics::new(true);
+    elastics.prepare(placements, &mut statics).map_err(Failure::computation)?;
+    let tool = ("tool".to_string(), model.tool.0, geometry.tool().translation.vector);
+    let markers = model.markers.iter().enumerate();
+    let markers =
+        markers.map(|(m, marker)| (format!("marker {}", marker.name), marker.frame, geometry.marker(m).coords));
+    let mut all = Vec::new();
+    for (name, frame, local) in std::iter::once(tool).chain(markers) {
+        let vertex = model.structure.carrier(frame, &local);
+        let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
+        let (d, r) = if at_equilibrium {
+            let found = equilibrium(&elastics, placements, vertex, &point, (&force, &moment), true);
+            let found = found.map_err(Failure::computation)?;
+            (found.displacement, found.rotation)
+        } else {
+            let mut response = Response::new(&elastics, vertex);
+            response.evaluate(&elastics, &mut statics);
+            response.displacement(&point, &force, &moment, true)
+        };
+        all.push((name, [d.x, d.y, d.z, r.x, r.y, r.z]));
+    }
+    Ok(all)
 }
 
 /// Configurations of a CSV with one column a variable, in the description's units.

@@ -7,15 +7,14 @@ use serde_json::{Map, Value, json};
 
 use super::pose::configurations;
 use crate::cli::args::{ObservesName, Simulate};
-use crate::cli::values::known_parameters;
+use crate::cli::values::{known_parameters, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::campaign::{Campaign, Observes};
-use crate::description::units::{Angle, Length, Units};
+use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::Geometry;
-use crate::parameter::Kind;
 use crate::remark::Remark;
 use crate::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
@@ -26,7 +25,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
                 .into(),
         ));
     }
-    let finite = [command.noise, command.orientation_noise, command.errors];
+    let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
     if finite.iter().any(|v| !(0.0..=1e6).contains(v))
         || !(0.0..=1.0).contains(&command.share)
         || !(0.0..=0.9).contains(&command.check)
@@ -40,7 +39,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
     let model = &loaded.model;
     let mut random = generator(seed);
-    let mut values = draw_errors(model, command.errors, &mut random);
+    let mut values = draw_errors(model, command.errors, command.elastic_errors, &mut random);
     set_errors(&loaded, &command.set, &mut values)?;
     if command.unknown_base {
         for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
@@ -68,6 +67,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         ObservesName::Position => Observes::Position,
         ObservesName::Pose => Observes::Pose,
         ObservesName::Distance => Observes::Distance,
+        ObservesName::Deflection => Observes::Deflection,
     };
     if observes == Observes::Distance && model.anchors.is_empty() {
         return Err(Failure::input(
@@ -75,7 +75,19 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             "add `anchors: {name: [x, y, z]}` to the description",
         ));
     }
+    let wrenches = command
+        .wrench
+        .iter()
+        .map(|text| wrench(&loaded.raw.units, text))
+        .collect::<Result<Vec<[f64; 6]>, Failure>>()?;
+    if observes == Observes::Deflection && wrenches.is_empty() {
+        return Err(Failure::input(
+            "--observes deflection: nothing loads the robot",
+            "give --wrench FX,FY,FZ,MX,MY,MZ",
+        ));
+    }
     let plan = Plan {
+        wrenches,
         configurations,
         markers,
         repeats: command.repeats,
@@ -129,12 +141,13 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
         };
         known_parameters(model, [name.trim()])?;
         let Some(slot) = model.registry.slot(name.trim()) else { continue };
-        let units = &loaded.raw.units;
-        let factor =
-            if model.registry[slot].kind == Kind::Angle { units.angle.factor() } else { units.length.factor() };
+        let parameter = &model.registry[slot];
+        let factor = loaded.raw.units.of(parameter.shown_kind());
         match value.trim().parse::<f64>() {
             Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
-                values[slot] = model.registry[slot].nominal + value * factor
+                let changed = parameter.shown(parameter.nominal) + value * factor;
+                // Shown and held are each other's inverse, or the same.
+                values[slot] = parameter.shown(changed);
             }
             _ => {
                 return Err(Failure::input(
@@ -175,7 +188,13 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
             env!("CARGO_PKG_VERSION")
         )),
         robot: Some(robot),
-        units: Units { length: Length::Millimetre, angle: Angle::Degree, ..loaded.raw.units },
+        units: Units {
+            length: Length::Millimetre,
+            angle: Angle::Degree,
+            force: Force::Newton,
+            torque: Torque::NewtonMetre,
+            ..loaded.raw.units
+        },
         observes: Some(plan.observes),
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
@@ -217,6 +236,10 @@ fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
     header.extend(model.variables.iter().map(|variable| variable.name.clone()));
     header.extend(measured.iter().map(ToString::to_string));
     header.extend((campaign.observes == Observes::Distance).then(|| "anchor".to_string()));
+    let loaded_at_all = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    if loaded_at_all {
+        header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(String::from));
+    }
     header.push("set".into());
     let mut text = header.join(",") + "\n";
     for (index, reading) in campaign.readings.iter().enumerate() {
@@ -239,6 +262,9 @@ fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
         }));
         if campaign.observes == Observes::Distance {
             row.push(campaign.anchors.get_index(reading.anchor).map_or(String::new(), |(name, _)| name.clone()));
+        }
+        if loaded_at_all {
+            row.extend(reading.wrench.iter().map(|w| format!("{w}")));
         }
         row.push(if reading.check == Some(true) { "check" } else { "fit" }.into());
         text += &row.join(",");

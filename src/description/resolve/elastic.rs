@@ -87,6 +87,7 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
         if let Some(at) = &node.at {
             frame(complaints, &["nodes", name, "at"], at);
         }
+        complaints.vector(&["nodes", name, "point"], node.point, raw.units.length.factor());
     }
     beams(raw, frames, complaints);
     for (joint, springs) in &raw.joint_stiffness {
@@ -98,9 +99,24 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             complaints.error(&path, format!("frame `{joint}` is fixed, and has no joint to be stiff")).remedy =
                 Some("name a frame that moves, or lay a beam".into());
         }
+        if let Some(at) = &springs.at
+            && !raw.nodes.contains_key(at)
+            && !is_frame(at)
+        {
+            let nodes = raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
+            complaints.unknown(&["joint_stiffness", joint, "at"], "node", at, nodes);
+        }
         let entries = [("ka", &springs.ka), ("kr", &springs.kr), ("kar", &springs.kar), ("krr", &springs.krr)];
         for (key, value) in entries {
-            stiffness(complaints, &["joint_stiffness", joint, key], value.as_ref());
+            let driven = raw
+                .actuators
+                .values()
+                .any(|actuator| actuator.joint.as_deref() == Some(joint) && actuator.axial.is_some());
+            let held = raw.frames.get(joint).is_some_and(|frame| frame.passive) || driven;
+            let prismatic = raw.frames.get(joint).is_some_and(|frame| frame.joint == Some(JointKind::Prismatic));
+            let axis = if prismatic { "ka" } else { "kar" };
+            let also = if held && key == axis { Also::RigidOrFree } else { Also::Rigid };
+            stiffness(complaints, &["joint_stiffness", joint, key], value.as_ref(), also);
         }
     }
     if let Some(base) = &raw.base_stiffness {
@@ -113,11 +129,11 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             ("krz", &base.krz),
         ];
         for (key, value) in entries {
-            stiffness(complaints, &["base_stiffness", key], value.as_ref());
+            stiffness(complaints, &["base_stiffness", key], value.as_ref(), Also::Rigid);
         }
     }
     for (name, actuator) in &raw.actuators {
-        stiffness(complaints, &["actuators", name, "axial"], actuator.axial.as_ref());
+        stiffness(complaints, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
     }
     springs(raw, frames, complaints);
     effects(raw, frames, complaints);
@@ -136,6 +152,24 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
                 }
                 Some(_) => {}
             }
+        }
+        let body = |node: &Option<String>| {
+            let node = node.as_ref()?;
+            let body = raw.nodes.get(node).map_or(Some(node.clone()), |node| node.body.clone());
+            body.filter(|body| frames.contains(body))
+        };
+        let neighbours = |a: &str, b: &str| {
+            let frame = |name: &str| !raw.nodes.contains_key(name);
+            let carries = |a: &str, b: &str| raw.frames.get(b).is_some_and(|f| f.antecedent.as_deref() == Some(a));
+            frame(a) && frame(b) && (carries(a, b) || carries(b, a))
+        };
+        if let (Some(first), Some(second)) = (body(&beam.from), body(&beam.to))
+            && rigid_root(raw, &first) != rigid_root(raw, &second)
+            && !neighbours(&first, &second)
+        {
+            let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
+            complaints.error(&["beams", name], message).remedy =
+                Some("declare both nodes on the body that the beam is (`body:`, with `at:` for where)".into());
         }
         if beam.from.is_some() && beam.from == beam.to {
             complaints.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
@@ -171,6 +205,21 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
             complaints.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
         }
     }
+}
+
+/// The frame that moves a body: fixed frames belong to the body of their antecedent.
+fn rigid_root<'r>(raw: &'r RawRobot, frame: &'r str) -> &'r str {
+    let mut root = frame;
+    for _ in 0..raw.frames.len() {
+        match raw.frames.get(root) {
+            Some(own) if matches!(own.joint, None | Some(JointKind::Fixed)) => match &own.antecedent {
+                Some(antecedent) => root = antecedent,
+                None => break,
+            },
+            _ => break,
+        }
+    }
+    root
 }
 
 fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSection) {
@@ -224,8 +273,32 @@ fn positive(complaints: &mut Complaints, path: &[&str], key: &str, value: Option
     }
 }
 
-fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>) {
+/// What a stiffness may be beside a finite number above 0.
+#[derive(Clone, Copy, PartialEq)]
+enum Also {
+    /// Rigid.
+    Rigid,
+    /// Rigid, or free.
+    RigidOrFree,
+    /// Nothing.
+    Nothing,
+}
+
+fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>, also: Also) {
     let Some(given) = stiffness else { return };
+    let (value, inverse) = (given.value, given.compliance);
+    if given.value.is_some() != given.compliance.is_some() {
+        let free = value == Some(0.0) || inverse == Some(f64::INFINITY);
+        let rigid = inverse == Some(0.0) || value == Some(f64::INFINITY);
+        if free && also != Also::RigidOrFree {
+            let shown = value.or(inverse).unwrap_or_default();
+            complaints.error(path, format!("`{shown}` is no stiffness here: nothing would hold it")).remedy =
+                Some("give a number above 0; only a joint's axis that its loop or its screw holds may be free".into());
+        } else if rigid && also == Also::Nothing {
+            complaints.error(path, "a spring must give: its rate is a finite number above 0").remedy =
+                Some("leave the spring out, or give its rate".into());
+        }
+    }
     match (given.value, given.compliance) {
         (Some(value), None) | (None, Some(value)) if value >= 0.0 => {}
         (Some(value), None) | (None, Some(value)) => {
@@ -277,7 +350,7 @@ fn springs(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
         if spring.rate.is_none() {
             complaints.lacking(&["springs", name], "rate", format!("spring `{name}` lacks `rate`"));
         }
-        stiffness(complaints, &["springs", name, "rate"], spring.rate.as_ref());
+        stiffness(complaints, &["springs", name, "rate"], spring.rate.as_ref(), Also::Nothing);
         for (key, value) in [("free_length", spring.free_length), ("preload_length", spring.preload_length)] {
             positive(complaints, &["springs", name, key], key, value);
         }

@@ -2,13 +2,16 @@
 
 mod calibration;
 mod elastic;
+mod elastic_values;
 mod motion;
 mod tree;
 
 pub use elastic::EFFECTS;
+pub use elastic_values::power;
 
 use nalgebra::Vector3;
 
+use super::elastic::Elastic;
 use super::raw::{RawPlacement, RawRobot};
 use super::robot::{Marker, Placement, Robot, Tool};
 use super::units::Units;
@@ -218,6 +221,8 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     unique_owners(raw, &mut complaints);
     elastic::validate(raw, &names, &mut complaints);
     let calibration = calibration::resolve(raw, &tree, &mut complaints);
+    let failed = complaints.remarks.iter().any(Remark::is_error);
+    let elastic = if failed { Elastic::default() } else { elastic_values::resolve(raw, &tree) };
     let robot = Robot {
         name,
         variables: tree.variables,
@@ -229,9 +234,9 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         tool,
         markers,
         anchors,
+        elastic,
         calibration,
     };
-    let failed = complaints.remarks.iter().any(Remark::is_error);
     (if failed { None } else { Some(robot) }, complaints.remarks)
 }
 
@@ -244,7 +249,9 @@ fn placement(complaints: &mut Complaints, owner: &str, raw: &RawPlacement, units
 
 /// A parameter is named `<owner>.<symbol>`, so no two owners may share a name, whatever they are.
 fn unique_owners(raw: &RawRobot, complaints: &mut Complaints) {
-    let sections: [(&str, Vec<&String>); 4] = [
+    let sections: [(&str, Vec<&String>); 6] = [
+        ("materials", raw.materials.keys().collect()),
+        ("sections", raw.sections.keys().collect()),
         ("frames", raw.frames.keys().collect()),
         ("actuators", raw.actuators.keys().collect()),
         ("markers", raw.markers.keys().collect()),

@@ -1,0 +1,67 @@
+//! `stiffness`: what the structure gives at a point.
+
+use nalgebra::Vector3;
+
+use crate::cli::args::Stiffness;
+use crate::cli::values::{joints, wrench};
+use crate::cli::{Failure, Output};
+use crate::elastics::{Elastics, Response, Statics, at_point, equilibrium, shares, spatial};
+use crate::files::load_robot;
+use crate::kinematics::{Geometry, Placements};
+use crate::remark::Remark;
+use crate::report::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
+
+pub fn run(command: &Stiffness) -> Result<Output, Failure> {
+    let loaded = load_robot(&command.robot)?;
+    let model = &loaded.model;
+    let q = joints(model, &loaded.raw.units, &command.joints)?;
+    let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
+    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let mut placements = Placements::default();
+    geometry.place(&q, &mut placements).map_err(Failure::computation)?;
+    let (name, frame, local) = match command.at.as_deref() {
+        None => ("tool".to_string(), model.tool.0, geometry.tool().translation.vector),
+        Some(at) => match (model.frame(at), model.marker(at)) {
+            (Some(frame), _) => (at.to_string(), frame, Vector3::zeros()),
+            (_, Some(marker)) => (at.to_string(), model.markers[marker].frame, geometry.marker(marker).coords),
+            _ => {
+                let valid =
+                    model.frames.iter().map(|f| f.name.as_str()).chain(model.markers.iter().map(|m| m.name.as_str()));
+                let remark = Remark::error(format!("--at: no frame or marker is called `{at}`"));
+                return Err(Failure::Input(vec![remark.suggest(at, valid)]));
+            }
+        },
+    };
+    let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
+    if !elastics.gives_at_all() {
+        return Err(Failure::Computation(
+            "the description declares nothing elastic: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
+        ));
+    }
+    let vertex = model.structure.carrier(frame, &local);
+    let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
+    let mut statics = Statics::new(command.weight);
+    let mut response = Response::new(&elastics, vertex);
+    elastics.prepare(&placements, &mut statics).map_err(Failure::computation)?;
+    response.evaluate(&elastics, &mut statics);
+    let w = load.unwrap_or_default();
+    let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
+    let loaded_by = spatial(&point, &force, &moment);
+    let (displacement, rotation) = if command.equilibrium {
+        let found = equilibrium(&elastics, &placements, vertex, &point, (&force, &moment), command.weight);
+        let found = found.map_err(Failure::computation)?;
+        (found.displacement, found.rotation)
+    } else {
+        at_point(&response.twist(&loaded_by, command.weight), &point)
+    };
+    let found = Found {
+        at: name,
+        compliance: response.compliance_at(&point),
+        deflection: [displacement.x, displacement.y, displacement.z, rotation.x, rotation.y, rotation.z],
+        shares: shares(&elastics, &statics, &response, &loaded_by, command.weight),
+        is_loaded: load.is_some() || command.weight,
+    };
+    let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
+    output.remarks = loaded.remarks;
+    Ok(output)
+}

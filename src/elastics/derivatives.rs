@@ -1,0 +1,375 @@
+//! Derivatives of the deflection by elastic parameters, by the adjoint: internal forces of unit loads at the output
+//! against those of the load.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+use num_dual::Dual64;
+
+use super::elements::beam::{self, Inverse};
+use super::elements::screw;
+use super::response::Response;
+use super::spatial;
+use super::statics::{ClosingKind, Elastics, Statics, section_state};
+use crate::kinematics::Placements;
+use crate::model::{Element, Law, Rigidity};
+use crate::parameter::Slot;
+
+/// Where a parameter enters.
+#[derive(Debug, Clone)]
+enum Part {
+    /// Compliance of directions of a tree element.
+    Tree { vertex: usize, direction: usize, through: Through },
+    /// The same of a closure.
+    Closing { closing: usize, direction: usize, through: Through },
+    /// Stiffness of a released direction of the tree, by index.
+    Release(usize),
+    /// Stiffness of a released direction of a closure.
+    Soft { closing: usize, direction: usize },
+    /// A beam of the tree (by vertex) or a closure, and how its inverse rigidities and mass per length change.
+    Beam { vertex: Option<usize>, closing: Option<usize>, index: usize, inverse: Inverse, mass: f64 },
+    /// A spring's rate, free length or anchor coordinate.
+    Spring { closing: usize, which: usize },
+    /// A mass, or a coordinate of its centre.
+    Mass { mass: usize, which: usize },
+}
+
+/// By what a compliance grows per unit of the parameter.
+#[derive(Debug, Clone, Copy)]
+enum Through {
+    One,
+    /// 1 / lever^2 of an actuator.
+    InverseLever(usize),
+    /// lever^2 of an actuator.
+    Lever(usize),
+}
+
+impl Through {
+    fn factor(self, elastics: &Elastics, placements: &Placements) -> f64 {
+        let lever = |actuator| screw::lever(elastics.model, elastics.values(), actuator, &placements.joints).powi(2);
+        match self {
+            Self::One => 1.0,
+            Self::InverseLever(actuator) => 1.0 / lever(actuator),
+            Self::Lever(actuator) => lever(actuator),
+        }
+    }
+}
+
+/// Plan of the derivatives of deflections by elastic parameters; made once, evaluated for every reading.
+#[derive(Debug, Clone)]
+pub struct ElasticColumns {
+    parts: Vec<(usize, Part)>,
+    /// Number of columns.
+    pub columns: usize,
+}
+
+impl ElasticColumns {
+    /// Columns by `slots`; what does not give or load gets zeros. The elastics must have been made for these slots.
+    pub fn new(elastics: &Elastics, slots: &[Slot]) -> Self {
+        let structure = &elastics.model.structure;
+        let mut parts = Vec::new();
+        let column = |slot: Slot| slots.iter().position(|s| *s == slot);
+        let mut add = |slot: Slot, part: Part| {
+            if let Some(column) = column(slot) {
+                parts.push((column, part));
+            }
+        };
+        for &vertex in &elastics.active {
+            match &structure.tree[vertex].element {
+                Element::Lumped(lumped) => {
+                    for (direction, law) in lumped.laws.iter().enumerate() {
+                        let tree = |through| Part::Tree { vertex, direction, through };
+                        match *law {
+                            Law::Compliance(slot) => add(slot, tree(Through::One)),
+                            Law::Driven { own, axial, actuator } => {
+                                add(own, tree(Through::One));
+                                add(axial, tree(Through::InverseLever(actuator)));
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+                Element::Beam(of) => {
+                    for (slot, inverse, mass) in beam_derivatives(elastics, &of.rigidity, slots) {
+                        add(slot, Part::Beam { vertex: Some(vertex), closing: None, index: vertex, inverse, mass });
+                    }
+                }
+                Element::Screw(_) => {}
+            }
+        }
+        for (closing, of) in elastics.closings.iter().enumerate() {
+            match of.kind {
+                ClosingKind::Element(which) => match &structure.closures[which].element {
+                    Element::Lumped(lumped) => {
+                        for (direction, law) in lumped.laws.iter().enumerate() {
+                            let through = |through| Part::Closing { closing, direction, through };
+                            match *law {
+                                Law::Compliance(slot) => add(slot, through(Through::One)),
+                                Law::Driven { own, axial, actuator } => {
+                                    add(own, through(Through::One));
+                                    add(axial, through(Through::InverseLever(actuator)));
+                                }
+                                Law::Released(Some(slot)) => add(slot, Part::Soft { closing, direction }),
+                                _ => {}
+                            }
+                        }
+                    }
+                    Element::Screw(of) => {
+                        add(of.axial, Part::Closing { closing, direction: 0, through: Through::One });
+                        add(of.own, Part::Closing { closing, direction: 0, through: Through::Lever(of.actuator) });
+                    }
+                    Element::Beam(of) => {
+                        let index = structure.tree.len() + which;
+                        for (slot, inverse, mass) in beam_derivatives(elastics, &of.rigidity, slots) {
+                            add(slot, Part::Beam { vertex: None, closing: Some(closing), index, inverse, mass });
+                        }
+                    }
+                },
+                ClosingKind::Spring(spring) => {
+                    for (which, &slot) in structure.springs[spring].slots.iter().enumerate() {
+                        add(slot, Part::Spring { closing, which });
+                    }
+                }
+            }
+        }
+        for (index, release) in elastics.releases.iter().enumerate() {
+            if let Some(slot) = release.slot {
+                add(slot, Part::Release(index));
+            }
+        }
+        for (mass, of) in structure.masses.iter().enumerate() {
+            (0..4).for_each(|which| add(of.slot + which, Part::Mass { mass, which }));
+        }
+        Self { parts, columns: slots.len() }
+    }
+
+    /// Derivatives of the spatial twist of the response's vertex under a spatial wrench on it (and own weight, if
+    /// asked), by each slot's SI value.
+    #[allow(clippy::too_many_arguments)] // the whole state of one reading
+    pub fn evaluate(
+        &self,
+        elastics: &Elastics,
+        placements: &Placements,
+        statics: &Statics,
+        response: &Response,
+        wrench: &Vector6<f64>,
+        weight: bool,
+        out: &mut [Vector6<f64>],
+    ) {
+        out.fill(Vector6::zeros());
+        let weight = weight && statics.weight.active;
+        for (column, part) in &self.parts {
+            out[*column] += self.part(elastics, placements, statics, response, wrench, weight, part);
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn part(
+        &self,
+        elastics: &Elastics,
+        placements: &Placements,
+        statics: &Statics,
+        response: &Response,
+        wrench: &Vector6<f64>,
+        weight: bool,
+        part: &Part,
+    ) -> Vector6<f64> {
+        let structure = &elastics.model.structure;
+        let carried = |vertex: usize| {
+            let force = response.forces[vertex] * wrench;
+            if weight { force + statics.weight.forces[vertex] } else { force }
+        };
+        match *part {
+            Part::Tree { vertex, direction, through } => {
+                let force = response.forces[vertex].row(direction).dot(&wrench.transpose())
+                    + if weight { statics.weight.forces[vertex][direction] } else { 0.0 };
+                response.forces[vertex].row(direction).transpose() * (through.factor(elastics, placements) * force)
+            }
+            Part::Closing { closing, direction, through } => {
+                let Some((virtual_forces, force)) =
+                    closing_force(elastics, statics, response, wrench, weight, closing, direction)
+                else {
+                    return Vector6::zeros();
+                };
+                virtual_forces * (through.factor(elastics, placements) * force)
+            }
+            Part::Release(index) => {
+                let release = &elastics.releases[index];
+                let turns = response.strains[release.vertex].row(release.direction).transpose();
+                let turn = turns.dot(wrench)
+                    + if weight { statics.weight.strains[release.vertex][release.direction] } else { 0.0 };
+                turns * -turn
+            }
+            Part::Soft { closing, direction } => {
+                let (gaps, gap) = gaps(elastics, statics, response, wrench, weight, closing);
+                gaps.row(direction).transpose() * -gap[direction]
+            }
+            Part::Beam { vertex, closing, index, inverse, mass } => {
+                let length = statics.lengths[index];
+                let change = beam::flexibility(inverse, length);
+                let edge = match (vertex, closing) {
+                    (Some(vertex), _) => &structure.tree[vertex],
+                    (_, Some(closing)) => match elastics.closings[closing].kind {
+                        ClosingKind::Element(which) => &structure.closures[which],
+                        ClosingKind::Spring(_) => return Vector6::zeros(),
+                    },
+                    _ => return Vector6::zeros(),
+                };
+                let (virtual_forces, forces, local, sign) = match (vertex, closing) {
+                    (Some(vertex), _) => (response.forces[vertex], carried(vertex), statics.local[vertex], 1.0),
+                    (_, Some(closing)) => {
+                        let (all, force) = closing_forces(elastics, statics, response, wrench, weight, closing);
+                        (all, force, statics.closings[closing].local, -1.0)
+                    }
+                    _ => return Vector6::zeros(),
+                };
+                let mut found = virtual_forces.tr_mul(&change.apply(&forces));
+                let own = elastics.beams[index].map_or(0.0, |beam| beam.mass);
+                if weight && (own != 0.0 || mass != 0.0) {
+                    let gravity = local.fixed_view::<3, 3>(0, 0) * structure.gravity;
+                    let state = elastics.beams[index].map_or([0.0; 6], |beam| beam.inverse);
+                    let bend = beam::under_own_load(inverse, length, &(gravity * own))
+                        + beam::under_own_load(state, length, &(gravity * mass));
+                    found += virtual_forces.tr_mul(&bend) * sign;
+                    let [a, b] = edge.ends.map(|end| statics.points[end]);
+                    let load = spatial(&(0.5 * (a + b)), &(structure.gravity * mass * length), &Vector3::zeros());
+                    found += virtual_work(elastics, statics, response, edge.ends[0], &load);
+                }
+                found
+            }
+            Part::Spring { closing, which } => {
+                let Some(spring) = statics.closings[closing].spring else { return Vector6::zeros() };
+                let ClosingKind::Spring(index) = elastics.closings[closing].kind else { return Vector6::zeros() };
+                let (gaps, gap) = gaps(elastics, statics, response, wrench, weight, closing);
+                let (stiffness, load) = match which {
+                    0 | 1 => spring.by_rate_and_length()[which],
+                    _ => {
+                        let anchor = (which - 2) / 3;
+                        let frame = structure.springs[index].spring.bodies[anchor];
+                        let axis = placements.frames[frame].rotation.matrix().column((which - 2) % 3).into_owned();
+                        let held = structure.springs[index].spring.free_length.is_some();
+                        spring.by_anchor(anchor, &axis, held)
+                    }
+                };
+                let mut found = gaps.tr_mul(&(stiffness * gap)) * -1.0;
+                if weight {
+                    found += gaps.tr_mul(&load);
+                }
+                found
+            }
+            Part::Mass { mass, which } => {
+                if !weight {
+                    return Vector6::zeros();
+                }
+                let of = &structure.masses[mass];
+                let v = &elastics.values[of.slot..of.slot + 4];
+                let frame = &placements.frames[of.frame];
+                let load = if which == 0 {
+                    let at = (frame * nalgebra::Point3::new(v[1], v[2], v[3])).coords;
+                    spatial(&at, &structure.gravity, &Vector3::zeros())
+                } else {
+                    let axis = frame.rotation.matrix().column(which - 1).into_owned();
+                    spatial(&Vector3::zeros(), &Vector3::zeros(), &axis.cross(&(structure.gravity * v[0])))
+                };
+                virtual_work(elastics, statics, response, of.vertex, &load)
+            }
+        }
+    }
+}
+
+/// Work of a load on a vertex along its motions under the six unit wrenches of the response.
+fn virtual_work(
+    elastics: &Elastics,
+    statics: &Statics,
+    response: &Response,
+    vertex: usize,
+    load: &Vector6<f64>,
+) -> Vector6<f64> {
+    let active = elastics.model.structure.path(vertex).filter(|v| elastics.active.binary_search(v).is_ok());
+    active.map(|v| response.strains[v].tr_mul(&(statics.local[v] * load))).sum()
+}
+
+/// Motion of a closure's second end against its first, by the six unit wrenches and under the load.
+fn gaps(
+    elastics: &Elastics,
+    statics: &Statics,
+    response: &Response,
+    wrench: &Vector6<f64>,
+    weight: bool,
+    closing: usize,
+) -> (Matrix6<f64>, Vector6<f64>) {
+    let state = &statics.closings[closing];
+    let (mut by_unit, mut own) = (Matrix6::zeros(), Vector6::zeros());
+    for ((vertex, _), forces) in elastics.closings[closing].cycle.iter().zip(&state.forces) {
+        by_unit += forces.tr_mul(&response.strains[*vertex]);
+        if weight {
+            own += forces.tr_mul(&statics.weight.strains[*vertex]);
+        }
+    }
+    (by_unit, by_unit * wrench + own)
+}
+
+/// Forces of a closure by the six unit wrenches (a row for each direction), and under the load.
+fn closing_forces(
+    elastics: &Elastics,
+    statics: &Statics,
+    response: &Response,
+    wrench: &Vector6<f64>,
+    weight: bool,
+    closing: usize,
+) -> (Matrix6<f64>, Vector6<f64>) {
+    let of = &elastics.closings[closing];
+    let (mut all, mut own) = (Matrix6::zeros(), Vector6::zeros());
+    for (k, &direction) in of.directions.iter().enumerate() {
+        for load in 0..6 {
+            all[(direction, load)] = response.unknowns[(of.first + k) * 6 + load];
+        }
+        if weight {
+            own[direction] = statics.weight.unknowns[of.first + k];
+        }
+    }
+    (all, all * wrench + own)
+}
+
+fn closing_force(
+    elastics: &Elastics,
+    statics: &Statics,
+    response: &Response,
+    wrench: &Vector6<f64>,
+    weight: bool,
+    closing: usize,
+    direction: usize,
+) -> Option<(Vector6<f64>, f64)> {
+    let of = &elastics.closings[closing];
+    let unknown = of.first + of.directions.iter().position(|d| *d == direction)?;
+    let by_unit = Vector6::from_row_slice(&response.unknowns[unknown * 6..unknown * 6 + 6]);
+    let own = if weight { statics.weight.unknowns[unknown] } else { 0.0 };
+    Some((by_unit, by_unit.dot(wrench) + own))
+}
+
+/// How a beam's inverse rigidities and mass per length change with each of its slots that is asked for.
+fn beam_derivatives(elastics: &Elastics, rigidity: &Rigidity, slots: &[Slot]) -> Vec<(Slot, Inverse, f64)> {
+    let own: Vec<Slot> = match rigidity {
+        Rigidity::Inverse(slots) => slots.to_vec(),
+        Rigidity::Section { sections, material, .. } => {
+            let structure = &elastics.model.structure;
+            let material = &structure.materials[*material];
+            let mut own = vec![material.young, material.shear, material.density];
+            for &section in sections {
+                own.extend(structure.sections[section].slots.iter().map(|(_, slot)| *slot));
+            }
+            own.sort_unstable();
+            own.dedup();
+            own
+        }
+    };
+    own.into_iter()
+        .filter(|slot| slots.contains(slot))
+        .map(|slot| {
+            let value = |s: Slot| {
+                let at = Dual64::from(elastics.values[s]);
+                if s == slot { at.derivative() } else { at }
+            };
+            let (inverse, mass) = section_state(elastics.model, rigidity, &value);
+            (slot, inverse.map(|r| r.eps), mass.eps)
+        })
+        .collect()
+}
