@@ -7,6 +7,8 @@
 
 pub mod cli;
 pub mod description;
+pub mod diagnosis;
+pub mod effects;
 pub mod elastics;
 pub mod estimation;
 pub mod files;

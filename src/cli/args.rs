@@ -58,6 +58,8 @@ pub enum Command {
     Identifiability(Identifiability),
     /// Calibrate a robot on a campaign and judge it on poses the fit did not see.
     Identify(Identify),
+    /// Where the sim-to-real gap lies, which effect causes it, how far it shrinks on readings not seen.
+    Diagnose(Diagnose),
     /// Compare a description with measurements, fitting nothing.
     Residuals(OnCampaign),
     /// Make a campaign from a description with drawn or given errors.
@@ -245,6 +247,19 @@ pub struct Identify {
     /// Ordinary and weighted least squares side by side.
     #[arg(long)]
     pub compare: bool,
+}
+
+/// `diagnose`
+#[derive(Debug, Args)]
+pub struct Diagnose {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the description as diagnosed: calibrated, effects switched on.
+    #[arg(long, value_name = "FILE")]
+    pub apply: Option<PathBuf>,
 }
 
 /// Rules of splitting.

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::elastic::Elastic;
-use super::raw::{JointKind, LoopKind, Meet};
+use super::raw::{JointKind, LoopKind, Meet, RawEffect};
 
 /// Index of a frame in [`Robot::frames`]; 0 is the base.
 pub type FrameIndex = usize;
@@ -34,6 +34,8 @@ pub struct Robot {
     pub anchors: IndexMap<String, Vector3<f64>>,
     /// What gives under load, and what loads it.
     pub elastic: Elastic,
+    /// Effects that have been switched on.
+    pub effects: Vec<RawEffect>,
     /// What calibration may change.
     pub calibration: Calibration,
 }

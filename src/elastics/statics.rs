@@ -199,6 +199,11 @@ impl<'m> Elastics<'m> {
         elastics
     }
 
+    /// Mass per length (kg/m) of a beam, by vertex, then by closure.
+    pub fn mass_per_length(&self, index: usize) -> Option<f64> {
+        self.beams.get(index).copied().flatten().map(|beam| beam.mass)
+    }
+
     /// Values by slot.
     pub fn values(&self) -> &[f64] {
         &self.values

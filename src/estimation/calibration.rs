@@ -76,8 +76,14 @@ pub fn calibrate(
     let (registration, _) = figures(&start)?;
 
     let what = settings.what.unwrap_or_else(|| What::usual(campaign));
-    let predictor = Predictor::new(model, &fit, candidates(model, &fit, what)?)?;
-    scale_springs(&predictor, &sigmas, &mut start)?;
+    let slots = match &settings.only {
+        Some(only) => arrangement_first(model, &fit, only),
+        None => candidates(model, &fit, what)?,
+    };
+    let predictor = Predictor::new(model, &fit, slots)?;
+    if settings.only.is_none() {
+        scale_springs(&predictor, &sigmas, &mut start)?;
+    }
     let Observation { slots, identifiability } =
         reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
     let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
@@ -176,6 +182,12 @@ pub fn calibrate(
         converged: outcome.converged,
         residual,
     })
+}
+
+fn arrangement_first(model: &Model, fit: &Campaign, only: &[Slot]) -> Vec<Slot> {
+    let mut slots = arrangement(model, fit);
+    slots.extend(only.iter().filter(|slot| !slots.contains(slot)).copied().collect::<Vec<_>>());
+    slots
 }
 
 /// Orders of magnitude tried on either side of the description's springs.

@@ -4,6 +4,7 @@ use super::equivalence::Split;
 use super::least_squares::Loss;
 use crate::description::campaign::{Campaign, Observes};
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+use crate::parameter::Slot;
 
 /// How the fit proceeds. All schemes end at the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +50,8 @@ impl What {
 pub struct Settings {
     /// Which parameters are estimated; what the readings are made for where `None`.
     pub what: Option<What>,
+    /// Exactly these parameters beside base and tool, whatever [`Settings::what`] and the description say.
+    pub only: Option<Vec<Slot>>,
     /// How springs that act as one are split back.
     pub split: Split,
     /// Scheme of the fit.
@@ -73,6 +76,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             what: None,
+            only: None,
             split: Split::default(),
             scheme: Scheme::Batch,
             weights: Weights::Stated,

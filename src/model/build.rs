@@ -125,6 +125,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         markers,
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
+        effects: robot.effects.clone(),
         registry,
     };
     model.stages = stages(&model, robot)?;

@@ -18,7 +18,7 @@ pub use structure::{
     SpringElement, Structure, Vertex, VertexIndex, screw_pins,
 };
 
-use crate::description::raw::JointKind;
+use crate::description::raw::{JointKind, RawEffect};
 use crate::description::robot::{FrameIndex, Motion, Variable};
 use crate::parameter::{Group, Registry, Slot};
 use indexmap::IndexMap;
@@ -49,6 +49,8 @@ pub struct Model {
     pub anchors: IndexMap<String, Vector3<f64>>,
     /// What gives under load, and what loads it.
     pub structure: Structure,
+    /// Effects that have been switched on: name, site, parameters in SI.
+    pub effects: Vec<RawEffect>,
     /// All parameters.
     pub registry: Registry,
 }

@@ -174,6 +174,15 @@ impl<'m> Deflections<'m> {
         Deflected { displacement: displacement + turn.cross(moved), rotation }
     }
 
+    /// Displacement of a reading's point (m, base frame) by the applied wrench alone, base axes.
+    pub fn by_wrench(&self, work: &Work, reading: &Reading, point: &Point3<f64>) -> Vector3<f64> {
+        if !self.active {
+            return Vector3::zeros();
+        }
+        let response = &work.responses[self.port(reading)];
+        at_point(&response.twist(&Self::wrench(reading, &point.coords), false), &point.coords).0
+    }
+
     /// Derivatives of a reading's deflection: column among the asked slots, and change.
     pub fn derivatives<'w>(
         &self,

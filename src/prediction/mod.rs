@@ -2,8 +2,12 @@
 
 mod columns;
 mod deflection;
+mod effects;
+mod terms;
 
 pub use deflection::{Deflected, Deflections};
+pub use effects::effect_columns;
+pub use terms::{Term, TermWork, Terms, declared, survey};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
@@ -112,6 +116,16 @@ impl<'a> Predictor<'a> {
     /// # Errors
     /// The first configuration (in the order of rows) that cannot be assembled.
     pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
+        let (switched_on, amounts, shifts) = declared(self.model);
+        let shifted: Vec<f64>;
+        let values = if shifts.is_empty() {
+            values
+        } else {
+            let mut with = values.to_vec();
+            shifts.iter().for_each(|&(slot, amount)| with[slot] += amount);
+            shifted = with;
+            &shifted
+        };
         let geometry = Geometry::new(self.model, values)?;
         let components = self.campaign.components();
         let width = if derivatives { self.slots.len() } else { 0 };
@@ -121,6 +135,8 @@ impl<'a> Predictor<'a> {
         let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
         let deflections = Deflections::new(self.model, values, self.campaign, slots);
         let columns = Columns::new(&geometry, &pattern, self.campaign, slots, deflections.is_active());
+
+        let terms = Terms::new(&geometry, &pattern, self.campaign, switched_on);
 
         // Each task writes its own rows, so that the number of threads changes nothing.
         let mut tasks = Vec::new();
@@ -137,6 +153,7 @@ impl<'a> Predictor<'a> {
             .map(|(blocks, residual, jacobian)| {
                 let mut work = Workspace { placements: Placements::default(), rates: pattern.clone() };
                 let mut loaded = deflections.work();
+                let mut added = terms.work();
                 let mut work_columns = columns.buffers();
                 let mut row = 0;
                 for block in blocks {
@@ -146,6 +163,9 @@ impl<'a> Predictor<'a> {
                     deflections
                         .place(&work.placements, &mut loaded)
                         .map_err(|source| mechanism(self.campaign, block.start, source))?;
+                    if terms.columns > 0 {
+                        terms.place(&geometry, q, &work.placements, &mut work.rates, &mut added);
+                    }
                     if derivatives {
                         columns.evaluate(&geometry, q, &work.placements, &mut work.rates, &mut work_columns);
                         if deflections.is_active() {
@@ -156,7 +176,22 @@ impl<'a> Predictor<'a> {
                         let reading = &self.campaign.readings[index];
                         let point = rest(&geometry, &work.placements, reading);
                         let deflected = deflections.of(&loaded, reading, &point);
-                        let predicted = predict(&geometry, self.campaign, &work.placements, reading, &deflected);
+                        let mut predicted = predict(&geometry, self.campaign, &work.placements, reading, &deflected);
+                        if terms.columns > 0 {
+                            let applied = deflections.by_wrench(&loaded, reading, &point);
+                            let (work, campaign) = (&work, self.campaign);
+                            terms.evaluate(
+                                &geometry,
+                                campaign,
+                                index,
+                                reading,
+                                &work.placements,
+                                &work.rates,
+                                &applied,
+                                &mut added,
+                            );
+                            predicted.add(campaign, reading, &added.columns, &amounts);
+                        }
                         if !predicted.position.coords.norm().is_finite() {
                             return Err(PredictionError::TooGreat {
                                 row: reading.row,
@@ -263,6 +298,22 @@ fn measured_point(geometry: &Geometry, reading: &Reading) -> (usize, Point3<f64>
 }
 
 impl Predicted {
+    /// Adds amounts of displacements and rotations (measurement frame).
+    fn add(&mut self, campaign: &Campaign, reading: &Reading, columns: &[[f64; 6]], amounts: &[f64]) {
+        let mut sum = [0.0; 6];
+        for (column, amount) in columns.iter().zip(amounts) {
+            (0..6).for_each(|k| sum[k] += column[k] * amount);
+        }
+        self.position += Vector3::new(sum[0], sum[1], sum[2]);
+        self.rotation = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5])) * self.rotation;
+        if let Some((_, anchor)) = campaign.anchors.get_index(reading.anchor)
+            && campaign.observes == Observes::Distance
+        {
+            let arm = self.position.coords - anchor;
+            self.distance = (arm.norm(), arm / arm.norm().max(f64::MIN_POSITIVE));
+        }
+    }
+
     /// Measured minus predicted.
     fn residual(&self, campaign: &Campaign, reading: &Reading, out: &mut [f64]) {
         let measured = &reading.measured;

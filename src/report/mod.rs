@@ -1,5 +1,6 @@
 //! What is shown to the user, as text and JSON; computes nothing new.
 
+pub mod diagnosis;
 pub mod identification;
 pub mod remarks;
 pub mod robot;

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod completions;
 pub mod convert;
+pub mod diagnose;
 pub mod identifiability;
 pub mod identify;
 pub mod pose;

@@ -235,6 +235,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         markers,
         anchors,
         elastic,
+        effects: raw.effects.clone(),
         calibration,
     };
     (if failed { None } else { Some(robot) }, complaints.remarks)

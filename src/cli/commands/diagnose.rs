@@ -1,0 +1,50 @@
+//! `diagnose`: where the gap lies, which effect causes it, how far it shrinks.
+
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::convert::{can_write, written};
+use crate::cli::args::Diagnose;
+use crate::cli::{Failure, Output};
+use crate::diagnosis::{Settings, diagnose};
+use crate::files::load_campaign;
+use crate::model::with_values;
+use crate::report::diagnosis::{diagnosis_json, diagnosis_text};
+
+pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
+    if let Some(path) = &command.apply {
+        can_write(path)?;
+    }
+    let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
+    let model = &loaded.robot.model;
+    let campaign = &loaded.campaign;
+    let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+        bar.set_style(style);
+    }
+    let started = Instant::now();
+    let found = diagnose(model, campaign, &aside, &Settings::new(campaign, seed), &mut |doing| {
+        bar.set_message(doing.to_string());
+        bar.tick();
+    })
+    .map_err(Failure::computation)?;
+    bar.finish_and_clear();
+    let seconds = started.elapsed().as_secs_f64();
+    let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
+    output.remarks = loaded.remarks;
+    if let Some(path) = &command.apply {
+        let mut raw = with_values(&loaded.robot.raw, model, &found.values);
+        for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
+            raw.effects.push(cause.entry.clone());
+            raw.effects.extend(cause.further.iter().cloned());
+        }
+        let (text, remarks) = written(&raw, path)?;
+        output.remarks.extend(remarks);
+        output.text += &format!("\ndescription as diagnosed: {}\n", path.display());
+        output.files.push((path.clone(), text));
+    }
+    Ok(output)
+}

@@ -1,0 +1,18 @@
+//! Diagnosis of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks.
+//!
+//! What could be calibrated away is projected out first. All effects at all their sites then compete with linear columns
+//! on what is left; each figure reported is of readings that the fit did not see. What nothing explains is said so.
+
+mod algebra;
+mod evidence;
+mod figures;
+mod location;
+mod next;
+mod report;
+mod search;
+mod verdict;
+
+pub use evidence::{Evidence, Hypothesis};
+pub use location::{Condition, Location, SiteShare};
+pub use report::{Cause, CauseParameter, Diagnosis, Gap, NextPose, Rejected, Shrinkage, Verdict};
+pub use verdict::{Settings, diagnose, nuisance};

@@ -1,0 +1,34 @@
+//! `actuator-compliance`: axial spring of a ball screw, so that the joint's stiffness changes with the pose.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct ActuatorCompliance;
+
+impl Effect for ActuatorCompliance {
+    fn name(&self) -> &'static str {
+        "actuator-compliance"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Actuator
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint in proportion to its load over the squared lever of its screw: largest where the lever is short"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "identify the axial stiffness; preload or replace nut and bearing"
+    }
+
+    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+        named(model, [format!("{}.axial", model.actuators[site.actuator].name)])
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

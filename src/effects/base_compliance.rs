@@ -1,0 +1,34 @@
+//! `base-compliance`: the pedestal rocks or yields under load.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct BaseCompliance;
+
+impl Effect for BaseCompliance {
+    fn name(&self) -> &'static str {
+        "base-compliance"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Base
+    }
+
+    fn signature(&self) -> &'static str {
+        "under load the whole robot tilts about its foot, most at long reach, whatever the posture of the arm"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "tighten or stiffen the pedestal; measure it with an indicator under load"
+    }
+
+    fn constants(&self, model: &Model, _site: &Site, _form: &Form) -> Vec<Slot> {
+        named(model, ["krx", "kry", "krz", "kz"].map(|symbol| format!("base.{symbol}")))
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

@@ -1,0 +1,35 @@
+//! `bearing-compliance`: tilt and radial compliance across a joint's axis.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct BearingCompliance;
+
+impl Effect for BearingCompliance {
+    fn name(&self) -> &'static str {
+        "bearing-compliance"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "under load the parts after one joint tilt across its axis"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "inspect and preload the bearing; identify kr and krr"
+    }
+
+    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+        let joint = &model.frames[site.frame].name;
+        named(model, ["krr", "kr"].map(|symbol| format!("joint{joint}.{symbol}")))
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

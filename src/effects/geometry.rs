@@ -1,0 +1,37 @@
+//! `geometry`: constant Khalil-Kleinfinger parameters of a frame off nominal.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct Geometry;
+
+impl Effect for Geometry {
+    fn name(&self) -> &'static str {
+        "geometry"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Frame
+    }
+
+    fn signature(&self) -> &'static str {
+        "grows with reach and turns with the joints before the frame; the same loaded and unloaded, warm and cold"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "calibrate the geometry (list `geometry` under `calibrate:`) and load the calibrated values"
+    }
+
+    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+        let own = model.frames[site.frame].slots;
+        let offset = model.frames[site.frame].moving_slot();
+        let moves = model.frames[site.frame].moves();
+        model.free_slots().into_iter().filter(|slot| own.contains(slot) && !(moves && *slot == offset)).collect()
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

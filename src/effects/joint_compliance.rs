@@ -1,0 +1,36 @@
+//! `joint-compliance`: torsional spring about a joint's axis.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct JointCompliance;
+
+impl Effect for JointCompliance {
+    fn name(&self) -> &'static str {
+        "joint-compliance"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint in proportion to the load on it"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "identify the stiffness (`identify --what elastic`) and compensate; inspect the gear"
+    }
+
+    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+        let frame = &model.frames[site.frame];
+        let symbol = if frame.joint == crate::description::raw::JointKind::Prismatic { "ka" } else { "kar" };
+        named(model, [format!("joint{}.{symbol}", frame.name)])
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

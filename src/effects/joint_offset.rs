@@ -1,0 +1,38 @@
+//! `joint-offset`: the encoder zero of a joint.
+
+use super::{Effect, EffectParameter, Form, Site, SiteKind, of_slots};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// See the module.
+pub struct JointOffset;
+
+impl Effect for JointOffset {
+    fn name(&self) -> &'static str {
+        "joint-offset"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "a constant angle of one joint, in all readings alike"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "re-master the joint, or add the offset to the controller"
+    }
+
+    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+        let frame = &model.frames[site.frame];
+        match model.actuators.iter().find(|actuator| actuator.joint == site.frame) {
+            Some(actuator) => vec![actuator.slot],
+            None => vec![frame.moving_slot()],
+        }
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
+    }
+}

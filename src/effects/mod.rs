@@ -1,0 +1,212 @@
+//! What a description leaves out: the catalogue of effects, one file each.
+//!
+//! An effect says where it can sit, which parameters it has, and what one unit of each changes in a reading: a joint
+//! moves, a constant of the model changes, the measured point is displaced. Everything else - prediction, derivatives,
+//! competition, simulation - follows from that. To first order in its parameters an effect of millimetres is exact to a
+//! micrometre; what is not linear in an effect (an order, a torque scale, a time) is its *form*, of which it offers
+//! several.
+//!
+//! An effect of one's own implements [`Effect`] and is handed to `diagnosis::diagnose` beside [`catalogue`]; see
+//! `examples/own_effect.rs`.
+
+mod actuator_compliance;
+mod backlash;
+mod base_compliance;
+mod bearing_compliance;
+mod frame_drift;
+mod gear_ratio;
+mod geometry;
+mod gravity_compensator;
+mod instrument_scale;
+mod joint_compliance;
+mod joint_coupling;
+mod joint_offset;
+mod joint_stiffening;
+mod link_compliance;
+mod link_weight;
+mod outliers;
+mod payload;
+mod site;
+mod thermal_expansion;
+mod transmission_error;
+
+pub use site::{Site, SiteKind, sites_of};
+
+use nalgebra::Vector3;
+
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// What one unit of a parameter changes in a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// A joint (by its variable) stands elsewhere than commanded, rad or m of the joint. Where a reading is the
+    /// difference of two at one pose, it cancels.
+    Joint(usize, f64),
+    /// A joint gives way under load, rad or m: only what the applied wrench adds counts in a difference.
+    Yield(usize, f64),
+    /// A parameter of the model has another value in this reading, SI.
+    Slot(Slot, f64),
+    /// The measured point is displaced (m) and the tool turned (rad), measurement frame.
+    Point(Vector3<f64>, Vector3<f64>),
+}
+
+/// What an effect may look at in a reading.
+#[derive(Debug, Clone)]
+pub struct Moment<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Actuated variables, rad or m.
+    pub q: &'a [f64],
+    /// Joint values by frame, rad or m.
+    pub joints: &'a [f64],
+    /// Load on the joint of each variable under own weight and the applied wrench, N.m or N.
+    pub load: &'a [f64],
+    /// The same under own weight alone.
+    pub own_load: &'a [f64],
+    /// Side of approach of each variable, +1 or -1; 0 where it is not known.
+    pub side: &'a [f64],
+    /// s from the start, where known.
+    pub time: Option<f64>,
+    /// Temperature of the reading, degC or K as given, where known; of a site where that is measured.
+    pub temperature: Option<f64>,
+    /// Measured point, measurement frame, m (of a deflection: where it is, not how far it moves).
+    pub position: Vector3<f64>,
+    /// Origin of the base in the measurement frame, m.
+    pub base: Vector3<f64>,
+    /// Displacement by the applied wrench alone, measurement frame, m.
+    pub deflection: Vector3<f64>,
+    /// The reading is the loaded position less the unloaded one.
+    pub is_difference: bool,
+}
+
+/// What a campaign offers, for effects to choose their forms by.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Survey {
+    /// Greatest load on the joint of each variable, N.m or N.
+    pub greatest_load: Vec<f64>,
+    /// Times of the configurations in order, s; empty where not known.
+    pub times: Vec<f64>,
+    /// Whether temperatures are known.
+    pub temperatures: bool,
+    /// Variables whose side of approach is known and not always the same.
+    pub sides: Vec<bool>,
+    /// Whether a wrench is applied.
+    pub loaded: bool,
+    /// Readings are differences.
+    pub is_difference: bool,
+}
+
+/// A form of an effect: what is not linear in it, by name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Form {
+    /// What the number is; empty where the effect has but one form.
+    pub symbol: &'static str,
+    /// Its value, SI.
+    pub value: f64,
+    /// Whether values between those offered make sense.
+    pub continuous: bool,
+}
+
+impl Form {
+    /// The only form.
+    pub const ONLY: Self = Self { symbol: "", value: 0.0, continuous: false };
+}
+
+/// A parameter of an effect; zero is absent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectParameter {
+    /// Symbol.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Common size, one sigma, SI.
+    pub scale: f64,
+    /// Whether it cannot be negative.
+    pub is_positive: bool,
+}
+
+/// An unmodelled effect.
+pub trait Effect: Send + Sync {
+    /// Name in the catalogue.
+    fn name(&self) -> &'static str;
+    /// Where it can sit.
+    fn sits_at(&self) -> SiteKind;
+    /// What it looks like in the residuals, in words.
+    fn signature(&self) -> &'static str;
+    /// What to do on the machine.
+    fn remedy(&self) -> &'static str;
+    /// Its sites on a robot.
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        sites_of(model, self.sits_at())
+    }
+    /// Parameters of the model that it frees, where it is nothing but constants off nominal.
+    fn constants(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<Slot> {
+        Vec::new()
+    }
+    /// Forms in which it may come, given what the campaign offers; none where it cannot show.
+    fn forms(&self, _model: &Model, _site: &Site, _survey: &Survey) -> Vec<Form> {
+        vec![Form::ONLY]
+    }
+    /// Symbols of its forms.
+    fn form_symbols(&self) -> &'static [&'static str] {
+        &[]
+    }
+    /// Parameters of a form; those of effects with [`Effect::constants`] are these.
+    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
+        Vec::new()
+    }
+    /// What one unit of each parameter changes in a reading: parameter, change.
+    fn changes(&self, _site: &Site, _form: &Form, _moment: &Moment, _out: &mut Vec<(usize, Change)>) {}
+}
+
+/// All effects of the catalogue.
+pub fn catalogue() -> Vec<&'static dyn Effect> {
+    vec![
+        &geometry::Geometry,
+        &joint_offset::JointOffset,
+        &gear_ratio::GearRatio,
+        &transmission_error::TransmissionError,
+        &joint_coupling::JointCoupling,
+        &backlash::Backlash,
+        &joint_compliance::JointCompliance,
+        &joint_stiffening::JointStiffening,
+        &bearing_compliance::BearingCompliance,
+        &link_compliance::LinkCompliance,
+        &actuator_compliance::ActuatorCompliance,
+        &gravity_compensator::GravityCompensator,
+        &link_weight::LinkWeight,
+        &payload::Payload,
+        &base_compliance::BaseCompliance,
+        &thermal_expansion::ThermalExpansion,
+        &frame_drift::FrameDrift,
+        &instrument_scale::InstrumentScale,
+        &outliers::Outliers,
+    ]
+}
+
+/// An effect of the catalogue by name.
+pub fn by_name(name: &str) -> Option<&'static dyn Effect> {
+    catalogue().into_iter().find(|effect| effect.name() == name)
+}
+
+/// Parameters of an effect that is nothing but constants.
+pub(crate) fn of_slots(model: &Model, slots: &[Slot]) -> Vec<EffectParameter> {
+    slots
+        .iter()
+        .map(|&slot| {
+            let parameter = &model.registry[slot];
+            EffectParameter {
+                symbol: parameter.name.clone(),
+                unit: parameter.kind.unit(),
+                scale: parameter.tolerance,
+                is_positive: parameter.bounds[0] == 0.0,
+            }
+        })
+        .collect()
+}
+
+/// Slots of names that exist.
+pub(crate) fn named(model: &Model, names: impl IntoIterator<Item = String>) -> Vec<Slot> {
+    names.into_iter().filter_map(|name| model.registry.slot(&name)).collect()
+}

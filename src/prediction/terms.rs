@@ -1,0 +1,364 @@
+//! Effects in a prediction: what each parameter of each switched-on effect adds to a reading, to first order.
+
+use nalgebra::{Point3, Vector3};
+
+use super::measured_point;
+use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey};
+use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
+use crate::model::{Element, Model, Spot};
+use crate::parameter::Slot;
+
+/// An effect at a site in a form.
+#[derive(Clone)]
+pub struct Term {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// Where it sits.
+    pub site: Site,
+    /// In which form.
+    pub form: Form,
+    /// Its parameters.
+    pub parameters: Vec<EffectParameter>,
+}
+
+impl std::fmt::Debug for Term {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}@{}", self.effect.name(), self.site.name)
+    }
+}
+
+impl Term {
+    /// An effect at a site in a form.
+    pub fn new(model: &Model, effect: &'static dyn Effect, site: Site, form: Form) -> Self {
+        let parameters = effect.parameters(model, &site, &form);
+        Self { effect, site, form, parameters }
+    }
+}
+
+/// Terms compiled for a campaign; shared between threads.
+#[derive(Debug, Clone)]
+pub struct Terms {
+    /// The terms, in order; columns are theirs, one after the other.
+    pub terms: Vec<Term>,
+    /// Number of columns.
+    pub columns: usize,
+    /// First column of each term.
+    first: Vec<usize>,
+    observes: Observes,
+    /// For each frame that is measured or weighs: its columns by the variables, then by `slots`.
+    plans: Vec<(usize, ErrorColumns)>,
+    slots: Vec<Slot>,
+    /// Masses: plan, kg, point in the frame.
+    masses: Vec<(usize, f64, Vector3<f64>)>,
+    variables: usize,
+}
+
+/// Room for one thread.
+#[derive(Debug, Clone, Default)]
+pub struct TermWork {
+    by: Vec<Vec<[f64; 6]>>,
+    own_load: Vec<f64>,
+    load: Vec<f64>,
+    side: Vec<f64>,
+    changes: Vec<(usize, Change)>,
+    /// Displacement and rotation of the reading by one unit of each column, measurement frame.
+    pub columns: Vec<[f64; 6]>,
+}
+
+/// Columns of frames that readings ask for, beside those of the model's constants.
+impl Terms {
+    /// Compiles terms. `slots` are constants of the model that terms may change in single readings.
+    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, terms: Vec<Term>) -> Self {
+        let model = geometry.model;
+        let variables = model.variables.len();
+        let first = terms.iter().scan(0, |sum, term| {
+            let first = *sum;
+            *sum += term.parameters.len();
+            Some(first)
+        });
+        let first: Vec<usize> = first.collect();
+        let columns = terms.iter().map(|term| term.parameters.len()).sum();
+        // Which constants the terms change shows in a trial reading with everything known.
+        let slots = slots_changed(model, &terms);
+        let mut by: Vec<By> = (0..variables).map(By::Variable).collect();
+        by.extend(slots.iter().map(|&slot| By::Slot(slot)));
+        let mut frames: Vec<usize> =
+            campaign.readings.iter().map(|r| r.marker.map_or(model.tool.0, |m| model.markers[m].frame)).collect();
+        let masses = masses(model, geometry.values());
+        frames.extend(masses.iter().map(|(frame, ..)| *frame));
+        frames.sort_unstable();
+        frames.dedup();
+        let masses =
+            masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
+        let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
+        Self { terms, columns, first, observes: campaign.observes, plans, slots, masses, variables }
+    }
+
+    /// Room for one thread.
+    pub fn work(&self) -> TermWork {
+        TermWork {
+            by: self.plans.iter().map(|_| vec![[0.0; 6]; self.variables + self.slots.len()]).collect(),
+            own_load: vec![0.0; self.variables],
+            load: vec![0.0; self.variables],
+            side: vec![0.0; self.variables],
+            changes: Vec::new(),
+            columns: vec![[0.0; 6]; self.columns],
+        }
+    }
+
+    /// What a configuration's readings share: frames' columns and own weight on the joints.
+    pub fn place(
+        &self,
+        geometry: &Geometry,
+        q: &[f64],
+        placements: &Placements,
+        rates: &mut Rates,
+        work: &mut TermWork,
+    ) {
+        rates.evaluate(geometry, q, placements);
+        for ((_, plan), out) in self.plans.iter().zip(&mut work.by) {
+            plan.evaluate(geometry, placements, rates, out);
+        }
+        work.own_load.fill(0.0);
+        let gravity = geometry.model.structure.gravity;
+        for &(plan, mass, at) in &self.masses {
+            let arm = placements.frames[self.plans[plan].0].rotation * at;
+            for (load, column) in work.own_load.iter_mut().zip(&work.by[plan]) {
+                *load += shift(column, &arm).dot(&gravity) * mass;
+            }
+        }
+        // Loads as torques of the joints: a screw's variable is its length.
+        for (variable, load) in work.own_load.iter_mut().enumerate() {
+            *load /= joint_rate(geometry.model, rates, variable);
+        }
+    }
+
+    /// Columns of one reading, into `work.columns`; the first `skip` components of `deflection` are the displacement by
+    /// the applied wrench alone, base axes.
+    #[allow(clippy::too_many_arguments)] // the whole state of one reading
+    pub fn evaluate(
+        &self,
+        geometry: &Geometry,
+        campaign: &Campaign,
+        index: usize,
+        reading: &Reading,
+        placements: &Placements,
+        rates: &Rates,
+        deflection: &Vector3<f64>,
+        work: &mut TermWork,
+    ) {
+        let model = geometry.model;
+        let base = geometry.base();
+        let (frame, point) = measured_point(geometry, reading);
+        let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
+        let arm = placements.frames[frame].rotation * point.coords;
+        let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
+        let moment = Vector3::new(reading.wrench[3], reading.wrench[4], reading.wrench[5]);
+        for variable in 0..self.variables {
+            let column = &work.by[plan][variable];
+            let turn = Vector3::new(column[3], column[4], column[5]);
+            let applied = shift(column, &arm).dot(&force) + turn.dot(&moment);
+            work.load[variable] = work.own_load[variable] + applied / joint_rate(model, rates, variable);
+            let side = campaign.conditions.get(&format!("approach.{}", model.variables[variable].name));
+            work.side[variable] = side.map_or(0.0, |all| all[index]);
+        }
+        let condition = |name: &str| campaign.conditions.get(name).map(|all| all[index]);
+        let at: Point3<f64> = base * (placements.frames[frame] * point);
+        work.columns.fill([0.0; 6]);
+        let is_difference = self.observes == Observes::Deflection;
+        for (term, &first) in self.terms.iter().zip(&self.first) {
+            let site_temperature = condition(&format!("temperature.{}", term.site.name))
+                .or_else(|| condition(&format!("temperature.{}", term.site.name.rsplit(':').next().unwrap_or(""))));
+            let given = Moment {
+                model,
+                q: campaign.configuration(index),
+                joints: &placements.joints,
+                load: &work.load,
+                own_load: &work.own_load,
+                side: &work.side,
+                time: condition("time"),
+                temperature: site_temperature.or_else(|| condition("temperature")),
+                position: at.coords,
+                base: base.translation.vector,
+                deflection: base.rotation * deflection,
+                is_difference,
+            };
+            work.changes.clear();
+            term.effect.changes(&term.site, &term.form, &given, &mut work.changes);
+            for &(parameter, change) in &work.changes {
+                let (column, amount) = match change {
+                    Change::Joint(_, _) if is_difference => continue,
+                    Change::Joint(variable, amount) | Change::Yield(variable, amount) => {
+                        (work.by[plan][variable], amount / joint_rate(model, rates, variable))
+                    }
+                    Change::Slot(slot, amount) => match self.slots.iter().position(|known| *known == slot) {
+                        Some(at) => (work.by[plan][self.variables + at], amount),
+                        None => continue,
+                    },
+                    Change::Point(moved, turned) => {
+                        let out = &mut work.columns[first + parameter];
+                        for k in 0..3 {
+                            out[k] += moved[k];
+                            out[k + 3] += turned[k];
+                        }
+                        continue;
+                    }
+                };
+                let moved = base.rotation * shift(&column, &arm) * amount;
+                let turned = base.rotation * Vector3::new(column[3], column[4], column[5]) * amount;
+                let out = &mut work.columns[first + parameter];
+                for k in 0..3 {
+                    out[k] += moved[k];
+                    out[k + 3] += turned[k];
+                }
+            }
+        }
+    }
+
+    /// Loads on the joints that the last reading evaluated had: under everything, and under own weight alone.
+    pub fn loads<'w>(&self, work: &'w TermWork) -> (&'w [f64], &'w [f64]) {
+        (&work.load, &work.own_load)
+    }
+}
+
+/// Effects that the description has switched on: terms with the amounts of their parameters, and shifts of constants.
+/// Parameters are named by their symbols, forms by theirs; what is not given is zero.
+pub fn declared(model: &Model) -> (Vec<Term>, Vec<f64>, Vec<(Slot, f64)>) {
+    let (mut terms, mut amounts, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in &model.effects {
+        let Some(effect) = entry.effect.as_deref().and_then(crate::effects::by_name) else { continue };
+        let site = effect.sites(model).into_iter().find(|site| Some(&site.name) == entry.site.as_ref());
+        let Some(site) = site else { continue };
+        let form = effect
+            .form_symbols()
+            .iter()
+            .find_map(|&symbol| entry.parameters.get(symbol).map(|&value| Form { symbol, value, continuous: false }))
+            .unwrap_or(Form::ONLY);
+        let amount = |symbol: &str| entry.parameters.get(symbol).copied().unwrap_or_default();
+        let constants = effect.constants(model, &site, &form);
+        if constants.is_empty() {
+            let term = Term::new(model, effect, site, form);
+            amounts.extend(term.parameters.iter().map(|parameter| amount(&parameter.symbol)));
+            terms.push(term);
+        } else {
+            shifts.extend(constants.into_iter().map(|slot| (slot, amount(&model.registry[slot].name))));
+        }
+    }
+    (terms, amounts, shifts)
+}
+
+/// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.
+fn joint_rate(model: &Model, rates: &Rates, variable: usize) -> f64 {
+    use crate::description::robot::Motion;
+    let driven = model.frames.iter().position(|frame| match frame.motion {
+        Motion::Variable { index, .. } => index == variable,
+        Motion::Actuator(_) => false,
+        _ => false,
+    });
+    let joint = driven.or_else(|| model.actuators.iter().find(|a| a.variable == variable).map(|a| a.joint));
+    let rate = joint.map_or(1.0, |joint| rates.rate(joint, variable));
+    if rate.abs() > 1e-9 { rate } else { 1.0 }
+}
+
+/// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
+fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
+    let structure = &model.structure;
+    let mut all: Vec<(usize, f64, Vector3<f64>)> = structure
+        .masses
+        .iter()
+        .map(|mass| {
+            let v = &values[mass.slot..mass.slot + 4];
+            (mass.frame, v[0], Vector3::new(v[1], v[2], v[3]))
+        })
+        .collect();
+    let elastics = crate::elastics::Elastics::new(model, values, &[]);
+    for (index, edge) in structure.tree.iter().chain(&structure.closures).enumerate() {
+        if let (Element::Beam(_), Some(density)) = (&edge.element, elastics.mass_per_length(index)) {
+            let [a, b] = edge.ends.map(|end| structure.at_home(end));
+            let spot = edge.ends.iter().find_map(|&end| match structure.vertices[end].spot {
+                Spot::At(frame, _) => Some(frame),
+                Spot::Between(..) => None,
+            });
+            if let Some(frame) = spot {
+                let middle = structure.home[frame].inverse() * Point3::from(0.5 * (a + b));
+                all.push((frame, density * (b - a).norm(), middle.coords));
+            }
+        }
+    }
+    all.retain(|(_, mass, _)| *mass != 0.0);
+    all
+}
+
+/// Constants that terms change in single readings, from a reading in which everything is known.
+fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
+    let ones = vec![1.0; model.variables.len()];
+    let joints = vec![0.1; model.frames.len()];
+    let given = Moment {
+        model,
+        q: &ones,
+        joints: &joints,
+        load: &ones,
+        own_load: &ones,
+        side: &ones,
+        time: Some(1.0),
+        temperature: Some(30.0),
+        position: Vector3::repeat(1.0),
+        base: Vector3::zeros(),
+        deflection: Vector3::repeat(1.0),
+        is_difference: false,
+    };
+    let mut slots = Vec::new();
+    let mut changes = Vec::new();
+    for term in terms {
+        changes.clear();
+        term.effect.changes(&term.site, &term.form, &given, &mut changes);
+        slots.extend(changes.iter().filter_map(|(_, change)| match change {
+            Change::Slot(slot, _) => Some(*slot),
+            _ => None,
+        }));
+    }
+    slots.sort_unstable();
+    slots.dedup();
+    slots
+}
+
+/// What a campaign offers: greatest loads on the joints, times, temperatures, sides of approach.
+pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate::kinematics::AssemblyError> {
+    let model = geometry.model;
+    let mut rates = Rates::new(model);
+    let terms = Terms::new(geometry, &rates, campaign, Vec::new());
+    let mut work = terms.work();
+    let mut placements = Placements::default();
+    let variables = model.variables.len();
+    let mut survey = Survey { greatest_load: vec![0.0; variables], ..Survey::default() };
+    let mut last = None;
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let q = campaign.configuration(index);
+        if last != Some(q) {
+            geometry.place(q, &mut placements)?;
+            terms.place(geometry, q, &placements, &mut rates, &mut work);
+            last = Some(q);
+        }
+        terms.evaluate(geometry, campaign, index, reading, &placements, &rates, &Vector3::zeros(), &mut work);
+        let (load, own) = terms.loads(&work);
+        let difference = campaign.observes == Observes::Deflection;
+        for (greatest, (load, own)) in survey.greatest_load.iter_mut().zip(load.iter().zip(own)) {
+            *greatest = greatest.max((load - if difference { *own } else { 0.0 }).abs());
+        }
+    }
+    let mut times = campaign.conditions.get("time").cloned().unwrap_or_default();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    survey.times = times;
+    let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
+    survey.temperatures = campaign.conditions.iter().any(|(name, all)| name.starts_with("temperature") && varies(all));
+    survey.sides = model
+        .variables
+        .iter()
+        .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
+        .collect();
+    survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    survey.is_difference = campaign.observes == Observes::Deflection;
+    Ok(survey)
+}
