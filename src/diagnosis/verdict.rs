@@ -277,7 +277,7 @@ impl Round {
                 site: hypothesis.site.name.clone(),
                 probability: 1.0 / weights,
                 entry: entry(hypothesis, &parameters),
-                parameters,
+                parameters: with_form(hypothesis, parameters),
                 rms: [of(step), of(step + 1)],
                 shrinkage: Shrinkage { value: 1.0 - of(step + 1) / of(step), ci95: interval },
                 rivals: rivals
@@ -531,6 +531,15 @@ impl Fit {
             })
             .collect()
     }
+}
+
+/// The parameters and, beside them, what is not linear in the effect.
+fn with_form(hypothesis: &Hypothesis, mut parameters: Vec<CauseParameter>) -> Vec<CauseParameter> {
+    if !hypothesis.form.symbol.is_empty() {
+        let (name, value) = (hypothesis.form.symbol.to_string(), hypothesis.form.value);
+        parameters.push(CauseParameter { name, unit: "", value, ci95: f64::NAN });
+    }
+    parameters
 }
 
 /// As it is written into a description.

@@ -4,7 +4,7 @@ use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Surve
 use crate::model::Model;
 
 /// Periods in a turn that are tried; gear meshes of high order need readings closer than theirs.
-const ORDERS: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+const ORDERS: [f64; 14] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 20.0];
 
 /// See the module.
 pub struct TransmissionError;
