@@ -24,6 +24,7 @@ fn main() {
     let markers = (0..1000).map(|k| Some(k % 3)).collect::<Vec<_>>();
     let plan = Plan {
         wrenches: Vec::new(),
+        conditions: false,
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::kinematics::{AssemblyError, Geometry, Placements, rotation_vector};
 use crate::model::Model;
-use crate::prediction::{Deflections, PredictionError, predict, rest};
+use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// What is measured, where and how well.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +22,8 @@ pub struct Plan {
     pub repeats: usize,
     /// Wrenches applied at each marker, one reading each: force and moment, N and N.m, base axes; none where empty.
     pub wrenches: Vec<[f64; 6]>,
+    /// Whether side of approach, time and temperature are recorded.
+    pub conditions: bool,
     /// What a reading is.
     pub observes: Observes,
     /// One sigma of a coordinate or distance, m.
@@ -96,7 +98,7 @@ pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaC
     values
 }
 
-/// The campaign that a robot of these `values` would give.
+/// The campaign that a robot of these `values` would give; effects that the model has switched on are in it.
 ///
 /// # Errors
 /// A configuration that cannot be assembled, or a structure that can move without force.
@@ -106,7 +108,6 @@ pub fn simulate(
     plan: &Plan,
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
-    let geometry = Geometry::new(model, values)?;
     let mut campaign = Campaign {
         name: format!("{}, simulated", model.name),
         observes: plan.observes,
@@ -126,46 +127,55 @@ pub fn simulate(
         readings: Vec::new(),
         conditions: IndexMap::new(),
     };
-    let mut placements = Placements::default();
     let unloaded = [[0.0; 6]];
     let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };
-    // Whether anything loads the structure is seen from the readings; these stand for all.
-    campaign.readings = wrenches.iter().map(|wrench| Reading { wrench: *wrench, ..BLANK }).collect();
-    let deflections = Deflections::new(model, values, &campaign, &[]);
-    campaign.readings.clear();
-    let mut loaded = deflections.work();
     let anchors = if plan.observes == Observes::Distance { campaign.anchors.len().max(1) } else { 1 };
     for (pose, q) in plan.configurations.iter().enumerate() {
-        let name = format!("p{:03}", pose + 1);
-        let row = campaign.readings.len() + 1;
-        geometry.place(q, &mut placements).map_err(|source| PredictionError::Assembly {
-            row,
-            pose: name.clone(),
-            source,
-        })?;
-        deflections.place(&placements, &mut loaded).map_err(|source| PredictionError::Mechanism {
-            row,
-            pose: name.clone(),
-            source,
-        })?;
-        campaign.poses.push(name);
+        campaign.poses.push(format!("p{:03}", pose + 1));
         for _ in 0..plan.repeats {
             for &marker in &plan.markers {
                 for (anchor, &wrench) in (0..anchors).flat_map(|anchor| wrenches.iter().map(move |w| (anchor, w))) {
                     let row = campaign.readings.len() + 1;
-                    let mut reading = Reading { row, pose, marker, anchor, wrench, ..BLANK };
-                    let point = rest(&geometry, &placements, &reading);
-                    let deflected = deflections.of(&loaded, &reading, &point);
-                    let predicted = predict(&geometry, &campaign, &placements, &reading, &deflected);
-                    reading.measured = predicted.measured(&campaign);
-                    disturb(&mut reading.measured, plan, random);
+                    campaign.readings.push(Reading { row, pose, marker, anchor, wrench, ..BLANK });
                     campaign.joints.extend_from_slice(q);
-                    campaign.readings.push(reading);
                 }
             }
         }
     }
+    if plan.conditions {
+        conditions(model, &mut campaign, random);
+    }
+    // Measured less predicted, nothing being measured yet, is less the prediction.
+    let mut found = Linearised::default();
+    Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
+    let components = campaign.components();
+    for (reading, left) in campaign.readings.iter_mut().zip(found.residual.chunks(components)) {
+        for (measured, left) in reading.measured.iter_mut().zip(left) {
+            *measured = -left;
+        }
+        disturb(&mut reading.measured, plan, random);
+    }
     Ok(campaign)
+}
+
+/// Time (s) from one configuration to the next.
+const PACE: f64 = 80.0;
+
+/// Sides of approach at random, time by configuration, a temperature (degC) that settles from 20 towards 35.
+fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
+    let poses = campaign.poses.len();
+    let by_pose = |campaign: &Campaign, values: &[f64]| campaign.readings.iter().map(|r| values[r.pose]).collect();
+    let times: Vec<f64> = (0..poses).map(|pose| PACE * (pose + 1) as f64).collect();
+    let last = PACE * poses as f64;
+    let warm: Vec<f64> = times.iter().map(|time| 35.0 - 15.0 * (-3.0 * time / last).exp()).collect();
+    let (time, temperature) = (by_pose(campaign, &times), by_pose(campaign, &warm));
+    campaign.conditions.insert("time".into(), time);
+    campaign.conditions.insert("temperature".into(), temperature);
+    for variable in &model.variables {
+        let sides: Vec<f64> = (0..poses).map(|_| if random.random::<bool>() { 1.0 } else { -1.0 }).collect();
+        let sides = by_pose(campaign, &sides);
+        campaign.conditions.insert(format!("approach.{}", variable.name), sides);
+    }
 }
 
 const BLANK: Reading =

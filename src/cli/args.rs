@@ -356,9 +356,13 @@ pub struct Simulate {
     /// Share of configurations marked `check`.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,
-    /// Unmodelled effects (not available yet).
-    #[arg(long, value_name = "EFFECT@SITE")]
+    /// Effect to put in, its parameters in SI (`gear-ratio@joint:2:ratio=5e-4`); may be given several times. Records the
+    /// conditions too.
+    #[arg(long, value_name = "EFFECT@SITE:PARAMETER=..,..", allow_hyphen_values = true)]
     pub effect: Vec<String>,
+    /// Record side of approach, time and temperature.
+    #[arg(long)]
+    pub conditions: bool,
 }
 
 /// What a reading is.

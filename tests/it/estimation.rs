@@ -26,6 +26,7 @@ fn campaign(model: &Model, observes: Observes, count: usize) -> (Campaign, Vec<f
     let estimate = observes != Observes::Distance;
     let plan = Plan {
         wrenches: Vec::new(),
+        conditions: false,
         configurations: draw_configurations(&geometry, count, 0.6, &mut random).expect("drawn"),
         markers,
         repeats: 1,
@@ -199,6 +200,7 @@ mod distances_and_priors {
     fn plan(configurations: Vec<Vec<f64>>, observes: Observes) -> Plan {
         Plan {
             wrenches: Vec::new(),
+            conditions: false,
             configurations,
             markers: vec![None],
             repeats: 1,

@@ -86,6 +86,7 @@ fn ir663_intervals_hold_the_truth() {
     let geometry = Geometry::nominal(&model).expect("assembled");
     let plan = Plan {
         wrenches: Vec::new(),
+        conditions: false,
         configurations: paper_poses(&geometry),
         markers: vec![None],
         repeats: 1,
@@ -116,6 +117,7 @@ fn kr270_intervals_hold_the_truth() {
     let geometry = Geometry::nominal(&model).expect("assembled");
     let plan = Plan {
         wrenches: Vec::new(),
+        conditions: false,
         configurations: draw_configurations(&geometry, 18, 0.7, &mut generator(270)).expect("drawn"),
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 3,

@@ -1,5 +1,6 @@
 //! `simulate`: a campaign with known truth.
 
+use indexmap::IndexMap;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
@@ -11,20 +12,17 @@ use crate::cli::values::{known_parameters, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::campaign::{Campaign, Observes};
+use crate::description::raw::RawEffect;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
+use crate::effects::{Form, by_name, catalogue};
 use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::Geometry;
+use crate::model::Model;
 use crate::remark::Remark;
 use crate::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
 pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
-    if !command.effect.is_empty() {
-        return Err(Failure::Computation(
-            "--effect: effects are not simulated by this version yet; it knows geometry errors, base, tool and noise"
-                .into(),
-        ));
-    }
     let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
     if finite.iter().any(|v| !(0.0..=1e6).contains(v))
         || !(0.0..=1.0).contains(&command.share)
@@ -36,7 +34,11 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
         ));
     }
-    let loaded = load_robot(&command.robot)?;
+    let mut loaded = load_robot(&command.robot)?;
+    for text in &command.effect {
+        let entry = effect(&loaded.model, text)?;
+        loaded.model.effects.push(entry);
+    }
     let model = &loaded.model;
     let mut random = generator(seed);
     let mut values = draw_errors(model, command.errors, command.elastic_errors, &mut random);
@@ -88,6 +90,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     }
     let plan = Plan {
         wrenches,
+        conditions: command.conditions || !model.effects.is_empty(),
         configurations,
         markers,
         repeats: command.repeats,
@@ -110,7 +113,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         .filter(|(parameter, value)| parameter.nominal != **value)
         .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
         .collect();
-    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth});
+    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": model.effects});
     let header = raw_campaign(command, &loaded, &campaign, &plan, seed);
     let mut output = Output::new(
         format!(
@@ -131,6 +134,49 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         (command.into.join("campaign.yaml"), yaml::write(&header).map_err(Failure::Computation)?),
     ];
     Ok(output)
+}
+
+/// `EFFECT@SITE:parameter=value,...`, SI.
+fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
+    let (name, rest) = text.split_once('@').unwrap_or((text, ""));
+    let Some(known) = by_name(name.trim()) else {
+        let names: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
+        return Err(Failure::Input(vec![
+            Remark::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
+        ]));
+    };
+    // A site may hold a colon of its own: what follows the last one with `=` in it are parameters.
+    let (site, parameters) = match rest.rsplit_once(':') {
+        Some((site, parameters)) if parameters.contains('=') => (site, parameters),
+        _ => (rest, ""),
+    };
+    let sites = known.sites(model);
+    let Some(at) = sites.iter().find(|known| known.name == site) else {
+        let valid = sites.iter().map(|site| site.name.as_str());
+        return Err(Failure::Input(vec![
+            Remark::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
+        ]));
+    };
+    let mut symbols: Vec<String> = known.form_symbols().iter().map(ToString::to_string).collect();
+    let mut values = IndexMap::new();
+    for entry in parameters.split(',').filter(|entry| !entry.trim().is_empty()) {
+        let parsed = entry.split_once('=').and_then(|(k, v)| Some((k.trim(), v.trim().parse::<f64>().ok()?)));
+        match parsed {
+            Some((key, value)) if value.is_finite() => values.insert(key.to_string(), value),
+            _ => return Err(Failure::input(format!("--effect `{text}`: `{entry}`"), "write parameter=number, SI")),
+        };
+    }
+    let form = known
+        .form_symbols()
+        .iter()
+        .find_map(|&symbol| values.get(symbol).map(|&value| Form { symbol, value, continuous: false }));
+    let form = form.unwrap_or(Form::ONLY);
+    symbols.extend(known.parameters(model, at, &form).into_iter().map(|parameter| parameter.symbol));
+    if values.is_empty() || values.keys().any(|key| !symbols.contains(key)) {
+        let remedy = format!("its parameters (SI): {}", symbols.join(", "));
+        return Err(Failure::input(format!("--effect `{text}`: it has other parameters"), remedy));
+    }
+    Ok(RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters: values })
 }
 
 fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Failure> {
@@ -240,6 +286,7 @@ fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
     if loaded_at_all {
         header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(String::from));
     }
+    header.extend(campaign.conditions.keys().cloned());
     header.push("set".into());
     let mut text = header.join(",") + "\n";
     for (index, reading) in campaign.readings.iter().enumerate() {
@@ -266,6 +313,7 @@ fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
         if loaded_at_all {
             row.extend(reading.wrench.iter().map(|w| format!("{w}")));
         }
+        row.extend(campaign.conditions.values().map(|all| format!("{}", all[index])));
         row.push(if reading.check == Some(true) { "check" } else { "fit" }.into());
         text += &row.join(",");
         text += "\n";
