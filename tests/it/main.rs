@@ -20,6 +20,7 @@ mod recovery;
 mod refusals;
 mod remarks;
 mod robots;
+mod structures;
 mod support;
 mod table;
 mod urdf;

@@ -14,7 +14,12 @@ pub fn bundled(name: &str) -> Model {
 }
 
 pub fn golden() -> serde_json::Value {
-    let path = format!("{}/tests/data/golden/golden.json", env!("CARGO_MANIFEST_DIR"));
+    json("golden/golden.json")
+}
+
+/// A file of `tests/data`.
+pub fn json(name: &str) -> serde_json::Value {
+    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON")
 }
 
