@@ -26,7 +26,7 @@ mod statics;
 
 pub use derivatives::ElasticColumns;
 pub use equilibrium::{Equilibrium, equilibrium};
-pub use motion::{FrameMotion, MotionWork, by_motion};
+pub use motion::{Motion, MotionWork, by_motion};
 pub use report::{Shares, shares};
 pub use response::Response;
 pub use section::{Properties, properties};

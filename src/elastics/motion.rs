@@ -12,9 +12,17 @@ use super::statics::{ClosingKind, Elastics, Statics, wrenches};
 use crate::description::robot::FrameIndex;
 use crate::kinematics::Placements;
 use crate::model::{Edge, Element, Law, Spot, VertexIndex};
+use crate::parameter::Slot;
 
-/// How all frames move with one driver: displacement of the origin (m) and rotation (rad), base axes, by frame.
-pub type FrameMotion<'a> = &'a dyn Fn(FrameIndex) -> [f64; 6];
+/// How a robot moves with a geometric parameter.
+pub struct Motion<'a> {
+    /// The parameter.
+    pub by: Slot,
+    /// Displacement of each frame's origin (m) and its rotation (rad), base axes.
+    pub frames: &'a dyn Fn(FrameIndex) -> [f64; 6],
+    /// How fast each joint's variable changes.
+    pub joints: &'a dyn Fn(FrameIndex) -> f64,
+}
 
 /// How a point (m, base frame) of a frame moves: displacement and rotation, base axes.
 type PointMotion<'a> = &'a dyn Fn(FrameIndex, &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>);
@@ -82,12 +90,12 @@ pub fn by_motion(
     work: &MotionWork,
     wrench: &Vector6<f64>,
     weight: bool,
-    motion: FrameMotion,
+    motion: &Motion,
 ) -> Vector6<f64> {
     let structure = &elastics.model.structure;
     let weight = weight && statics.weight.active;
     let moving = |frame: FrameIndex, at: &Vector3<f64>| -> (Vector3<f64>, Vector3<f64>) {
-        let column = motion(frame);
+        let column = (motion.frames)(frame);
         let turn = Vector3::new(column[3], column[4], column[5]);
         let origin = placements.frames[frame].translation.vector;
         (Vector3::new(column[0], column[1], column[2]) + turn.cross(&(at - origin)), turn)
@@ -106,7 +114,8 @@ pub fn by_motion(
         let unit = &work.through[at];
         let (through, strain) = pairs(unit, &work.weight[at]);
         let edge = &structure.tree[vertex];
-        let (twist, stretch) = element_motion(elastics, placements, statics, edge, vertex, &moving, &vertex_moves);
+        let (twist, stretch) =
+            element_motion(elastics, placements, statics, edge, vertex, &moving, &vertex_moves, motion);
         change += unit.0.tr_mul(&crm(&twist, &strain)) - unit.1.tr_mul(&crf(&twist, &through));
         let forces = &response.forces[vertex];
         match &edge.element {
@@ -130,16 +139,10 @@ pub fn by_motion(
                     if let Law::Driven { axial, actuator, .. } = *law
                         && elastics.values[axial] != 0.0
                     {
-                        let joint = elastics.model.actuators[actuator].joint;
-                        let turn = joint_rate(elastics, placements, joint, motion);
-                        let by = screw::inverse_square_by_joint(
-                            elastics.model,
-                            elastics.values(),
-                            actuator,
-                            &placements.joints,
-                        );
+                        let (lever, rate) = lever_rate(elastics, placements, actuator, motion);
+                        let by = -2.0 * rate / lever.powi(3);
                         let internal = (statics.local[vertex] * through)[direction];
-                        change += forces.row(direction).transpose() * (elastics.values[axial] * by * turn * internal);
+                        change += forces.row(direction).transpose() * (elastics.values[axial] * by * internal);
                     }
                 }
             }
@@ -154,7 +157,7 @@ pub fn by_motion(
                 let index = structure.tree.len() + which;
                 let edge = &structure.closures[which];
                 let (twist, stretch) =
-                    element_motion(elastics, placements, statics, edge, index, &moving, &vertex_moves);
+                    element_motion(elastics, placements, statics, edge, index, &moving, &vertex_moves, motion);
                 change += unit.0.tr_mul(&crm(&twist, &strain)) - unit.1.tr_mul(&crf(&twist, &through));
                 let state = &statics.closings[at];
                 let virtual_forces = state.local * unit.0;
@@ -177,12 +180,9 @@ pub fn by_motion(
                         }
                     }
                     Element::Screw(of) if elastics.values[of.own] != 0.0 => {
-                        let joint = elastics.model.actuators[of.actuator].joint;
-                        let turn = joint_rate(elastics, placements, joint, motion);
-                        let by =
-                            screw::square_by_joint(elastics.model, elastics.values(), of.actuator, &placements.joints);
-                        change +=
-                            virtual_forces.row(0).transpose() * (elastics.values[of.own] * by * turn * internal[0]);
+                        let (lever, rate) = lever_rate(elastics, placements, of.actuator, motion);
+                        let by = 2.0 * lever * rate;
+                        change += virtual_forces.row(0).transpose() * (elastics.values[of.own] * by * internal[0]);
                     }
                     _ => {}
                 }
@@ -254,6 +254,7 @@ fn vertex_motion(
 }
 
 /// Spatial twist of an element's local axes, and the stretch of a beam.
+#[allow(clippy::too_many_arguments)] // the whole state of one reading
 fn element_motion(
     elastics: &Elastics,
     placements: &Placements,
@@ -262,6 +263,7 @@ fn element_motion(
     index: usize,
     moving: PointMotion,
     vertex_moves: &dyn Fn(VertexIndex) -> Vector3<f64>,
+    motion: &Motion,
 ) -> (Vector6<f64>, f64) {
     let spatial_twist = |at: &Vector3<f64>, moved: Vector3<f64>, turn: Vector3<f64>| {
         let v = moved - turn.cross(at);
@@ -281,7 +283,7 @@ fn element_motion(
             let stretch = x.dot(&(db - da));
             let across = x.cross(&(db - da)) / length;
             // About its own axis the beam turns so that its z stays in the plane of x and the normal.
-            let normal = placements.frames[of.normal].rotation.matrix().column(2).into_owned();
+            let normal = placements.frames[of.normal].rotation.matrix().column(of.axis).into_owned();
             let turn = moving(of.normal, &b).1;
             let moved = turn.cross(&normal) - across.cross(&normal);
             let z = normal - x * x.dot(&normal);
@@ -289,13 +291,14 @@ fn element_motion(
             (spatial_twist(&b, db, across + x * about), stretch)
         }
         Element::Screw(of) => {
-            let screw = &elastics.model.actuators[of.actuator];
-            let values = &elastics.values[screw.slot..screw.slot + 5];
-            let [fixed, pin] = crate::model::screw_pins(values, placements.joints[screw.joint]);
-            let frame = &placements.frames[screw.joint];
-            let (a, b) = ((frame * Point3::from(fixed)).coords, (frame * Point3::from(pin)).coords);
-            let antecedent = elastics.model.frames[screw.joint].antecedent;
-            let (da, db) = (moving(antecedent, &a).0, moving(screw.joint, &b).0);
+            let (model, values, joints) = (elastics.model, elastics.values(), &placements.joints);
+            let joint = model.actuators[of.actuator].joint;
+            let frame = &placements.frames[joint];
+            let [a, b] = screw::pins(model, values, of.actuator, joints).map(|pin| (frame * Point3::from(pin)).coords);
+            // The pins are laid out in the joint's frame, and move in it.
+            let rate = screw::triangle_rate(model, of.actuator, motion.by, (motion.joints)(joint));
+            let [own_a, own_b] = screw::pins_rate(model, values, of.actuator, joints, &rate);
+            let (da, db) = (moving(joint, &a).0 + frame.rotation * own_a, moving(joint, &b).0 + frame.rotation * own_b);
             let along = b - a;
             let turn = along.cross(&(db - da)) / along.norm_squared().max(f64::MIN_POSITIVE);
             (spatial_twist(&b, db, turn), 0.0)
@@ -303,12 +306,12 @@ fn element_motion(
     }
 }
 
-/// How fast a joint turns with the driver.
-fn joint_rate(elastics: &Elastics, placements: &Placements, joint: FrameIndex, motion: FrameMotion) -> f64 {
-    let antecedent = elastics.model.frames[joint].antecedent;
-    let (own, other) = (motion(joint), motion(antecedent));
-    let z = placements.frames[joint].rotation.matrix().column(2).into_owned();
-    z.dot(&Vector3::new(own[3] - other[3], own[4] - other[4], own[5] - other[5]))
+/// Lever of a screw, and how it changes.
+fn lever_rate(elastics: &Elastics, placements: &Placements, actuator: usize, motion: &Motion) -> (f64, f64) {
+    let (model, values, joints) = (elastics.model, elastics.values(), &placements.joints);
+    let rate = (motion.joints)(model.actuators[actuator].joint);
+    let rate = screw::triangle_rate(model, actuator, motion.by, rate);
+    (screw::lever(model, values, actuator, joints), screw::lever_rate(model, values, actuator, joints, &rate))
 }
 
 /// Spatial cross product of twists.

@@ -374,7 +374,7 @@ impl<'m> Elastics<'m> {
             }
             Element::Beam(of) => {
                 let [a, b] = edge.ends.map(|end| points[end]);
-                let normal = turn * placements.frames[of.normal].rotation.matrix().column(2);
+                let normal = turn * placements.frames[of.normal].rotation.matrix().column(of.axis);
                 let (rotation, length) = beam::axes(&a, &b, &normal.into_owned());
                 let inverse = self.beams[index].map_or([0.0; 6], |beam| beam.inverse);
                 (reduction(&rotation, &b), beam::flexibility(inverse, length), length)

@@ -359,9 +359,17 @@ impl Builder<'_> {
                 }
             }
             let rigidity = Rigidity::Inverse(slots);
-            let element = Element::Beam(BeamElement { normal: index, rigidity });
+            let element =
+                Element::Beam(BeamElement { normal: index, axis: self.normal_axis(index, [near, end]), rigidity });
             self.edges.push(Edge { name: format!("link:{name}"), ends: [near, end], element });
         }
+    }
+
+    /// The axis of a frame that tells a beam's local z: z, or x where that lies along the beam.
+    fn normal_axis(&self, frame: FrameIndex, ends: [VertexIndex; 2]) -> usize {
+        let [a, b] = ends.map(|end| self.structure.at_home(end));
+        let z = self.structure.home[frame] * Vector3::z();
+        if z.cross(&(b - a)).norm() < 1e-3 * (b - a).norm() { 0 } else { 2 }
     }
 
     fn beams(&mut self) {
@@ -378,6 +386,7 @@ impl Builder<'_> {
                 self.faults.push(Fault::new(&["beams", &beam.name], remark));
                 continue;
             }
+            let axis = self.normal_axis(beam.normal, [first, last]);
             let parts = beam.elements.max(1);
             let mut previous = first;
             for part in 0..parts {
@@ -390,7 +399,7 @@ impl Builder<'_> {
                 let shear = beam.theory == BeamTheory::Timoshenko;
                 let (sections, material) = (beam.sections, beam.material);
                 let rigidity = Rigidity::Section { sections, share, material, shear };
-                let element = Element::Beam(BeamElement { normal: beam.normal, rigidity });
+                let element = Element::Beam(BeamElement { normal: beam.normal, axis, rigidity });
                 let name =
                     if parts == 1 { format!("beam:{}", beam.name) } else { format!("beam:{}/{}", beam.name, part + 1) };
                 self.edges.push(Edge { name, ends: [previous, next], element });

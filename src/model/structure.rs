@@ -121,8 +121,10 @@ pub struct Lumped {
 /// A beam from the edge's first vertex to its second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeamElement {
-    /// Frame whose z is the local z.
+    /// Frame whose axis is the local z.
     pub normal: FrameIndex,
+    /// Which axis of it: z (2), or x (0) where z lies along the beam.
+    pub axis: usize,
     /// What resists.
     pub rigidity: Rigidity,
 }

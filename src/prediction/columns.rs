@@ -1,10 +1,10 @@
 //! Derivatives of predictions: base, robot, tool and markers in the order of the asked slots.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{Deflected, Predicted, measured_point};
 use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::elastics::FrameMotion;
+use crate::elastics::Motion;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::math::left_jacobian;
 use crate::parameter::{Group, Slot};
@@ -14,8 +14,9 @@ pub struct Columns {
     observes: Observes,
     /// For each measured frame: its plan.
     plans: Vec<(usize, ErrorColumns)>,
-    /// Columns of the robot's own parameters.
+    /// Columns of the robot's own parameters, and their slots.
     robot: Vec<usize>,
+    slots: Vec<Slot>,
     /// Component of the base's pose, column.
     base: Vec<(usize, usize)>,
     /// Component of the tool's pose, column.
@@ -33,6 +34,7 @@ impl Columns {
             observes: campaign.observes,
             plans: Vec::new(),
             robot: Vec::new(),
+            slots: Vec::new(),
             base: Vec::new(),
             tool: Vec::new(),
             markers: Vec::new(),
@@ -52,6 +54,7 @@ impl Columns {
                 }
                 Group::Geometry => {
                     columns.robot.push(column);
+                    columns.slots.push(slot);
                     by.push(By::Slot(slot));
                 }
                 Group::Elastic => {}
@@ -132,10 +135,12 @@ impl Columns {
                 }
             }
         };
+        // What load turns, it turns after the robot has.
+        let after = turned(predicted);
         let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
         for (&column, moved) in self.robot.iter().zip(&frames[plan]) {
             let turn = Vector3::new(moved[3], moved[4], moved[5]);
-            put(column, base.rotation * shift(moved, &arm), base.rotation * turn);
+            put(column, base.rotation * shift(moved, &arm), after * (base.rotation * turn));
         }
         let from_base = predicted.position.coords - base.translation.vector;
         for &(k, column) in &self.base {
@@ -150,7 +155,7 @@ impl Columns {
         for &(k, column) in &self.tool {
             match k {
                 0..=2 if reading.marker.is_none() => put(column, in_measurement * axis(k), Vector3::zeros()),
-                3.. => put(column, Vector3::zeros(), in_measurement * self.tool_jacobian.column(k - 3)),
+                3.. => put(column, Vector3::zeros(), after * (in_measurement * self.tool_jacobian.column(k - 3))),
                 _ => {}
             }
         }
@@ -170,11 +175,11 @@ impl Columns {
         &self,
         geometry: &Geometry,
         placements: &Placements,
+        rates: &Rates,
         frames: &[Vec<[f64; 6]>],
         reading: &Reading,
         predicted: &Predicted,
-        deflected: &Deflected,
-        mut change: impl FnMut(&Vector3<f64>, Option<(usize, FrameMotion)>) -> Deflected,
+        mut change: impl FnMut(&Vector3<f64>, Option<(usize, &Motion)>) -> Deflected,
         width: usize,
         rows: &mut [f64],
     ) {
@@ -182,13 +187,14 @@ impl Columns {
         let turned = placements.frames[frame].rotation;
         let arm = turned.matrix() * point.coords;
         let base = geometry.base().rotation;
-        let mut put = |column: usize, changed: Deflected, turn: Vector3<f64>| {
+        let jacobian = left_jacobian(&predicted.turned);
+        let mut put = |column: usize, changed: Deflected| {
             let moved = base * changed.displacement;
             if self.observes == Observes::Distance {
                 rows[column] += predicted.distance.1.dot(&moved);
                 return;
             }
-            let turn = base * (changed.rotation + deflected.rotation.cross(&turn));
+            let turn = jacobian * (base * changed.rotation);
             for k in 0..3 {
                 rows[k * width + column] += moved[k];
                 if self.observes == Observes::Pose {
@@ -199,12 +205,15 @@ impl Columns {
         for (k, &column) in self.robot.iter().enumerate() {
             let own = &frames[frame][k];
             let moved = shift(own, &arm);
-            put(column, change(&moved, Some((k, &|frame| frames[frame][k]))), Vector3::new(own[3], own[4], own[5]));
+            let driver = rates.driver(self.slots[k]);
+            let joints = |joint| driver.map_or(0.0, |driver| rates.rate(joint, driver));
+            let motion = Motion { by: self.slots[k], frames: &|frame| frames[frame][k], joints: &joints };
+            put(column, change(&moved, Some((k, &motion))));
         }
         let tool = self.tool.iter().filter(|(k, _)| *k < 3 && reading.marker.is_none()).copied();
         let markers = self.markers.iter().filter(|(marker, _, _)| reading.marker == Some(*marker));
         for (k, column) in tool.chain(markers.map(|&(_, k, column)| (k, column))) {
-            put(column, change(&(turned * axis(k)), None), Vector3::zeros());
+            put(column, change(&(turned * axis(k)), None));
         }
     }
 
@@ -218,13 +227,14 @@ impl Columns {
         rows: &mut [f64],
     ) {
         let base = geometry.base().rotation;
+        let jacobian = left_jacobian(&predicted.turned);
         for (column, change) in by {
             let moved = base * change.displacement;
             if self.observes == Observes::Distance {
                 rows[column] = predicted.distance.1.dot(&moved);
                 continue;
             }
-            let turn = base * change.rotation;
+            let turn = jacobian * (base * change.rotation);
             for k in 0..3 {
                 rows[k * width + column] = moved[k];
                 if self.observes == Observes::Pose {
@@ -232,6 +242,15 @@ impl Columns {
                 }
             }
         }
+    }
+}
+
+/// The turn by load.
+fn turned(predicted: &Predicted) -> Matrix3<f64> {
+    if predicted.turned == Vector3::zeros() {
+        Matrix3::identity()
+    } else {
+        Rotation3::new(predicted.turned).into_inner()
     }
 }
 

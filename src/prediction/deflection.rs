@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3, Vector6};
 
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::elastics::{
-    ElasticColumns, Elastics, FrameMotion, Mechanism, MotionWork, Response, Statics, at_point, by_motion, spatial,
+    ElasticColumns, Elastics, Mechanism, Motion, MotionWork, Response, Statics, at_point, by_motion, spatial,
 };
 use crate::kinematics::Placements;
 use crate::model::{Model, VertexIndex};
@@ -143,7 +143,7 @@ impl<'m> Deflections<'m> {
         reading: &Reading,
         point: &Point3<f64>,
         moved: &Vector3<f64>,
-        motion: Option<(usize, FrameMotion)>,
+        motion: Option<(usize, &Motion)>,
     ) -> Deflected {
         let port = self.port(reading);
         let response = &work.responses[port];

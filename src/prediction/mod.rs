@@ -13,7 +13,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::elastics::{FrameMotion, Mechanism};
+use crate::elastics::{Mechanism, Motion};
 use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform, rotation_vector};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -204,16 +204,16 @@ impl<'a> Predictor<'a> {
                             let rows = &mut jacobian[row * components * width..(row + 1) * components * width];
                             columns.rows(&geometry, &work.placements, &work_columns, reading, &predicted, width, rows);
                             if deflections.is_active() {
-                                let change = |moved: &Vector3<f64>, motion: Option<(usize, FrameMotion)>| {
+                                let change = |moved: &Vector3<f64>, motion: Option<(usize, &Motion)>| {
                                     deflections.by_motion(&mut loaded, &work.placements, reading, &point, moved, motion)
                                 };
                                 columns.with_motion(
                                     &geometry,
                                     &work.placements,
+                                    &work.rates,
                                     &work_columns,
                                     reading,
                                     &predicted,
-                                    &deflected,
                                     change,
                                     width,
                                     rows,
@@ -251,6 +251,8 @@ pub struct Predicted {
     pub rotation: Rotation3<f64>,
     /// Distance to the reading's anchor, m, and its direction.
     pub distance: (f64, Vector3<f64>),
+    /// Rotation vector by which load turns the tool, measurement frame; zero where orientations are not observed.
+    pub turned: Vector3<f64>,
 }
 
 /// The measured point with nothing deflected, m, base frame.
@@ -273,11 +275,12 @@ pub fn predict(
     let moved = base.rotation * deflected.displacement;
     let position =
         if campaign.observes == Observes::Deflection { Point3::from(moved) } else { in_frame * point + moved };
-    let rotation = match campaign.observes {
+    let (rotation, turned) = match campaign.observes {
         Observes::Pose => {
-            Rotation3::new(base.rotation * deflected.rotation) * in_frame.rotation * geometry.tool().rotation
+            let turned = base.rotation * deflected.rotation;
+            (Rotation3::new(turned) * in_frame.rotation * geometry.tool().rotation, turned)
         }
-        _ => Rotation3::identity(),
+        _ => (Rotation3::identity(), Vector3::zeros()),
     };
     let distance = match campaign.anchors.get_index(reading.anchor) {
         Some((_, anchor)) if campaign.observes == Observes::Distance => {
@@ -287,7 +290,7 @@ pub fn predict(
         }
         _ => (0.0, Vector3::zeros()),
     };
-    Predicted { position, rotation, distance }
+    Predicted { position, rotation, distance, turned }
 }
 
 fn measured_point(geometry: &Geometry, reading: &Reading) -> (usize, Point3<f64>) {

@@ -4,6 +4,7 @@ mod architecture;
 mod cli;
 mod derivatives;
 mod dual;
+mod elastic_derivatives;
 mod estimation;
 mod generated;
 mod golden_elastic;

@@ -79,8 +79,8 @@ pub fn under_own_load([a, sy, sz, y, z, _]: Inverse, l: f64, q: &Vector3<f64>) -
     )
 }
 
-/// Local axes (columns) of a beam from one point to another, and its length. Where the normal is along the beam, any
-/// other serves.
+/// Local axes (columns) of a beam from one point to another, and its length. Where the normal is along the beam, as it
+/// should not be, any other serves.
 pub fn axes(from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> (Matrix3<f64>, f64) {
     let along = to - from;
     let length = along.norm();
