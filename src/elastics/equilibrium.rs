@@ -1,8 +1,9 @@
 //! Equilibrium at the deflected pose: loads follow the points they act on, springs their anchors.
 //!
 //! Elements stay linear in their own axes, which turn with the bodies; bodies move by finite rotations. Rounds of linear
-//! statics on the deflected geometry are repeated until nothing moves; near buckling they do not settle, and this is
-//! said.
+//! statics on the deflected geometry are repeated until nothing moves. Where the structure stiffens as it deflects they
+//! swing about the answer without end, and are begun anew with damping (Aitken's factor, kept between 0 and 1, under
+//! which what is unstable stays unstable: Irons and Tuck 1969). What does not settle is said.
 
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 
@@ -17,6 +18,8 @@ use crate::model::{Element, Spot};
 const MOST: usize = 200;
 /// A round that moves nothing further than this (m, rad) ends the iteration.
 const SETTLED: f64 = 1e-12;
+/// Least share of a round's change that is taken over.
+const LEAST: f64 = 0.05;
 
 /// A deflected pose in equilibrium.
 #[derive(Debug, Clone)]
@@ -42,6 +45,19 @@ pub fn equilibrium(
     load: (&Vector3<f64>, &Vector3<f64>),
     weight: bool,
 ) -> Result<Equilibrium, Mechanism> {
+    settle(elastics, placements, vertex, point, load, weight, false)
+        .or_else(|_| settle(elastics, placements, vertex, point, load, weight, true))
+}
+
+fn settle(
+    elastics: &Elastics,
+    placements: &Placements,
+    vertex: VertexIndex,
+    point: &Vector3<f64>,
+    load: (&Vector3<f64>, &Vector3<f64>),
+    weight: bool,
+    damped: bool,
+) -> Result<Equilibrium, Mechanism> {
     let structure = &elastics.model.structure;
     let count = structure.vertices.len();
     let mut statics = Statics::new(weight);
@@ -50,10 +66,31 @@ pub fn equilibrium(
     let rest: Vec<Vector3<f64>> = (0..count).map(|v| rest_of(elastics.model, v, placements)).collect();
     let mut turned = vec![Matrix3::identity(); count];
     let mut last = f64::INFINITY;
+    let mut strains: Vec<Vector6<f64>> = vec![Vector6::zeros(); count];
+    let mut changes = strains.clone();
+    let mut share = 1.0;
     for round in 1..=MOST {
         response.evaluate(elastics, &mut statics);
         let at = elastics.carried(vertex, point, placements, &turned[vertex], &statics.points);
         let wrench = spatial(&at, load.0, load.1);
+        // By how much each element gives otherwise than it was taken to.
+        let (mut along, mut square) = (0.0, 0.0);
+        for &v in &elastics.active {
+            let mut change = response.strains[v] * wrench - strains[v];
+            if statics.weight.active {
+                change += statics.weight.strains[v];
+            }
+            let difference = change - changes[v];
+            along += changes[v].dot(&difference);
+            square += difference.norm_squared();
+            changes[v] = change;
+        }
+        if damped && round > 1 && square > 0.0 {
+            share = (-share * along / square).clamp(LEAST, 1.0);
+        }
+        for &v in &elastics.active {
+            strains[v] += changes[v] * share;
+        }
         // Each body is placed against the one that carries it, by what the element between gives.
         let (mut points, mut turns) = (rest.clone(), vec![Matrix3::identity(); count]);
         for v in 1..count {
@@ -67,12 +104,7 @@ pub fn equilibrium(
                 _ => rest[v],
             };
             let active = elastics.active.binary_search(&v).is_ok();
-            let strain = if active {
-                response.strains[v] * wrench
-                    + if statics.weight.active { statics.weight.strains[v] } else { Vector6::zeros() }
-            } else {
-                Vector6::zeros()
-            };
+            let strain = strains[v];
             // The element's axes turn with the body that carries it.
             let axes = if active { statics.local[v].fixed_view::<3, 3>(0, 0).transpose() } else { Matrix3::identity() };
             let axes = turns[parent] * turned[parent].transpose() * axes;
@@ -83,20 +115,13 @@ pub fn equilibrium(
         }
         let moved = (0..count)
             .map(|v| (points[v] - statics.points[v]).norm().max((turns[v] - turned[v]).norm()))
-            .fold(0.0_f64, f64::max);
+            .fold(0.0_f64, f64::max)
+            / share;
         // What the linear closure leaves open on finite motions is closed in the next round.
         for (index, closing) in elastics.closings.iter().enumerate() {
             let state = &statics.closings[index];
-            let linear: Vector6<f64> = closing
-                .cycle
-                .iter()
-                .zip(&state.forces)
-                .map(|((v, _), f)| {
-                    let strain = response.strains[*v] * wrench
-                        + if statics.weight.active { statics.weight.strains[*v] } else { Vector6::zeros() };
-                    f.tr_mul(&strain)
-                })
-                .sum();
+            let linear: Vector6<f64> =
+                closing.cycle.iter().zip(&state.forces).map(|((v, _), f)| f.tr_mul(&strains[*v])).sum();
             let axes: Matrix3<f64> = state.local.fixed_view::<3, 3>(0, 0).transpose();
             let [a, b] = closing.ends;
             let origin = match closing.kind {

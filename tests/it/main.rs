@@ -5,6 +5,7 @@ mod cli;
 mod derivatives;
 mod dual;
 mod elastic_derivatives;
+mod equilibrium;
 mod estimation;
 mod generated;
 mod golden_elastic;
