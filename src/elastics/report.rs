@@ -88,6 +88,8 @@ pub fn shares(
     let total: f64 = energy.values().sum();
     if total != 0.0 {
         energy.values_mut().for_each(|work| *work /= total);
+        // What is rigid or free does no work but for rounding.
+        energy.retain(|_, share| share.abs() > 1e-12);
     }
     energy.sort_by(|_, a, _, b| b.total_cmp(a));
     let nodes = structure

@@ -49,8 +49,14 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     let tall = Mat::from_fn(rows.max(columns), columns, |i, j| if i < rows { matrix[i * columns + j] } else { 0.0 });
     let r = tall.qr().thin_R().to_owned();
     let norms: Vec<f64> = (0..columns).map(|j| r.col(j).norm_l2()).collect();
-    let largest = norms.iter().copied().fold(0.0, f64::max);
-    let effective: Vec<bool> = norms.iter().map(|&norm| norm > 1e-12 * largest && norm.is_finite()).collect();
+    // What a common error of each shows: stiffnesses in N/m and angles are not of one size.
+    let shown: Vec<f64> = norms
+        .iter()
+        .zip(about)
+        .map(|(&norm, of)| if of.tolerance > 0.0 && of.tolerance.is_finite() { norm * of.tolerance } else { norm })
+        .collect();
+    let largest = shown.iter().copied().fold(0.0, f64::max);
+    let effective: Vec<bool> = shown.iter().map(|&shown| shown > 1e-12 * largest && shown.is_finite()).collect();
     let scale: Vec<f64> = (0..columns)
         .map(|j| match scaling {
             _ if !effective[j] => 0.0,

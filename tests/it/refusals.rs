@@ -146,6 +146,133 @@ fn elastic_keys() {
 }
 
 #[test]
+fn structures_that_cannot_be() {
+    let none = ("units", "units");
+    let held = &["nothing would hold it"];
+    for key in ["ka", "kr", "kar", "krr"] {
+        refuses(none, &format!("joint_stiffness:\n  1: {{{key}: {{value: 0}}}}\n"), key, held);
+        refuses(none, &format!("joint_stiffness:\n  1: {{{key}: {{compliance: .inf}}}}\n"), key, held);
+        refuses(none, &format!("joint_stiffness:\n  1: {{{key}: {{value: -2}}}}\n"), key, &["`-2` must be 0 or more"]);
+    }
+    refuses(none, "base_stiffness:\n  krx: {value: -4}\n", "krx", &["`-4` must be 0 or more"]);
+    refuses(none, "base_stiffness:\n  krx: {value: 0}\n", "krx", held);
+    let bounded = |text: &str| format!("joint_stiffness:\n  1: {{kar: {{{text}}}}}\n");
+    refuses(none, &bounded("value: 5, bounds: [6, 7]"), "kar", &["5 lies outside its bounds [6, 7]"]);
+    refuses(none, &bounded("compliance: 0.5, bounds: [3, 7]"), "kar", &["2 lies outside its bounds [3, 7]"]);
+    refuses(none, &bounded("value: 5, bounds: [7, 3]"), "kar", &["write [3, 7]"]);
+    refuses(none, &bounded("value: 5, bounds: [-7, 8]"), "kar", &["cannot be below 0"]);
+    assert_eq!(check(&format!("{PLANAR}{}", bounded("compliance: 0.5, bounds: [2, 7]"))).status, 0);
+
+    let sound = "materials: {steel: {young: 2e11, poisson: 0.3}}\nsections: {rod: {shape: rod, diameter: 20}}\n";
+    let beams = |nodes: &str, ends: &str| {
+        format!("{sound}nodes:\n{nodes}beams:\n  b: {{{ends}, section: rod, material: steel}}\n")
+    };
+    let same = beams("  a: {body: 1}\n  b: {body: 1}\n", "from: a, to: b");
+    refuses(none, &same, "  b: {from", &["beam `b` has no length"]);
+    let across = beams("  a: {body: 1}\n  b: {body: 2, at: E}\n", "from: a, to: b");
+    refuses(none, &across, "  b: {from", &["joins nodes of two bodies, `1` and `2`"]);
+    refuses(none, &beams("  a: {body: 1}\n", "from: a, to: a"), "  b: {from", &["ends where it begins"]);
+    let loose = beams("  a: {body: 1}\n  c: {body: 2}\n  d: {body: 2, at: E}\n", "from: c, to: d")
+        + "  e: {from: a, to: 2, section: rod, material: steel}\n";
+    assert_eq!(check(&format!("{PLANAR}{}", loose.replace("  e: {from: a, to: 2", "  e: {from: 1, to: 2"))).status, 0);
+    let hangs = beams(
+        "  a: {body: 1}\n  b: {body: 1, at: 2}\n  c: {body: 1, point: [1, 2, 3]}\n  d: {body: 1, point: [1, 2, 9]}\n",
+        "from: a, to: b",
+    ) + "  e: {from: c, to: d, section: rod, material: steel}\n";
+    let ran = check(&format!("{PLANAR}{hangs}"));
+    assert_eq!(ran.status, 2);
+    assert!(ran.err.contains("node `c` hangs on nothing") && ran.err.contains("arm.yaml:15:"), "{}", ran.err);
+
+    let spring =
+        |rate: &str| format!("springs:\n  s: {{bodies: [0, 1], anchors: [[0, 0, 0], [1, 0, 0]], rate: {rate}}}\n");
+    for rate in ["{value: .inf}", "{compliance: 0}"] {
+        refuses(none, &spring(rate), "  s:", &["a spring must give"]);
+    }
+    refuses(none, &spring("{value: 0}"), "  s:", held);
+    refuses(none, &spring("{value: -1}"), "  s:", &["`-1` must be 0 or more"]);
+}
+
+#[test]
+fn structures_that_can_move_by_themselves() {
+    let pinned = "materials: {steel: {young: 2e11, poisson: 0.3}}
+sections: {rod: {shape: rod, diameter: 20}}
+nodes: {a: {body: 0, support: pinned}, b: {body: 0, point: [1000, 0, 0]}}
+beams: {b: {from: a, to: b, section: rod, material: steel}}
+joint_stiffness: {1: {kar: {value: 1000}}}
+";
+    let arm = format!("{PLANAR}{pinned}");
+    let deflection = CAMPAIGN.replace("position", "deflection");
+    let rows = "q1,q2,x,y,z,fz\n0,0,0.1,0,0,10\n10,10,0.1,0,0,10\n";
+    let files: [(&str, &[u8]); 3] =
+        [("arm.yaml", arm.as_bytes()), ("c.yaml", deflection.as_bytes()), ("m.csv", rows.as_bytes())];
+    let folder = folder_with(&files);
+    for (arguments, more) in [
+        (&["stiffness", "arm.yaml", "--joints", "q1=0"][..], ""),
+        (&["residuals", "arm.yaml", "c.yaml"], "row 1 (configuration"),
+    ] {
+        let ran = run(folder.path(), arguments);
+        assert!(ran.status == 1 && ran.out.is_empty(), "{arguments:?} {} {}", ran.status, ran.err);
+        for word in [more, "node `a` can", "support a is passive", "nothing closes it"] {
+            assert!(ran.err.contains(word), "{word}: {}", ran.err);
+        }
+    }
+    let both = arm.replace("point: [1000, 0, 0]", "point: [1000, 0, 0], support: fixed");
+    std::fs::write(folder.path().join("arm.yaml"), both).expect("written");
+    let ran = run(folder.path(), &["stiffness", "arm.yaml", "--joints", "q1=0"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+}
+
+#[test]
+fn loads_beyond_reason() {
+    let arm = format!("{PLANAR}joint_stiffness: {{2: {{kar: {{value: 1000, identifiable: true}}}}}}\n");
+    let deflection = CAMPAIGN.replace("position", "deflection");
+    let rows = "q1,q2,x,y,z,fz\n0,0,0.1,0,0,1e300\n10,10,0.1,0,0,10\n";
+    let files: [(&str, &[u8]); 3] =
+        [("arm.yaml", arm.as_bytes()), ("c.yaml", deflection.as_bytes()), ("m.csv", rows.as_bytes())];
+    let folder = folder_with(&files);
+    for command in [&["identify", "c.yaml"][..], &["residuals", "arm.yaml", "c.yaml"]] {
+        let ran = run(folder.path(), command);
+        assert!(ran.status == 2 && ran.err.contains("m.csv:2:") && ran.err.contains("`fz`"), "{}", ran.err);
+        assert!(ran.err.contains("1 error, "), "{}", ran.err);
+    }
+    for wrench in ["1e300,0,0", "nan,0,0", "1,2", "inf,0,0"] {
+        for command in ["stiffness", "pose"] {
+            let ran = run(folder.path(), &[command, "arm.yaml", "--joints", "q1=0", "--wrench", wrench]);
+            assert!(ran.status == 2 && ran.err.contains("--wrench"), "{command} {wrench}: {}", ran.err);
+        }
+    }
+}
+
+#[test]
+fn the_compensator_can_be_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let simulated = ["simulate", "kuka-kr270", "--poses", "20", "--observes", "deflection", "--wrench", "0,0,-2500"];
+    let ran = run(
+        folder.path(),
+        &[&simulated[..], &["--noise", "0.0001", "--errors", "0", "--seed", "4", "--into", "c"]].concat(),
+    );
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let fitted = |campaign: &str| {
+        let ran = run(folder.path(), &["identify", campaign, "--format", "json"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        ran.out
+    };
+    let with = fitted("c");
+    assert!(with.contains("compensator.stiffness"));
+    let file = folder.path().join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("read");
+    std::fs::write(&file, format!("{text}without: [compensator]\n")).expect("written");
+    let without = fitted("c");
+    assert!(!without.contains("compensator.stiffness"));
+    let ratio = |out: &str| {
+        let json: serde_json::Value = serde_json::from_str(out).expect("JSON");
+        json["noise_ratio"].as_f64().unwrap_or_else(|| panic!("{json:#}"))
+    };
+    // The joints cannot stand in for a spring whose stiffness changes with the pose.
+    assert!(ratio(&with) < 2.0 && ratio(&without) > 50.0, "{} {}", ratio(&with), ratio(&without));
+}
+
+#[test]
 fn a_faulty_value_is_told_once() {
     for replace in [
         ("variable: q2", "varable: q2"),

@@ -165,7 +165,7 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
         };
         if let (Some(first), Some(second)) = (body(&beam.from), body(&beam.to))
             && rigid_root(raw, &first) != rigid_root(raw, &second)
-            && !neighbours(&first, &second)
+            && !beam.from.as_deref().zip(beam.to.as_deref()).is_some_and(|(from, to)| neighbours(from, to))
         {
             let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
             complaints.error(&["beams", name], message).remedy =
@@ -320,8 +320,9 @@ fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawS
         if low < 0.0 {
             complaints.error(&bounds_path, format!("a stiffness cannot be below 0, as {low} is"));
         }
-        if let Some(value) = given.value
-            && !(low..=high).contains(&value)
+        let value = given.value.or(given.compliance.map(f64::recip));
+        if let Some(value) = value
+            && !(low * (1.0 - 1e-12)..=high * (1.0 + 1e-12)).contains(&value)
         {
             complaints.error(&bounds_path, format!("the value {value} lies outside its bounds [{low}, {high}]"));
         }
