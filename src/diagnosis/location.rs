@@ -15,7 +15,7 @@ use crate::prediction::{PredictionError, Term, effect_columns};
 pub struct SiteShare {
     /// Site.
     pub site: String,
-    /// Share of the squared gap above the noise, less what as many free numbers carry by chance.
+    /// Share of the squared gap above the noise, beyond what as many free numbers carry of any motion of the tool.
     pub share: f64,
     /// 95 % interval by configuration.
     pub ci95: [f64; 2],
@@ -65,8 +65,7 @@ impl Effect for Probe {
 
     fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
         let count = match self.0 {
-            SiteKind::Base => 6,
-            SiteKind::Instrument => 1,
+            SiteKind::Base => 3,
             _ => 1,
         };
         let parameter = EffectParameter { symbol: "free".into(), unit: "", scale: 1.0, is_positive: false };
@@ -93,8 +92,8 @@ impl Effect for Probe {
                 for k in 0..3 {
                     let mut axis = Vector3::zeros();
                     axis[k] = 1.0;
-                    out.push((k, Change::Point(axis, Vector3::zeros())));
-                    out.push((k + 3, Change::Point(axis.cross(&(moment.position - moment.base)), axis)));
+                    // It rocks about its foot; free to move in all six ways it could carry anything.
+                    out.push((k, Change::Point(axis.cross(&(moment.position - moment.base)), axis)));
                 }
             }
         }
@@ -131,7 +130,13 @@ pub fn sites(
     let mut poses: Vec<Vec<usize>> = Vec::new();
     for row in 0..evidence.rows() {
         match poses.last_mut() {
-            Some(rows) if evidence.pose[rows[0]] == evidence.pose[row] => rows.push(row),
+            Some(rows)
+                if evidence.pose[rows[0]] == evidence.pose[row]
+                    && campaign.readings[evidence.reading[rows[0]]].wrench
+                        == campaign.readings[evidence.reading[row]].wrench =>
+            {
+                rows.push(row);
+            }
             _ => poses.push(vec![row]),
         }
     }
@@ -149,7 +154,11 @@ pub fn sites(
                 let basis = orthonormal(&columns, None);
                 let taken = own.norm_squared() - rest(&own, &basis).norm_squared();
                 let square = noise * noise;
-                [taken - basis.ncols() as f64 * square, own.norm_squared() - rows.len() as f64 * square]
+                let total = own.norm_squared() - rows.len() as f64 * square;
+                // What as many directions would carry of any motion of the tool.
+                let chance = basis.ncols() as f64 / rows.len().clamp(1, 6) as f64;
+                let beyond = taken - basis.ncols() as f64 * square - chance * total;
+                [beyond / (1.0 - chance).max(0.1), total]
             })
             .collect();
         first += count;

@@ -11,6 +11,8 @@ use super::evidence::Evidence;
 const MOST: usize = 4;
 /// An effect is named below this probability of its gain by chance, times the number of hypotheses tried.
 const CHANCE: f64 = 5e-3;
+/// No parameter is off by more than this many times its common size.
+const GREATEST: f64 = 60.0;
 /// What a further effect must contribute at least, root mean square over the rows, in sigmas of what is left.
 const LEAST: f64 = 0.25;
 
@@ -86,20 +88,28 @@ impl<'a> Ground<'a> {
                     None => block.clone(),
                 };
                 let along = own.tr_mul(&residual);
-                if self.evidence.hypotheses[h].is_positive {
-                    // Of the whole column, what is left beside the others decides the sign.
-                    let columns = &self.evidence.hypotheses[h].columns;
-                    if own.ncols() < columns.ncols() {
-                        return (0.0, 0);
-                    }
-                    let amounts = own.tr_mul(columns).lu().solve(&along);
-                    if amounts.is_none_or(|x| x.iter().any(|v| *v < 0.0)) {
-                        return (0.0, 0);
-                    }
+                if !self.is_plausible(h, &own, &along) {
+                    return (0.0, 0);
                 }
                 (along.norm_squared(), own.ncols())
             })
             .collect()
+    }
+
+    /// Whether the amounts by which a hypothesis would fit can be: compliances of what is rigid are positive, and nothing
+    /// is off by many times what it commonly is.
+    fn is_plausible(&self, h: usize, own: &DMatrix<f64>, along: &DVector<f64>) -> bool {
+        let hypothesis = &self.evidence.hypotheses[h];
+        let columns = &hypothesis.columns;
+        if own.ncols() < columns.ncols() {
+            return !hypothesis.is_positive;
+        }
+        let Some(amounts) = own.tr_mul(columns).lu().solve(along) else { return false };
+        let can_be = |(amount, parameter): (&f64, &crate::effects::EffectParameter)| match hypothesis.is_positive {
+            true => *amount >= 0.0,
+            false => amount.abs() <= GREATEST * parameter.scale,
+        };
+        amounts.iter().zip(&hypothesis.parameters).all(can_be)
     }
 
     /// Merit of a fit: Bayesian information criterion, with the forms that were tried.

@@ -253,7 +253,11 @@ impl Round {
         };
         progress("locating");
         let left = rest(&evidence.residual, &super::algebra::orthonormal(&evidence.nuisance, None));
-        let shares = sites(model, &self.campaign, &self.values, evidence, &left, noise, settings.seed)?;
+        let shares = if is_significant {
+            sites(model, &self.campaign, &self.values, evidence, &left, noise, settings.seed)?
+        } else {
+            Vec::new()
+        };
         let in_place = reading_errors(evidence, &left);
         let directions = std::array::from_fn(|k| crate::math::mean_rms_max(in_place.iter().map(|(_, e)| e[k]))[1]);
         let regions = if is_significant { conditions(model, &self.campaign, &in_place) } else { Vec::new() };
