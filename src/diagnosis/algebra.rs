@@ -8,6 +8,11 @@ const DEPENDENT: f64 = 1e-6;
 /// Orthonormal columns spanning those of `matrix` (pivoted Gram-Schmidt, twice), beside an orthonormal `basis` to which
 /// they are made orthogonal first.
 pub fn orthonormal(matrix: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+    independent(matrix, basis).1
+}
+
+/// As [`orthonormal`], with the columns that were found independent, ascending.
+pub fn independent(matrix: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> (Vec<usize>, DMatrix<f64>) {
     let rows = matrix.nrows();
     let mut left = matrix.clone();
     let lengths: Vec<f64> = matrix.column_iter().map(|c| c.norm()).collect();
@@ -23,6 +28,7 @@ pub fn orthonormal(matrix: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> DMatr
         }
     }
     let mut found: Vec<DVector<f64>> = Vec::new();
+    let mut chosen = Vec::new();
     let mut open: Vec<usize> = (0..left.ncols()).filter(|&j| lengths[j] > 0.0).collect();
     while let Some(at) =
         (0..open.len()).max_by(|&a, &b| left.column(open[a]).norm().total_cmp(&left.column(open[b]).norm()))
@@ -46,8 +52,10 @@ pub fn orthonormal(matrix: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> DMatr
             left.column_mut(k).axpy(-shadow, &q, 1.0);
         }
         found.push(q);
+        chosen.push(j);
     }
-    if found.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&found) }
+    chosen.sort_unstable();
+    (chosen, if found.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&found) })
 }
 
 /// What is left of a vector beside an orthonormal basis.

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::algebra::{independent, orthonormal};
 use super::verdict::Settings;
 use crate::description::campaign::Campaign;
 use crate::effects::{Effect, Form, Site, Survey};
@@ -42,6 +43,24 @@ impl Hypothesis {
     /// `effect@site`
     pub fn label(&self) -> String {
         format!("{}@{}", self.effect.name(), self.site.name)
+    }
+
+    /// Leaves out what the nuisance or its own other parameters take up entirely.
+    fn prune(&mut self, nuisance: &DMatrix<f64>) {
+        let (kept, _) = independent(&self.columns, Some(nuisance));
+        if kept.len() == self.columns.ncols() {
+            return;
+        }
+        // Parameters of a form go together: columns of none are struck out only from constants.
+        if self.constants.is_empty() {
+            if kept.is_empty() {
+                self.parameters.clear();
+            }
+            return;
+        }
+        self.columns = self.columns.select_columns(&kept);
+        self.constants = kept.iter().map(|&k| self.constants[k]).collect();
+        self.parameters = kept.iter().map(|&k| self.parameters[k].clone()).collect();
     }
 
     /// Whether another says the same in another selection of constants, or is the very same: the two cannot go together.
@@ -159,9 +178,15 @@ impl Evidence {
             hypothesis.columns = gather(&hypothesis.constants);
         }
         let components = campaign.components();
+        let fitted = gather(nuisance);
+        let basis = orthonormal(&fitted, None);
+        for hypothesis in &mut hypotheses {
+            hypothesis.prune(&basis);
+        }
+        hypotheses.retain(|hypothesis| !hypothesis.parameters.is_empty());
         Ok(Self {
             residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
-            nuisance: gather(nuisance),
+            nuisance: fitted,
             sigmas,
             pose: (0..rows).map(|row| campaign.readings[row / components].pose).collect(),
             reading: (0..rows).map(|row| row / components).collect(),

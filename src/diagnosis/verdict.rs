@@ -50,6 +50,8 @@ const MOST_WRONG: f64 = 0.12;
 const RIVAL: f64 = 9.0;
 /// What is left above the noise, of what was there, when a gap counts as explained (of squares).
 const EXPLAINED: f64 = 0.15;
+/// A cause must leave less than this share of the error of unseen readings.
+const HELPS: f64 = 0.995;
 /// What the causes must take away of the squares above the noise to be named at all.
 const NAMED: f64 = 0.5;
 
@@ -208,25 +210,30 @@ impl Round {
         let training = training(evidence, &self.aside);
         let ground = Ground::new(&training);
         let folds = folds(evidence, &self.aside, settings.seed);
-        let mut steps: Vec<Vec<(usize, Vector3<f64>)>> = Vec::new();
-        let mut weighted: Vec<DVector<f64>> = Vec::new();
-        for fit in &self.path {
-            let held = held_out(evidence, &fit.members, &folds);
-            steps.push(reading_errors(evidence, &held));
-            weighted.push(held);
+        let error = |fit: &Fitted| reading_errors(evidence, &held_out(evidence, &fit.members, &folds));
+        let mut steps: Vec<Vec<(usize, Vector3<f64>)>> = vec![error(&ground.fit(&[]))];
+        let mut path = vec![ground.fit(&[])];
+        // What does not help readings that it was not fitted to is no cause.
+        for &member in self.members().iter() {
+            let last = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
+            let fit = ground.fit(&[last, vec![member]].concat());
+            let after = error(&fit);
+            if rms_max(&after)[0] < HELPS * steps.last().map_or(f64::INFINITY, |before| rms_max(before)[0]) {
+                path.push(fit);
+                steps.push(after);
+            }
         }
         let empty = ground.fit(&[]);
-        let best = self.path.last().cloned().unwrap_or_else(|| empty.clone());
+        let best = path.last().cloned().unwrap_or_else(|| empty.clone());
         let variance = |fit: &Fitted| fit.squares / (ground.freedom() - fit.directions as f64).max(1.0);
         // Noise: as stated; else what repeats and markers show; else what the best explanation leaves.
         let noise = self.noise.unwrap_or_else(|| variance(&best).sqrt());
         let freedom = ground.freedom();
         let excess = |fit: &Fitted| variance(fit) / (noise * noise) - 1.0;
         let limit = 3.5 * (2.0 / freedom).sqrt() + 0.03;
-        let shown = self.path.len() > 1;
+        let shown = path.len() > 1;
         let mut explained = shown;
         let (before, after) = (excess(&empty), excess(&best));
-        let mut path = self.path.clone();
         if shown && before > 0.0 && (before - after.max(0.0)) / before < NAMED {
             // Most of the gap stays: what was found is a crutch, not the cause.
             path.truncate(1);
