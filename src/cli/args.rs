@@ -60,6 +60,8 @@ pub enum Command {
     Identify(Identify),
     /// Where the sim-to-real gap lies, which effect causes it, how far it shrinks on readings not seen.
     Diagnose(Diagnose),
+    /// Gravity compensator: its mounting from measured points, its spring from compliances of joint 2.
+    Compensator(Compensator),
     /// Compare a description with measurements, fitting nothing.
     Residuals(OnCampaign),
     /// Make a campaign from a description with drawn or given errors.
@@ -260,6 +262,25 @@ pub struct Diagnose {
     /// Write the description as diagnosed: calibrated, effects switched on.
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
+}
+
+/// `compensator`
+#[derive(Debug, Args)]
+pub struct Compensator {
+    /// CSV of the spring's point on link 2 at angles of joint 2: columns q (deg), x, y, z (mm, any axes).
+    #[arg(long, value_name = "FILE")]
+    pub circle: Option<PathBuf>,
+    /// CSV of reference points that turn about the spring's anchor on link 1: columns point, x, y, z (mm, the same
+    /// axes); q may be there.
+    #[arg(long, value_name = "FILE", requires = "circle")]
+    pub anchor: Option<PathBuf>,
+    /// L, ax and ay (mm), where they are known and not measured.
+    #[arg(long, value_name = "L,AX,AY", allow_hyphen_values = true, conflicts_with_all = ["circle", "anchor"])]
+    pub mounting: Option<String>,
+    /// CSV of compliances of joint 2: columns q (deg), k2 (1e-6 rad/(N.m)), and ci95, half widths of their 95 %
+    /// intervals, where known.
+    #[arg(long, value_name = "FILE")]
+    pub compliances: Option<PathBuf>,
 }
 
 /// Rules of splitting.

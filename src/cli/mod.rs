@@ -128,6 +128,7 @@ fn run(arguments: &Arguments) -> Result<Output, Failure> {
         Command::Identifiability(command) => commands::identifiability::run(command),
         Command::Identify(command) => commands::identify::run(command, arguments.seed),
         Command::Diagnose(command) => commands::diagnose::run(command, arguments.seed),
+        Command::Compensator(command) => commands::compensator::run(command),
         Command::Residuals(command) => commands::residuals::run(command),
         Command::Simulate(command) => commands::simulate::run(command, arguments.seed),
         Command::Schema(command) => commands::schema::run(command),

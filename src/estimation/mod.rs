@@ -1,5 +1,6 @@
 //! Calibration: what the campaign can tell is fitted by bounded least squares, and judged on readings it did not see.
 
+pub mod compensator;
 pub mod least_squares;
 
 mod calibration;

@@ -1,6 +1,7 @@
 //! What is shown to the user, as text and JSON; computes nothing new.
 
 pub mod diagnosis;
+pub mod compensator;
 pub mod identification;
 pub mod remarks;
 pub mod robot;

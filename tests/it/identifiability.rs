@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 use crate::support::bundled;
 
 /// Variables that put the wrist's frame 7 at a pose: Newton from a bent wrist.
-fn wrist_at(geometry: &Geometry, position: Vector3<f64>, rotation: Option<Rotation3<f64>>) -> Vec<f64> {
+pub fn wrist_at(geometry: &Geometry, position: Vector3<f64>, rotation: Option<Rotation3<f64>>) -> Vec<f64> {
     let model = geometry.model;
     let frame = model.frame("7").expect("the wrist");
     let size = if rotation.is_some() { 6 } else { 3 };

@@ -2,6 +2,7 @@
 
 mod architecture;
 mod cli;
+mod compensator;
 mod derivatives;
 mod dual;
 mod elastic_derivatives;
@@ -16,9 +17,11 @@ mod least_squares;
 mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod loaded;
+mod literature_stiffness;
 mod random_robots;
 mod real_data;
 mod recovery;
+mod recovery_elastic;
 mod refusals;
 mod remarks;
 mod robots;

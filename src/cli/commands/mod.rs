@@ -1,6 +1,7 @@
 //! One file a command.
 
 pub mod check;
+pub mod compensator;
 pub mod completions;
 pub mod convert;
 pub mod diagnose;

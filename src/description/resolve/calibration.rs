@@ -2,6 +2,7 @@
 
 use indexmap::IndexMap;
 
+use super::super::elastic::section_symbols;
 use super::super::raw::RawRobot;
 use super::super::robot::{Calibration, FRAME_SYMBOLS, PLACEMENT_SYMBOLS, SLIDER_CRANK_SYMBOLS, is_angle};
 use super::Complaints;
@@ -25,7 +26,13 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
     }
     let factor = |name: &str| match name.rsplit_once('.') {
         Some((_, symbol)) if is_angle(symbol) => angle,
-        Some((_, symbol)) if symbol.starts_with('k') => 1.0, // stiffness, SI
+        // Stiffness in SI, and what has no unit of its own.
+        Some((_, symbol)) if symbol.starts_with('k') => 1.0,
+        Some((_, "stiffness" | "axial" | "density" | "poisson")) => 1.0,
+        Some((_, "young" | "shear")) => raw.units.pressure.factor(),
+        Some((_, "mass")) => raw.units.mass.factor(),
+        Some((_, "area")) => length.powi(2),
+        Some((_, "iy" | "iz" | "j")) => length.powi(4),
         _ => length,
     };
     for (section, names) in
@@ -90,6 +97,18 @@ fn parameter_names(raw: &RawRobot, tree: &Tree) -> Vec<String> {
     names.extend(
         raw.joint_stiffness.keys().flat_map(|joint| all(&format!("joint{joint}"), &["ka", "kr", "kar", "krr"])),
     );
-    names.extend(raw.springs.keys().map(|spring| format!("{spring}.stiffness")));
+    names.extend(raw.actuators.keys().map(|actuator| format!("{actuator}.axial")));
+    const ANCHORS: [&str; 6] = ["x1", "y1", "z1", "x2", "y2", "z2"];
+    names.extend(raw.springs.iter().flat_map(|(spring, given)| {
+        // Without a free length the spring's tension is unknown, and nothing depends on a length it does not have.
+        let length = given.free_length.is_some() || given.preload.is_some();
+        let own = ["stiffness"].into_iter().chain(length.then_some("free_length"));
+        all(spring, &own.chain(ANCHORS).collect::<Vec<_>>())
+    }));
+    names.extend(raw.materials.iter().flat_map(|(material, given)| {
+        all(material, &["young", if given.shear.is_some() { "shear" } else { "poisson" }, "density"])
+    }));
+    names.extend(raw.sections.iter().flat_map(|(section, given)| all(section, section_symbols(given.shape))));
+    names.extend(raw.bodies.keys().flat_map(|body| all(&format!("body{body}"), &["mass", "x", "y", "z"])));
     names
 }

@@ -1,0 +1,108 @@
+//! `compensator`: mounting and spring of a gravity compensator.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use crate::cli::args::Compensator;
+use crate::cli::values::numbers;
+use crate::cli::{Failure, Output};
+use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
+use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
+use crate::remark::Remark;
+use crate::report::compensator::{Compensator as Found, compensator_json, compensator_text};
+
+pub fn run(command: &Compensator) -> Result<Output, Failure> {
+    if command.circle.is_none() && command.mounting.is_none() {
+        return Err(Failure::input(
+            "no measurements of the compensator",
+            "give --circle FILE [--anchor FILE], or --mounting L,AX,AY; and --compliances FILE for its spring",
+        ));
+    }
+    let mut found = Found::default();
+    let mut triangle = None;
+    if let Some(path) = &command.circle {
+        let points = read(path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
+        let angles = points.numbers("q").unwrap_or_default();
+        let points: Vec<(f64, Vector3<f64>)> =
+            angles.iter().zip(positions(&points)).map(|(q, p)| (q.to_radians(), p)).collect();
+        let arcs = command.anchor.as_deref().map(arcs).transpose()?.unwrap_or_default();
+        let mounted = mounting(&points, &arcs).map_err(Failure::computation)?;
+        triangle = mounted.anchor.map(|[ax, ay]| Triangle { lever: mounted.lever.value, ax: ax.value, ay: ay.value });
+        found.mounting = Some(mounted);
+    }
+    if let Some(text) = &command.mounting {
+        let given = numbers("--mounting", text, &[3])?;
+        triangle = Some(Triangle { lever: given[0] * 1e-3, ax: given[1] * 1e-3, ay: given[2] * 1e-3 });
+    }
+    found.triangle = triangle;
+    if let Some(path) = &command.compliances {
+        let Some(triangle) = triangle else {
+            return Err(Failure::input(
+                "--compliances: where the spring is hung is not known",
+                "give --anchor as well as --circle, or --mounting L,AX,AY",
+            ));
+        };
+        let table = read(path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
+        let column = |name: &str| table.numbers(name).unwrap_or_default().to_vec();
+        let widths = table.has("ci95").then(|| column("ci95"));
+        found.compliances = column("q")
+            .into_iter()
+            .zip(column("k2"))
+            .enumerate()
+            .map(|(row, (q, k2))| JointCompliance {
+                angle: q.to_radians(),
+                compliance: k2 * 1e-6,
+                ci95: widths.as_ref().and_then(|w| w.get(row)).map(|w| w * 1e-6),
+            })
+            .collect();
+        let negative = found.compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0));
+        if let Some(row) = negative {
+            let line = table.line(row).unwrap_or_default();
+            return Err(Failure::input(
+                format!("`{}` line {line}: k2 and ci95 must be above 0", path.display()),
+                "give compliances in 1e-6 rad/(N.m)",
+            ));
+        }
+        found.elasticity = Some(elasticity(&triangle, &found.compliances).map_err(Failure::computation)?);
+    }
+    Ok(Output::new(compensator_text(&found), compensator_json(&found)))
+}
+
+/// Reads columns of numbers (and of the points' names) with whether each must be there.
+fn read(path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Failure> {
+    let name = path.display().to_string();
+    let listed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let file = std::fs::File::open(path).map_err(|error| {
+        let remark = Remark::error(format!("`{name}` cannot be read: {error}"));
+        Failure::Input(vec![remark.remedy(format!("give a CSV with the columns {}", listed.join(", ")))])
+    })?;
+    let mut expected: Vec<ExpectedColumn> = columns
+        .iter()
+        .map(|&(name, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Number, required })
+        .collect();
+    if named {
+        expected.push(ExpectedColumn { name: "point".into(), kind: ColumnKind::Text, required: true });
+    }
+    Ok(read_table(&name, file, &expected, &BTreeMap::new(), &[], &Dialect::default(), 100_000)?)
+}
+
+fn positions(table: &Table) -> Vec<Vector3<f64>> {
+    let column = |name: &str| table.numbers(name).unwrap_or_default();
+    let (x, y, z) = (column("x"), column("y"), column("z"));
+    x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z) * 1e-3).collect()
+}
+
+/// Positions of each reference point.
+fn arcs(path: &Path) -> Result<Vec<Vec<Vector3<f64>>>, Failure> {
+    let table = read(path, &[("x", true), ("y", true), ("z", true), ("q", false)], true)?;
+    let names = table.texts("point").cloned().unwrap_or_default();
+    let mut arcs = vec![Vec::new(); names.texts().len()];
+    for (&point, position) in names.indices().iter().zip(positions(&table)) {
+        if let Some(arc) = arcs.get_mut(point as usize) {
+            arc.push(position);
+        }
+    }
+    Ok(arcs)
+}

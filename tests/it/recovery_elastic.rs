@@ -1,0 +1,167 @@
+//! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as they say,
+//! and the same minimum is reached however wrong the description's values are.
+
+use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::estimation::{Calibration, Settings, calibrate};
+use elastogeo::files::load_robot;
+use elastogeo::kinematics::Geometry;
+use elastogeo::model::Model;
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+use rand::RngExt;
+use rayon::prelude::*;
+
+use crate::literature_stiffness::grid_63;
+use crate::support::bundled;
+
+fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
+    let aside = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated")
+}
+
+/// The model with the values of what is identifiable multiplied by random factors between 1/1000 and 1000.
+fn far_off(model: &Model, random: &mut impl RngExt) -> Model {
+    let mut model = model.clone();
+    for slot in model.elastic_slots() {
+        let factor = 10.0_f64.powf(6.0 * random.random::<f64>() - 3.0);
+        model.registry.all_mut()[slot].nominal *= factor;
+    }
+    model
+}
+
+fn estimate<'c>(model: &Model, found: &'c Calibration, name: &str) -> &'c elastogeo::estimation::Estimate {
+    let slot = model.registry.slot(name).expect("a parameter");
+    found.estimates.iter().find(|estimate| estimate.slot == slot).expect("estimated")
+}
+
+/// Whether as many of `n` intervals hold the truth as 95 % leave room for, within three standard errors.
+fn at_the_nominal_rate(what: &str, held: usize, n: usize) {
+    let error = (0.95 * 0.05 / n as f64).sqrt();
+    let share = held as f64 / n as f64;
+    println!("{what}: {held} of {n} intervals hold the truth ({share:.4}, nominal 0.95 +- {error:.4})");
+    assert!((share - 0.95).abs() < 3.0 * error, "{what}: {held} of {n}");
+}
+
+fn deflections(
+    configurations: Vec<Vec<f64>>,
+    markers: Vec<Option<usize>>,
+    wrenches: Vec<[f64; 6]>,
+    sigma: f64,
+) -> Plan {
+    Plan {
+        wrenches,
+        configurations,
+        markers,
+        repeats: 1,
+        observes: Observes::Deflection,
+        sigma,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    }
+}
+
+#[test]
+fn ir663_springs_are_recovered_from_126_readings_whatever_the_start() {
+    let model = bundled("kuka-ir663");
+    let geometry = Geometry::nominal(&model).expect("assembled");
+    let wrenches = vec![[900.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, -900.0, 0.0, 0.0, 0.0]];
+    let plan = deflections(grid_63(&geometry), vec![model.marker("wrist")], wrenches, 35e-6);
+    let held: Vec<[bool; 3]> = (0..150)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = generator(seed);
+            let truth = draw_errors(&model, 0.0, 1.0, &mut random);
+            let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+            assert_eq!(campaign.readings.len(), 126);
+            let found = fitted(&model, &campaign);
+            let far = fitted(&far_off(&model, &mut random), &campaign);
+            assert!(found.converged && far.converged, "{seed}: {} {}", found.ending, far.ending);
+            let apart = far.noise_ratio / found.noise_ratio - 1.0;
+            assert!(apart.abs() < 1e-6, "{seed}: {apart:e} ({} and {} iterations)", found.iterations, far.iterations);
+            let single = |name: &str| {
+                let estimate = estimate(&model, &far, name);
+                (estimate.value - truth[estimate.slot]).abs() <= estimate.ci95
+            };
+            let member = model.registry.slot("joint10.kr").expect("a spring");
+            let group = far.equivalences.iter().find(|g| g.members.iter().any(|m| m.0 == member)).expect("a group");
+            assert_eq!(group.members.len(), 3);
+            [single("joint2.kar"), single("joint8.kar"), (group.value - group.of(&truth)).abs() <= group.ci95]
+        })
+        .collect();
+    for (k, name) in ["kar(1,2)", "kar(1,8)", "K18 equivalent"].into_iter().enumerate() {
+        at_the_nominal_rate(name, held.iter().filter(|held| held[k]).count(), held.len());
+    }
+}
+
+const KR270: [&str; 8] = [
+    "joint1.kar",
+    "joint2.kar",
+    "joint3.kar",
+    "joint4.kar",
+    "joint5.kar",
+    "joint6.kar",
+    "compensator.stiffness",
+    "compensator.free_length",
+];
+
+#[test]
+fn kr270_springs_and_compensator_are_recovered_whatever_the_start() {
+    let mut model = load_robot("kuka-kr270").expect("bundled").model;
+    let length = model.registry.slot("compensator.free_length").expect("a parameter");
+    model.registry.all_mut()[length].free = true;
+    let geometry = Geometry::nominal(&model).expect("assembled");
+    let configurations = draw_configurations(&geometry, 30, 0.9, &mut generator(271)).expect("drawn");
+    let fresh = draw_configurations(&geometry, 20, 0.9, &mut generator(272)).expect("drawn");
+    let markers: Vec<Option<usize>> = (0..3).map(Some).collect();
+    let wrenches =
+        [[0.0, 0.0, -2500.0], [0.0, 2500.0, 0.0], [2500.0, 0.0, 0.0]].map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0]);
+    let plan = deflections(configurations, markers, wrenches.to_vec(), 30e-6);
+    let again = Plan { configurations: fresh, ..plan.clone() };
+    let held: Vec<Vec<bool>> = (0..100)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = generator(seed);
+            let truth = draw_errors(&model, 0.0, 0.5, &mut random);
+            let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+            let found = fitted(&model, &campaign);
+            let far_model = far_off(&model, &mut random);
+            let far = fitted(&far_model, &campaign);
+            let apart = far.noise_ratio / found.noise_ratio - 1.0;
+            let factors: Vec<String> = KR270
+                .iter()
+                .map(|name| {
+                    let slot = model.registry.slot(name).expect("a parameter");
+                    format!("{:.1e}", far_model.registry[slot].nominal / model.registry[slot].nominal)
+                })
+                .collect();
+            if !(found.converged && far.converged && apart.abs() < 1e-6) {
+                println!(
+                    "{seed}: {apart:e} ({} {}, {} and {} iterations) {factors:?} kept {} {}",
+                    found.ending,
+                    far.ending,
+                    found.iterations,
+                    far.iterations,
+                    found.identifiability.kept.len(),
+                    far.identifiability.kept.len()
+                );
+            }
+            assert!(found.converged && far.converged && apart.abs() < 1e-6, "{seed}: {apart:e} from {factors:?}");
+            let unseen = simulate(&model, &truth, &again, &mut random).expect("simulated");
+            let mut predicted = elastogeo::prediction::Linearised::default();
+            let predictor = elastogeo::prediction::Predictor::new(&model, &unseen, Vec::new()).expect("predictable");
+            predictor.linearise(&far.values, false, &mut predicted).expect("predicted");
+            let n = predicted.residual.len() as f64;
+            let rms = (predicted.residual.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
+            assert!((rms / 30e-6 - 1.0).abs() < 0.2, "{seed}: {rms:e} on fresh poses");
+            KR270
+                .iter()
+                .map(|name| {
+                    let estimate = estimate(&model, &far, name);
+                    (estimate.value - truth[estimate.slot]).abs() <= estimate.ci95
+                })
+                .collect()
+        })
+        .collect();
+    for (k, name) in KR270.into_iter().enumerate() {
+        at_the_nominal_rate(name, held.iter().filter(|held| held[k]).count(), held.len());
+    }
+}
