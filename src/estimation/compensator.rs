@@ -324,11 +324,11 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
     if found.iter().any(|k| k.compliance.is_nan() || k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0)) {
         return refuse("compliances and their intervals must be above 0");
     }
-    if found.iter().any(|k| at.length(k.angle) < 1e-6) {
+    if found.iter().any(|k| at.length(k.angle).is_nan() || at.length(k.angle) < 1e-6) {
         return refuse("the spring has no length at one of the angles: check L, ax and ay");
     }
     let stated = found.iter().all(|k| k.ci95.is_some());
-    let quantile = t95(1e9);
+    let quantile = 1.959_964; // of the normal distribution
     // Of a stiffness 1/k.
     let sigma = |k: &JointCompliance| match k.ci95 {
         Some(ci) if stated => ci / quantile / (k.compliance * k.compliance),
