@@ -10,11 +10,12 @@ use super::registration::{arrangement, rough};
 use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 use super::schemes::{alternating, pose_by_pose};
 use super::settings::{Scheme, Settings, Weights, What};
+use super::start::elastic_start;
 use super::statistics::{cofactor, errors_of, t95};
 use crate::description::campaign::{Campaign, Observes};
 use crate::math::mean_rms_max;
 use crate::model::Model;
-use crate::parameter::{Group, Kind, Slot};
+use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, Predictor};
 
 /// Calibrates `model` on the readings of `campaign` that are not set `aside`.
@@ -82,7 +83,7 @@ pub fn calibrate(
     };
     let predictor = Predictor::new(model, &fit, slots)?;
     if settings.only.is_none() {
-        scale_springs(&predictor, &sigmas, &mut start)?;
+        elastic_start(&predictor, &sigmas, &held, &mut start, &least(settings))?;
     }
     let Observation { slots, identifiability } =
         reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
@@ -188,40 +189,6 @@ fn arrangement_first(model: &Model, fit: &Campaign, only: &[Slot]) -> Vec<Slot> 
     let mut slots = arrangement(model, fit);
     slots.extend(only.iter().filter(|slot| !slots.contains(slot)).copied().collect::<Vec<_>>());
     slots
-}
-
-/// Orders of magnitude tried on either side of the description's springs.
-const DECADES: i32 = 4;
-
-/// Multiplies all springs to be estimated by the power of ten that fits best: a start that is far off all round then
-/// costs nothing, and what is left the fit, nearly linear in compliances, finds from anywhere.
-fn scale_springs(predictor: &Predictor, sigmas: &[f64], start: &mut [f64]) -> Result<(), CalibrationError> {
-    let registry = &predictor.model.registry;
-    let springs: Vec<Slot> = predictor
-        .slots
-        .iter()
-        .copied()
-        .filter(|&slot| matches!(registry[slot].kind, Kind::LinearCompliance | Kind::RotationalCompliance))
-        .collect();
-    if springs.is_empty() {
-        return Ok(());
-    }
-    let mut found = Linearised::default();
-    let mut best = (f64::INFINITY, 0);
-    let mut trial = start.to_vec();
-    for decade in (0..=DECADES).flat_map(|d| if d == 0 { vec![0] } else { vec![-d, d] }) {
-        springs.iter().for_each(|&slot| trial[slot] = start[slot] * 10.0_f64.powi(decade));
-        predictor.linearise(&trial, false, &mut found)?;
-        let cost: f64 = found.residual.iter().zip(sigmas).map(|(r, s)| (r / s).powi(2)).sum();
-        if cost < best.0 {
-            best = (cost, decade);
-        }
-    }
-    let factor = 10.0_f64.powi(best.1);
-    springs.iter().for_each(|&slot| {
-        start[slot] = (start[slot] * factor).clamp(registry[slot].bounds[0], registry[slot].bounds[1])
-    });
-    Ok(())
 }
 
 fn least(settings: &Settings) -> least_squares::Settings {

@@ -12,6 +12,7 @@ mod result;
 mod schemes;
 mod settings;
 mod split;
+mod start;
 mod statistics;
 
 pub use calibration::{calibrate, compare};

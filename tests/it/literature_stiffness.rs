@@ -158,5 +158,7 @@ fn beams_carry_a_tenth_at_most_and_the_first_group_nothing() {
     }
     let [most, _] = apart(&readings(&model, &values), &readings(&model, &rigid));
     println!("the group of kr(1,2) moves the tip by {:.2e} mm", most * 1e3);
-    assert!((1e-5..1e-3).contains(&(most * 1e3)), "{most}");
+    // By statics: 900 N at 1.8 m against the 0.4 m of link 10 load joint 3 by about 4.9 kN, which is 5.4 times the load;
+    // its square over 4.65e12 N/m makes 6e-6 mm.
+    assert!((2e-6..1e-5).contains(&(most * 1e3)), "{most}");
 }

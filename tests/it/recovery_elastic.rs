@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::literature_stiffness::grid_63;
 use crate::support::bundled;
 
-const SEEDS: u64 = 10;
+const SEEDS: u64 = 150;
 
 fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
     let aside = vec![false; campaign.readings.len()];
@@ -136,6 +136,16 @@ fn kr270_springs_and_compensator_are_recovered_whatever_the_start() {
                 })
                 .collect();
             if !(found.converged && far.converged && apart.abs() < 1e-6) {
+                for which in [&found, &far] {
+                    for (k, why) in &which.identifiability.dropped {
+                        println!(
+                            "dropped {} {why:?} {:e} sv {:?}",
+                            model.registry[which.slots[*k]].name,
+                            which.identifiability.remainder[*k],
+                            which.identifiability.singular_values
+                        );
+                    }
+                }
                 println!(
                     "{seed}: {apart:e} ({} {}, {} and {} iterations) {factors:?} kept {} {}",
                     found.ending,
