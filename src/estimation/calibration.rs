@@ -192,7 +192,10 @@ fn arrangement_first(model: &Model, fit: &Campaign, only: &[Slot]) -> Vec<Slot> 
 }
 
 fn least(settings: &Settings) -> least_squares::Settings {
-    least_squares::Settings { max_iterations: settings.max_iterations, loss: settings.loss, ..Default::default() }
+    // Below this, a millionth of a standard deviation, the rounding of the model is followed, not the data.
+    let cost_tolerance = 1e-14;
+    let (max_iterations, loss) = (settings.max_iterations, settings.loss);
+    least_squares::Settings { max_iterations, loss, cost_tolerance, ..Default::default() }
 }
 
 fn bounds_of(model: &Model, kept: &[Slot], start: &[f64]) -> Bounds {

@@ -7,6 +7,7 @@ mod derivatives;
 mod dual;
 mod elastic_derivatives;
 mod equilibrium;
+mod elastic_campaigns;
 mod estimation;
 mod generated;
 mod golden_elastic;

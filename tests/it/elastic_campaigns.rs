@@ -1,0 +1,142 @@
+//! Campaigns with loads from the files' side: geometry and stiffness from one absolute campaign, and identified stiffness
+//! that goes back to a description and is read again.
+
+use std::path::Path;
+
+use elastogeo::description::campaign::Observes;
+use elastogeo::estimation::{Settings, What, calibrate};
+use elastogeo::files::load_robot;
+use elastogeo::kinematics::Geometry;
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+use rand::RngExt;
+use serde_json::Value;
+
+use crate::cli::run;
+
+/// KR-270 with masses, as a description beside its URDF.
+fn heavy_kr270(folder: &Path, extra: &str) -> String {
+    let root = env!("CARGO_MANIFEST_DIR");
+    std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
+    let text = std::fs::read_to_string(format!("{root}/robots/kuka-kr270.yaml")).expect("a file");
+    let path = folder.join("heavy.yaml");
+    std::fs::write(&path, text + extra).expect("written");
+    path.display().to_string()
+}
+
+const MASSES: &str = "
+gravity: [0, 0, -9.81]
+bodies:  # assumed
+  1: {mass: 480, com: [100, 0, -250]}
+  2: {mass: 220, com: [520, 0, 0]}
+  3: {mass: 230, com: [-20, 200, 0]}
+  4: {mass: 60, com: [0, 0, -250]}
+  5: {mass: 50, com: [0, 0, 0]}
+  6: {mass: 20, com: [0, 0, 180]}
+";
+
+#[test]
+fn geometry_and_stiffness_come_from_one_absolute_campaign() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = heavy_kr270(folder.path(), MASSES);
+    let loaded =
+        load_robot(&path).unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
+    let model = &loaded.model;
+    assert!(!model.structure.masses.is_empty() && model.structure.gravity.norm() > 9.0);
+    let mut random = generator(27);
+    let mut truth = draw_errors(model, 1.0, 0.5, &mut random);
+    for k in 0..6 {
+        truth[model.base + k] += random.random::<f64>() - 0.5;
+    }
+    let geometry = Geometry::nominal(model).expect("assembled");
+    let plan = Plan {
+        wrenches: [[0.0, 0.0, 0.0], [0.0, 0.0, -2500.0], [0.0, 2500.0, 0.0], [2500.0, 0.0, 0.0]]
+            .map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0])
+            .to_vec(),
+        configurations: draw_configurations(&geometry, 60, 0.8, &mut random).expect("drawn"),
+        markers: vec![Some(0), Some(1), Some(2)],
+        repeats: 1,
+        observes: Observes::Position,
+        sigma: 30e-6,
+        sigma_orientation: 0.0,
+        estimate: [true, true],
+    };
+    let campaign = simulate(model, &truth, &plan, &mut random).expect("simulated");
+    let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose >= 40).collect();
+    let what = Some(What { geometric: true, elastic: true });
+    let found =
+        calibrate(model, &campaign, &aside, &Settings { what, ..Settings::default() }, &mut |_| {}).expect("fitted");
+    let [fit, check] = [found.after.fit, found.after.check].map(|errors| errors.coordinate[0]);
+    println!(
+        "noise ratio {:.4}; coordinate rms {fit:.2e} m fitted, {check:.2e} m on poses not seen; kept {} of {}",
+        found.noise_ratio,
+        found.identifiability.kept.len(),
+        found.slots.len()
+    );
+    assert!(found.converged && (found.noise_ratio - 1.0).abs() < 0.03, "{} {}", found.ending, found.noise_ratio);
+    assert!((check / 30e-6 - 1.0).abs() < 0.1, "{check:e}");
+    let mut springs = 0;
+    for estimate in &found.estimates {
+        let parameter = &model.registry[estimate.slot];
+        if model.elastic_slots().contains(&estimate.slot) {
+            let away = (estimate.value - truth[estimate.slot]).abs();
+            println!(
+                "{}: {:.4e} of {:.4e} +- {:.1e}",
+                parameter.name, estimate.value, truth[estimate.slot], estimate.ci95
+            );
+            assert!(estimate.identifiable && away < 2.0 * estimate.ci95, "{}", parameter.name);
+            springs += 1;
+        }
+    }
+    assert_eq!(springs, 7);
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let ran = run(folder, &[arguments, &["--format", "json"][..]].concat());
+    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+    serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{arguments:?}: {error}: {}", ran.out))
+}
+
+#[test]
+fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let root = env!("CARGO_MANIFEST_DIR");
+    let ir663 = std::fs::read_to_string(format!("{root}/robots/kuka-ir663.yaml")).expect("a file");
+    // A beam's section to be found as well, beside springs declared as values.
+    std::fs::write(at.join("ir663.yaml"), ir663 + "\ncalibration: {free: [arm.width]}\n").expect("written");
+    heavy_kr270(at, "\ncalibration: {free: [compensator.free_length]}\n");
+    let cases: [(&str, &str, &[&str]); 2] = [
+        ("ir663.yaml", "wrist", &["--wrench=900,0,0", "--wrench=0,0,-900", "--wrench=0,900,0"]),
+        ("heavy.yaml", "m1,m2,m3", &["--wrench=0,0,-2500", "--wrench=0,2500,0", "--wrench=2500,0,0"]),
+    ];
+    for (robot, markers, wrenches) in cases {
+        let simulate = ["simulate", robot, "--poses", "30", "--observes", "deflection", "--markers", markers];
+        let more = ["--noise", "0.03", "--errors", "0", "--elastic-errors", "0.5", "--share", "0.6", "--into", "c"];
+        let ran = run(at, &[&simulate[..], &more, wrenches].concat());
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let first = json(at, &["identify", "c", "--what", "elastic", "--save", "once.yaml"]);
+        let kept: Vec<&str> = first["parameters"]
+            .as_array()
+            .expect("parameters")
+            .iter()
+            .filter(|p| p["identifiable"] == true)
+            .map(|p| p["name"].as_str().expect("a name"))
+            .collect();
+        println!("{robot}: {kept:?}");
+        let wanted = if robot == "ir663.yaml" { "arm.width" } else { "compensator.free_length" };
+        assert!(kept.contains(&wanted), "{kept:?}");
+        let [fit, check] =
+            ["after", "check_after"].map(|which| first["residuals"][which]["rms"].as_f64().expect("rms"));
+        let again = json(at, &["residuals", "once.yaml", "c"]);
+        for (which, expected) in [("fit", fit), ("check", check)] {
+            let found = again[which]["rms"].as_f64().expect("rms");
+            assert!((found / expected - 1.0).abs() < 1e-9, "{robot} {which}: {found} {expected}");
+        }
+        let second = json(at, &["identify", "c", "--robot", "once.yaml", "--what", "elastic", "--save", "twice.yaml"]);
+        assert!((second["residuals"]["after"]["rms"].as_f64().expect("rms") / fit - 1.0).abs() < 1e-6, "{robot}");
+        let twice = json(at, &["residuals", "twice.yaml", "c"]);
+        assert!((twice["fit"]["rms"].as_f64().expect("rms") / fit - 1.0).abs() < 1e-6, "{robot}");
+        let ran = run(at, &["check", "twice.yaml"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+    }
+}
