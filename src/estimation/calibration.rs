@@ -192,8 +192,9 @@ fn arrangement_first(model: &Model, fit: &Campaign, only: &[Slot]) -> Vec<Slot> 
 }
 
 fn least(settings: &Settings) -> least_squares::Settings {
-    // Below this, a millionth of a standard deviation, the rounding of the model is followed, not the data.
-    let cost_tolerance = 1e-14;
+    // Deflections are hundreds of sigmas: below this, far less than a thousandth of a standard deviation, rounding of the
+    // model is followed and not the data.
+    let cost_tolerance = 1e-12;
     let (max_iterations, loss) = (settings.max_iterations, settings.loss);
     least_squares::Settings { max_iterations, loss, cost_tolerance, ..Default::default() }
 }

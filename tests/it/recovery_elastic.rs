@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::literature_stiffness::grid_63;
 use crate::support::bundled;
 
-const SEEDS: u64 = 150;
+const SEEDS: u64 = 60;
 
 fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
     let aside = vec![false; campaign.readings.len()];
