@@ -65,8 +65,11 @@ fn eq_13_returns_table_vii_from_what_it_predicts_and_within_its_intervals_from_t
     assert!((found.rms - 0.019e-6).abs() < 0.003e-6, "three parameters do not follow the five: {}", found.rms);
 }
 
+/// Positions at joint angles.
+type Turned = Vec<(f64, Vector3<f64>)>;
+
 /// Practice: P1 at six angles, four points of the spring's body, in a tracker's axes.
-fn measured(sigma: f64, seed: u64) -> (Vec<(f64, Vector3<f64>)>, Vec<Vec<Vector3<f64>>>) {
+fn measured(sigma: f64, seed: u64) -> (Turned, Vec<Vec<Vector3<f64>>>) {
     let mut random = generator(seed);
     let mut noise = || {
         Vector3::from_fn(|_, _| -> f64 {
