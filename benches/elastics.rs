@@ -6,9 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::elastics::{
-    ElasticColumns, Elastics, Response, Statics, elements::Flexibility, elements::beam, properties, spatial,
-};
+use elastogeo::elastics::{ElasticColumns, Elastics, Response, Statics, elements::beam, properties, spatial};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
@@ -203,11 +201,10 @@ impl Case {
         for (from, to, section, normal) in beams {
             let (i, j) = (node(from), node(to));
             let shape = elastogeo::description::raw::SectionShape::Box;
-            let section = properties(Some(shape), |symbol| Some(value(&format!("{section}.{symbol}"))));
+            let section = properties(Some(shape), |symbol| {
+                self.model.registry.slot(&format!("{section}.{symbol}")).map(|slot| values[slot])
+            });
             let (axes, length) = beam::axes(&points[i], &points[j], &frame(normal).column(2).into_owned());
-            let Flexibility::Beam(_) = beam::flexibility(beam::inverse(&section, young, shear, false), length) else {
-                unreachable!("a beam")
-            };
             let flexibility = beam::flexibility(beam::inverse(&section, young, shear, false), length);
             let local = flexibility.apply_all(&Matrix6::identity()).try_inverse().expect("regular");
             let turn = both(&axes);
