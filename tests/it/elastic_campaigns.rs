@@ -49,6 +49,7 @@ fn geometry_and_stiffness_come_from_one_absolute_campaign() {
     }
     let geometry = Geometry::nominal(model).expect("assembled");
     let plan = Plan {
+        conditions: false,
         wrenches: [[0.0, 0.0, 0.0], [0.0, 0.0, -2500.0], [0.0, 2500.0, 0.0], [2500.0, 0.0, 0.0]]
             .map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0])
             .to_vec(),

@@ -82,6 +82,7 @@ fn all_agree(model: &Model, configurations: Vec<Vec<f64>>, values: &[f64], toler
             markers.extend((0..model.markers.len()).map(Some));
         }
         let plan = Plan {
+            conditions: false,
             configurations: configurations.clone(),
             observes,
             markers,

@@ -25,6 +25,7 @@ const LOADS: [[f64; 6]; 2] = [[900.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, -900.
 fn readings(model: &Model, values: &[f64]) -> Campaign {
     let geometry = Geometry::nominal(model).expect("assembled");
     let plan = Plan {
+        conditions: false,
         wrenches: LOADS.to_vec(),
         configurations: grid_63(&geometry),
         markers: vec![model.marker("wrist")],

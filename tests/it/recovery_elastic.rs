@@ -50,6 +50,7 @@ fn deflections(
     sigma: f64,
 ) -> Plan {
     Plan {
+        conditions: false,
         wrenches,
         configurations,
         markers,
