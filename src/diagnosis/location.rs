@@ -213,7 +213,7 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
         features.push((name.clone(), unit, 1.0, values.clone()));
     }
     let mut within: Vec<bool> = vec![true; count];
-    let mut words: Vec<String> = Vec::new();
+    let mut words: Vec<((usize, bool), String)> = Vec::new();
     let mut found = Vec::new();
     for _ in 0..2 {
         let inside: Vec<usize> = (0..count).filter(|&i| within[i] && squares[i].is_finite()).collect();
@@ -243,7 +243,9 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
         let Some((_, f, threshold, below)) = best else { break };
         let (name, unit, size, values) = &features[f];
         let sign = if below { "<" } else { ">" };
-        words.push(format!("{name} {sign} {:.3} {unit}", threshold / size).trim_end().to_string());
+        // A narrower limit on the same side says it all.
+        words.retain(|(limit, _)| *limit != (f, below));
+        words.push(((f, below), format!("{name} {sign} {:.3} {unit}", threshold / size).trim_end().to_string()));
         for i in 0..count {
             within[i] &= if below { values[i] < threshold } else { values[i] > threshold };
         }
@@ -252,7 +254,8 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
                 (0..count).filter(|&i| within[i] == inside && squares[i].is_finite()).map(|i| squares[i].sqrt());
             crate::math::mean_rms_max(chosen)[1]
         };
-        found.push(Condition { when: words.join(" and "), rms: rms(true), elsewhere: rms(false) });
+        let when = words.iter().map(|(_, said)| said.as_str()).collect::<Vec<_>>().join(" and ");
+        found.push(Condition { when, rms: rms(true), elsewhere: rms(false) });
     }
     found.reverse();
     found

@@ -128,6 +128,11 @@ impl<'a> Ground<'a> {
         (tail * self.evidence.hypotheses.len() as f64).min(1.0)
     }
 
+    /// Whether a gain of one hypothesis alone could be chance.
+    pub fn is_chance(&self, gain: f64, directions: usize) -> bool {
+        self.chance(gain, directions, (self.residual.norm_squared() - gain).max(0.0), 0) >= CHANCE
+    }
+
     /// The set that explains best: stepwise, each member tried against all others, and pairs of the strongest tried
     /// together where no single one does.
     pub fn search(&self, noise: Option<f64>) -> Vec<Fitted> {

@@ -110,6 +110,8 @@ pub fn diagnose(
 struct Round {
     campaign: Campaign,
     aside: Vec<bool>,
+    /// What is re-fitted whatever is tried, and what of it the readings tell.
+    known: Vec<Slot>,
     kept: Vec<Slot>,
     values: Vec<f64>,
     evidence: Evidence,
@@ -154,7 +156,18 @@ impl Round {
         let training = training(&evidence, &aside);
         let path = Ground::new(&training).search(noise);
         let path = refine(model, &own, &values, &aside, settings, &mut evidence, path, noise)?;
-        Ok(Self { campaign: own, aside, kept, values, evidence, path, noise, registration, rows })
+        Ok(Self {
+            campaign: own,
+            aside,
+            known: known.to_vec(),
+            kept,
+            values,
+            evidence,
+            path,
+            noise,
+            registration,
+            rows,
+        })
     }
 
     fn members(&self) -> Vec<usize> {
@@ -222,6 +235,11 @@ impl Round {
                 path.push(fit);
                 steps.push(after);
             }
+        }
+        // What does not help readings that the fit did not see is not told.
+        let mut path = self.path.clone();
+        while path.len() > 1 && rms_max(&steps[path.len() - 1])[0] >= rms_max(&steps[path.len() - 2])[0] {
+            path.pop();
         }
         let empty = ground.fit(&[]);
         let best = path.last().cloned().unwrap_or_else(|| empty.clone());
@@ -319,7 +337,7 @@ impl Round {
             other => other,
         };
         let rejected = rejected(&ground, &members, evidence);
-        let values = self.values_with(&fitted);
+        let values = self.values_beside(model, &causes).unwrap_or_else(|| self.values_with(&fitted));
         let next = if settings.propose && verdict != Verdict::NoGap {
             progress("proposing configurations");
             next_poses(model, &self.campaign, &values_of(&self.values), evidence, &self.kept, &rivals_of, settings.seed)
@@ -391,6 +409,22 @@ impl Round {
             },
             further: Vec::new(),
         })
+    }
+
+    /// Values calibrated anew with the causes switched on. A step from what was calibrated without them would not do:
+    /// along what readings hardly tell, they drive that far off.
+    fn values_beside(&self, model: &Model, causes: &[Cause]) -> Option<Vec<f64>> {
+        if self.kept.is_empty() {
+            return None;
+        }
+        let mut with = model.clone();
+        for cause in causes.iter().filter(|cause| cause.effect != "outliers") {
+            with.effects.push(cause.entry.clone());
+            with.effects.extend(cause.further.iter().cloned());
+        }
+        let asked = estimation::Settings { only: Some(self.known.clone()), ..estimation::Settings::default() };
+        let all = vec![false; self.campaign.readings.len()];
+        calibrate(&with, &self.campaign, &all, &asked, &mut |_| {}).ok().map(|found| found.values)
     }
 
     /// Values with the nuisance re-fitted beside the members; what the members change stands in their entries.
@@ -591,8 +625,10 @@ fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> Vec<Reje
             rms: ((empty.squares - gain).max(0.0) / ground.freedom()).sqrt() * size,
             why: if gains[h].1 == 0 {
                 "calibration takes it up entirely, or its sign cannot be"
-            } else if members.is_empty() {
+            } else if ground.is_chance(gain, gains[h].1) {
                 "no more than chance"
+            } else if members.is_empty() {
+                "it takes up a part, and most of the gap stays"
             } else {
                 "the causes found do better"
             },

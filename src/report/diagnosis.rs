@@ -120,7 +120,8 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
         );
         let _ = writeln!(out, "   pattern   {}", cause.words[0]);
         for p in &cause.parameters {
-            let _ = writeln!(out, "   {:<9} {:+.4e} +- {:.1e} {}", p.name, p.value, p.ci95, p.unit);
+            let width = if p.ci95.is_finite() { format!(" +- {:.1e} {}", p.ci95, p.unit) } else { String::new() };
+            let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
         }
         if !cause.rivals.is_empty() {
             let rivals: Vec<String> = cause.rivals.iter().map(|(e, s)| format!("{e} at {s}")).collect();
