@@ -382,10 +382,10 @@ impl Round {
         let fitted = Fit::of(&self.evidence, members, 1.0);
         let values = self.values_with(&fitted);
         let mut with = model.clone();
-        with.effects.extend(members.iter().enumerate().filter_map(|(step, &member)| {
+        with.effects.extend(members.iter().enumerate().map(|(step, &member)| {
             let hypothesis = &self.evidence.hypotheses[member];
             let parameters = fitted.parameters(&self.evidence, members, step);
-            Some(entry(hypothesis, &parameters))
+            entry(hypothesis, &parameters)
         }));
         let mut found = crate::prediction::Linearised::default();
         crate::prediction::Predictor::new(&with, campaign, Vec::new())?.linearise(&values, false, &mut found)?;

@@ -281,8 +281,11 @@ fn readings_that_are_no_numbers_are_refused() {
     }
 }
 
+/// Effect, site, parameters.
+type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
+
 /// Greatest residual of a campaign, m, with effects declared.
-fn residual(model: &Model, campaign: &Campaign, effects: &[(&str, &str, &[(&str, f64)])]) -> f64 {
+fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
     model.effects.extend(effects.iter().map(|(effect, site, parameters)| RawEffect {
         effect: Some((*effect).into()),
