@@ -5,6 +5,7 @@
 //! [`prediction`] says what each reading should be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
 //! Inside, every quantity is SI (m, rad, N, kg, s).
 
+pub mod blind;
 pub mod cli;
 pub mod description;
 pub mod diagnosis;

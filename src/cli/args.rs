@@ -66,6 +66,9 @@ pub enum Command {
     Residuals(OnCampaign),
     /// Make a campaign from a description with drawn or given errors.
     Simulate(Simulate),
+    /// Make sealed campaigns with withheld causes, or score the diagnosis on them.
+    #[command(subcommand)]
+    Blind(Blind),
     /// Print a JSON Schema.
     Schema(Schema),
     /// Print a completion script for a shell.
@@ -422,4 +425,49 @@ pub struct Completions {
     /// The shell.
     #[arg(value_enum)]
     pub shell: clap_complete::Shell,
+}
+
+/// `blind`
+#[derive(Debug, Subcommand)]
+pub enum Blind {
+    /// Draw sealed campaigns, their truths apart.
+    Make(BlindMake),
+    /// Diagnose sealed campaigns, then open their truths.
+    Score(BlindScore),
+}
+
+/// `blind make`
+#[derive(Debug, Args)]
+pub struct BlindMake {
+    /// Folder to write a folder for each campaign, and `truth`, to.
+    #[arg(long, value_name = "FOLDER")]
+    pub into: PathBuf,
+    /// Number of campaigns.
+    #[arg(long, default_value_t = 20)]
+    pub count: usize,
+    /// Kinds, in turns.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [BlindKind::Single, BlindKind::Pair, BlindKind::Triple, BlindKind::Null, BlindKind::Unknown])]
+    pub kinds: Vec<BlindKind>,
+}
+
+/// `blind score`
+#[derive(Debug, Args)]
+pub struct BlindScore {
+    /// Folder that `blind make` wrote.
+    pub folder: PathBuf,
+}
+
+/// What sealed campaigns hide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BlindKind {
+    /// One effect.
+    Single,
+    /// Two.
+    Pair,
+    /// Three.
+    Triple,
+    /// None.
+    Null,
+    /// What no catalogue knows.
+    Unknown,
 }

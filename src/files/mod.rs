@@ -8,5 +8,5 @@ mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
 pub use place::bundled_robots;
-pub use robot::{LoadedRobot, load_robot};
+pub use robot::{LoadedRobot, load_robot, load_robot_leaving_out};
 pub use write::{writable, write_whole};

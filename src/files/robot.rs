@@ -34,6 +34,15 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
     load_robot_without(&find_robot(name, None)?, &[])
 }
 
+/// The same with named elements left out, as a campaign's `without` does.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Remark>> {
+    let without: Vec<_> = without.iter().map(|name| ((*name).to_string(), None)).collect();
+    load_robot_without(&find_robot(name, None)?, &without)
+}
+
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>> {
     let looks_like_file =
         name.contains(['/', '\\']) || [".yaml", ".yml", ".urdf", ".xml"].iter().any(|end| name.ends_with(end));

@@ -1,5 +1,6 @@
 //! What is shown to the user, as text and JSON; computes nothing new.
 
+pub mod blind;
 pub mod diagnosis;
 pub mod compensator;
 pub mod identification;

@@ -15,6 +15,7 @@ const FLOORS: &[&[&str]] = &[
     &["estimation"],
     &["simulation"],
     &["diagnosis"],
+    &["blind"],
     &["snapshot"],
     &["report", "files"],
     &["cli"],

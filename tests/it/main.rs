@@ -1,6 +1,7 @@
 //! One binary for all integration tests; the file names say what kind of test is inside.
 
 mod architecture;
+mod blind;
 mod cli;
 mod compensator;
 mod derivatives;

@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub mod blind;
 pub mod check;
 pub mod compensator;
 pub mod completions;

@@ -269,7 +269,7 @@ fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
 }
 
 /// Readings in mm and deg.
-fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
+pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
     let model = &loaded.model;
     let marked = campaign.readings.iter().any(|reading| reading.marker.is_some());
     let measured: &[&str] = match campaign.observes {

@@ -1,0 +1,146 @@
+//! `blind`: sealed campaigns, and the score of the diagnosis on them.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::simulate::csv;
+use crate::blind::{Drawn, Examined, Kind, Truth, draw, examine, score, seal};
+use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
+use crate::cli::{Failure, Output};
+use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::units::{Angle, Force, Length, Torque, Units};
+use crate::description::yaml;
+use crate::files::{LoadedRobot, load_campaign, load_robot, load_robot_leaving_out};
+use crate::report::blind::{score_json, score_text};
+use crate::simulation::generator;
+
+pub fn run(command: &Blind, seed: u64) -> Result<Output, Failure> {
+    match command {
+        Blind::Make(command) => make(command, seed),
+        Blind::Score(command) => judge(command, seed),
+    }
+}
+
+fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
+    if !(1..=10_000).contains(&command.count) {
+        return Err(Failure::input(format!("--count {}", command.count), "give 1 to 10000"));
+    }
+    let serial = load_robot_leaving_out("kuka-kr270", &["compensator"])?;
+    let closed = load_robot("kuka-ir663")?;
+    let drawn: Vec<Result<Drawn, String>> = (0..command.count)
+        .into_par_iter()
+        .map(|k| {
+            // Every campaign has its own stream, so that it does not depend on how many are drawn.
+            let mut random = generator(seed.wrapping_mul(1_000_003).wrapping_add(k as u64));
+            let kind = match command.kinds[k % command.kinds.len()] {
+                BlindKind::Single => Kind::Single,
+                BlindKind::Pair => Kind::Pair,
+                BlindKind::Triple => Kind::Triple,
+                BlindKind::Null => Kind::Null,
+                BlindKind::Unknown => Kind::Unknown,
+            };
+            let name = format!("sealed-{:03}", k + 1);
+            let turn = k / command.kinds.len() % 4;
+            let (robot, which, deflection, poses) = match turn {
+                0 | 2 => (&serial, "kuka-kr270", false, 45),
+                1 => (&serial, "kuka-kr270", true, 20),
+                _ => (&closed, "kuka-ir663", true, 63),
+            };
+            draw(&robot.model, which, &name, kind, deflection, poses, &mut random).map_err(|e| format!("{name}: {e}"))
+        })
+        .collect();
+    let mut files = Vec::new();
+    for drawn in drawn {
+        let drawn = drawn.map_err(Failure::Computation)?;
+        let robot = if drawn.truth.robot == "kuka-ir663" { &closed } else { &serial };
+        let name = drawn.truth.name.clone();
+        let folder = command.into.join(&name);
+        for folder in [&folder, &command.into.join("truth")] {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                Failure::input(format!("`{}` cannot be made: {error}", folder.display()), "give another folder")
+            })?;
+        }
+        let truth = serde_json::to_string_pretty(&drawn.truth).map_err(Failure::computation)? + "\n";
+        let hash = seal(&truth);
+        files.push((command.into.join("truth").join(format!("{name}.json")), truth));
+        for (campaign, yaml_name, csv_name) in
+            [(&drawn.campaign, "campaign.yaml", "measurements.csv"), (&drawn.fresh, "fresh.yaml", "fresh.csv")]
+        {
+            let raw = RawCampaign {
+                campaign: Some(campaign.name.clone()),
+                source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
+                robot: Some(drawn.truth.robot.clone()),
+                units: units(robot),
+                observes: Some(campaign.observes),
+                instrument: Some(RawInstrument {
+                    sigma: Some(RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3)),
+                    orientation: None,
+                }),
+                estimate: RawEstimate { base: campaign.estimate_base, tool: campaign.estimate_tool },
+                calibrate: campaign.calibrate.clone(),
+                without: if drawn.truth.robot == "kuka-kr270" { vec!["compensator".into()] } else { Vec::new() },
+                measurements: Some(OneOrMany::One(csv_name.into())),
+                ..RawCampaign::default()
+            };
+            files.push((folder.join(csv_name), csv(robot, campaign)));
+            files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Failure::Computation)?));
+        }
+    }
+    let text = format!("{} sealed campaigns: {}\n", command.count, command.into.display());
+    let mut output = Output::new(text, json!({"campaigns": command.count, "seed": seed}));
+    output.files = files;
+    Ok(output)
+}
+
+fn units(robot: &LoadedRobot) -> Units {
+    Units {
+        length: Length::Millimetre,
+        angle: Angle::Degree,
+        force: Force::Newton,
+        torque: Torque::NewtonMetre,
+        ..robot.raw.units
+    }
+}
+
+fn judge(command: &BlindScore, seed: u64) -> Result<Output, Failure> {
+    let unreadable = |path: &Path, error: &dyn std::fmt::Display| {
+        Failure::input(format!("`{}` cannot be read: {error}", path.display()), "give a folder that `blind make` wrote")
+    };
+    let entries = std::fs::read_dir(&command.folder).map_err(|error| unreadable(&command.folder, &error))?;
+    let mut folders: Vec<_> =
+        entries.flatten().map(|entry| entry.path()).filter(|path| path.join("campaign.yaml").is_file()).collect();
+    folders.sort();
+    if folders.is_empty() {
+        return Err(unreadable(&command.folder, &"it holds no campaigns"));
+    }
+    let answers: Vec<Result<_, Failure>> = folders
+        .par_iter()
+        .map(|folder| {
+            let loaded = load_campaign(&folder.display().to_string(), None)?;
+            let fresh = load_campaign(&folder.join("fresh.yaml").display().to_string(), None)?;
+            let answer = examine(&loaded.robot.model, &loaded.campaign, &fresh.campaign, seed)
+                .map_err(|error| Failure::Computation(format!("`{}`: {error}", folder.display())))?;
+            Ok((answer, loaded.raw.source.unwrap_or_default()))
+        })
+        .collect();
+    // Only now are the truths opened.
+    let mut all: Vec<Examined> = Vec::new();
+    for (folder, answer) in folders.iter().zip(answers) {
+        let (answer, source) = answer?;
+        let name = folder.file_name().unwrap_or_default();
+        let path = command.folder.join("truth").join(Path::new(name).with_extension("json"));
+        let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
+        if !source.ends_with(&seal(&text)) {
+            return Err(Failure::input(
+                format!("`{}` is not the truth that was sealed: its SHA-256 differs", path.display()),
+                "make the campaigns again",
+            ));
+        }
+        let truth: Truth = serde_json::from_str(&text).map_err(|error| unreadable(&path, &error))?;
+        all.push(answer.open(truth));
+    }
+    let figures = score(&all);
+    Ok(Output::new(score_text(&figures, &all), score_json(&figures, &all)))
+}
