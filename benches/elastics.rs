@@ -52,6 +52,7 @@ impl Case {
             .map(|n| vec![0.0, 0.75 + 0.02 * f64::from(n % 9), 0.72 + 0.02 * f64::from(n / 9), 0.0, 0.0, 0.0])
             .collect();
         let plan = Plan {
+            conditions: false,
             wrenches: vec![[900.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, -900.0, 0.0, 0.0, 0.0]],
             configurations,
             markers: vec![model.marker("wrist")],

@@ -58,6 +58,7 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
         q
     });
     let plan = Plan {
+        conditions: false,
         configurations: reached.collect(),
         markers: vec![None],
         repeats: 1,

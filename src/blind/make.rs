@@ -12,6 +12,7 @@ use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::diagnosis::nuisance;
+use crate::effects::Form;
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -78,6 +79,13 @@ pub fn draw(
     // What the campaign does not calibrate is as described, so that a null is one.
     let (geometry, elastic) = if deflection { (0.0, 1.0) } else { (1.0, 0.0) };
     let mut values = draw_errors(model, geometry, elastic, random);
+    if let Some(effect) = crate::effects::by_name("joint-compliance") {
+        let calibrated: Vec<usize> =
+            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
+        for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
+            values[slot] = model.registry[slot].nominal;
+        }
+    }
     if !deflection {
         for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
             values[model.base + k] += size * (2.0 * random.random::<f64>() - 1.0);
@@ -229,9 +237,9 @@ fn plan(
 
 fn measure(campaign: &mut Campaign, seen: &[[f64; 3]], sigma: f64, random: &mut ChaCha8Rng) {
     for (reading, seen) in campaign.readings.iter_mut().zip(seen) {
-        for k in 0..3 {
+        for (measured, seen) in reading.measured.iter_mut().zip(seen) {
             let noise: f64 = StandardNormal.sample(random);
-            reading.measured[k] = seen[k] + sigma * noise;
+            *measured = seen + sigma * noise;
         }
     }
 }
@@ -397,7 +405,7 @@ fn known(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
         8 => Some(("gear-ratio", at_joint, Shape::Ratio { variable, zero: within(-1.0, 1.0) })),
         9 => {
             let other = (variable + 1 + within(0.0, (count - 1) as f64) as usize) % count;
-            (other != variable).then(|| ("joint-coupling", at_joint, Shape::Follows { variable, other }))
+            (other != variable).then_some(("joint-coupling", at_joint, Shape::Follows { variable, other }))
         }
         10 => Some(("joint-compliance", at_joint, Shape::Gives { variable, less: within(0.0, 0.2) })),
         11 => {
@@ -414,7 +422,7 @@ fn known(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
         }
         13 => {
             let lengths = lengths_of(model, frame);
-            (!lengths.is_empty()).then(|| ("thermal-expansion", at_link, Shape::Growth(lengths)))
+            (!lengths.is_empty()).then_some(("thermal-expansion", at_link, Shape::Growth(lengths)))
         }
         14 => {
             let jump = within(0.0, 1.0) > 0.5;

@@ -52,6 +52,8 @@ const RIVAL: f64 = 9.0;
 const EXPLAINED: f64 = 0.15;
 /// A cause must leave less than this share of the error of unseen readings.
 const HELPS: f64 = 0.995;
+/// Squares left above the noise's, of the noise's, beyond which nothing counts as explained (1.5 times the noise).
+const NEAR: f64 = 1.25;
 /// What the causes must take away of the squares above the noise to be named at all.
 const NAMED: f64 = 0.5;
 
@@ -236,11 +238,6 @@ impl Round {
                 steps.push(after);
             }
         }
-        // What does not help readings that the fit did not see is not told.
-        let mut path = self.path.clone();
-        while path.len() > 1 && rms_max(&steps[path.len() - 1])[0] >= rms_max(&steps[path.len() - 2])[0] {
-            path.pop();
-        }
         let empty = ground.fit(&[]);
         let best = path.last().cloned().unwrap_or_else(|| empty.clone());
         let variance = |fit: &Fitted| fit.squares / (ground.freedom() - fit.directions as f64).max(1.0);
@@ -261,7 +258,7 @@ impl Round {
         let verdict = match (path.len() > 1, explained) {
             (false, _) if !is_significant => Verdict::NoGap,
             (false, _) => Verdict::Unexplained,
-            (true, _) if after <= limit || after / before.max(1e-9) < EXPLAINED => Verdict::Explained,
+            (true, _) if after <= limit || after < NEAR && after / before.max(1e-9) < EXPLAINED => Verdict::Explained,
             _ => Verdict::PartlyExplained,
         };
         let [rms, max] = rms_max(&steps[0]);

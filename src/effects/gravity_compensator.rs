@@ -3,6 +3,9 @@
 use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
 use crate::model::Model;
 
+/// Own weight on a joint that is worth a compensator, as a share of that on the most loaded joint.
+const WORTH: f64 = 0.25;
+
 /// See the module.
 pub struct GravityCompensator;
 
@@ -27,7 +30,12 @@ impl Effect for GravityCompensator {
         &["harmonics"]
     }
 
-    fn forms(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Form> {
+    fn forms(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Form> {
+        // Nobody balances a joint that own weight hardly loads.
+        let most = survey.greatest_own_load.iter().copied().fold(0.0, f64::max);
+        if survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < WORTH * most) {
+            return Vec::new();
+        }
         let form = |value: f64| Form { symbol: "harmonics", value, continuous: false };
         if survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0) {
             vec![form(1.0), form(2.0)]

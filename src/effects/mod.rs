@@ -85,6 +85,8 @@ pub struct Moment<'a> {
 pub struct Survey {
     /// Greatest load on the joint of each variable, N.m or N.
     pub greatest_load: Vec<f64>,
+    /// Greatest load of own weight alone on the joint of each variable, N.m or N.
+    pub greatest_own_load: Vec<f64>,
     /// Times of the configurations in order, s; empty where not known.
     pub times: Vec<f64>,
     /// Whether temperatures are known.

@@ -331,7 +331,8 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
     let mut work = terms.work();
     let mut placements = Placements::default();
     let variables = model.variables.len();
-    let mut survey = Survey { greatest_load: vec![0.0; variables], ..Survey::default() };
+    let mut survey =
+        Survey { greatest_load: vec![0.0; variables], greatest_own_load: vec![0.0; variables], ..Survey::default() };
     let mut last = None;
     for (index, reading) in campaign.readings.iter().enumerate() {
         let q = campaign.configuration(index);
@@ -343,6 +344,9 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         terms.evaluate(geometry, campaign, index, reading, &placements, &rates, &Vector3::zeros(), &mut work);
         let (load, own) = terms.loads(&work);
         let difference = campaign.observes == Observes::Deflection;
+        for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {
+            *greatest = greatest.max(own.abs());
+        }
         for (greatest, (load, own)) in survey.greatest_load.iter_mut().zip(load.iter().zip(own)) {
             *greatest = greatest.max((load - if difference { *own } else { 0.0 }).abs());
         }

@@ -1,8 +1,8 @@
 //! What is shown to the user, as text and JSON; computes nothing new.
 
 pub mod blind;
-pub mod diagnosis;
 pub mod compensator;
+pub mod diagnosis;
 pub mod identification;
 pub mod remarks;
 pub mod robot;

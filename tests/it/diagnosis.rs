@@ -161,6 +161,7 @@ fn applied_description_does_what_was_promised() {
 
 fn plan(configurations: Vec<Vec<f64>>, observes: Observes, sigma: f64) -> Plan {
     Plan {
+        conditions: false,
         configurations,
         markers: vec![None],
         repeats: 1,
