@@ -26,7 +26,7 @@ impl Effect for InstrumentScale {
     }
 
     fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "scale".into(), unit: "1", scale: 1e-4, is_positive: false }]
+        vec![EffectParameter { symbol: "scale".into(), unit: "1", scale: 5e-3, is_positive: false }]
     }
 
     fn changes(&self, _site: &Site, _form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
