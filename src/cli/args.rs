@@ -60,7 +60,7 @@ pub enum Command {
     Identify(Identify),
     /// Where the sim-to-real gap lies, which effect causes it, how far it shrinks on readings not seen.
     Diagnose(Diagnose),
-    /// Gravity compensator: its mounting from measured points, its spring from compliances of joint 2.
+    /// Gravity compensator: its mounting from measured points, its spring from compliances of the joint it unloads.
     Compensator(Compensator),
     /// Compare a description with measurements, fitting nothing.
     Residuals(OnCampaign),
@@ -270,7 +270,7 @@ pub struct Diagnose {
 /// `compensator`
 #[derive(Debug, Args)]
 pub struct Compensator {
-    /// CSV of the spring's point on link 2 at angles of joint 2: columns q (deg), x, y, z (mm, any axes).
+    /// CSV of the spring's point on the moving link at angles of the joint: columns q (deg), x, y, z (mm, any axes).
     #[arg(long, value_name = "FILE")]
     pub circle: Option<PathBuf>,
     /// CSV of reference points that turn about the spring's anchor on link 1: columns point, x, y, z (mm, the same
@@ -280,7 +280,7 @@ pub struct Compensator {
     /// L, ax and ay (mm), where they are known and not measured.
     #[arg(long, value_name = "L,AX,AY", allow_hyphen_values = true, conflicts_with_all = ["circle", "anchor"])]
     pub mounting: Option<String>,
-    /// CSV of compliances of joint 2: columns q (deg), k2 (1e-6 rad/(N.m)), and ci95, half widths of their 95 %
+    /// CSV of compliances of the joint: columns q (deg), k2 (1e-6 rad/(N.m)), and ci95, half widths of their 95 %
     /// intervals, where known.
     #[arg(long, value_name = "FILE")]
     pub compliances: Option<PathBuf>,
@@ -448,6 +448,10 @@ pub struct BlindMake {
     /// Kinds, in turns.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [BlindKind::Single, BlindKind::Pair, BlindKind::Triple, BlindKind::Null, BlindKind::Unknown])]
     pub kinds: Vec<BlindKind>,
+    /// What is measured, in turns: a robot, `position` or `deflection`, and the number of configurations; its springs
+    /// between bodies are left out. By default every bundled robot with identifiable springs, both ways.
+    #[arg(long = "plan", value_name = "ROBOT:OBSERVES:POSES")]
+    pub plans: Vec<String>,
 }
 
 /// `blind score`

@@ -6,13 +6,17 @@
 mod algebra;
 mod evidence;
 mod figures;
+mod fit;
 mod location;
 mod next;
+mod nuisance;
 mod report;
+mod round;
 mod search;
 mod verdict;
 
 pub use evidence::{Evidence, Hypothesis};
 pub use location::{Condition, Location, SiteShare};
+pub use nuisance::nuisance;
 pub use report::{Cause, CauseParameter, Diagnosis, Gap, NextPose, Rejected, Shrinkage, Verdict};
-pub use verdict::{Settings, diagnose, nuisance};
+pub use verdict::{Settings, diagnose};

@@ -1,24 +1,25 @@
 //! The diagnosis from beginning to end.
 
 use indexmap::IndexMap;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 
-use super::algebra::{rest, solve};
-use super::evidence::{Evidence, Hypothesis};
-use super::figures::{bootstrap, design, folds, held_out, reading_errors, rms_max};
+use super::algebra::{orthonormal, rest};
+use super::evidence::Evidence;
+use super::figures::{bootstrap, folds, held_out, reading_errors, rms_max};
+use super::fit::{Fit, entry, with_form};
 use super::location::{Location, conditions, sites};
 use super::next::next_poses;
+use super::nuisance::nuisance;
 use super::report::{Cause, CauseParameter, Diagnosis, Gap, Rejected, Shrinkage, Verdict};
+use super::round::{Round, training};
 use super::search::{Fitted, Ground};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::description::raw::RawEffect;
-use crate::effects::{Effect, Form, catalogue};
-use crate::estimation::{self, CalibrationError, calibrate};
-use crate::kinematics::Geometry;
-use crate::math::median;
+use crate::effects::{Effect, catalogue};
+use crate::estimation::{self, CalibrationError};
+use crate::math::mean_rms_max;
 use crate::model::Model;
-use crate::parameter::{Group, Slot};
-use crate::prediction::survey;
+use crate::prediction::{Linearised, Predictor};
 
 /// What is asked of a diagnosis.
 #[derive(Clone)]
@@ -42,10 +43,6 @@ impl Settings {
     }
 }
 
-/// A reading further off than this many robust sigmas, beside all causes, is wrong.
-const WRONG: f64 = 6.0;
-/// Most readings that can be wrong.
-const MOST_WRONG: f64 = 0.12;
 /// Merit within which another hypothesis is no worse.
 const RIVAL: f64 = 9.0;
 /// What is left above the noise, of what was there, when a gap counts as explained (of squares).
@@ -56,30 +53,6 @@ const HELPS: f64 = 0.995;
 const NEAR: f64 = 1.25;
 /// What the causes must take away of the squares above the noise to be named at all.
 const NAMED: f64 = 0.5;
-
-/// Parameters that are re-fitted whatever is tried: those of the known effects, at all their sites.
-pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
-    let mut slots = Vec::new();
-    for effect in known.iter().filter_map(|name| crate::effects::by_name(name)) {
-        let mut own: Vec<Slot> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
-        // Where a description declares some of them to give, those are meant.
-        let declared = |slot: &Slot| model.registry[*slot].nominal != 0.0;
-        if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && declared(slot)) {
-            own.retain(declared);
-        }
-        slots.extend(own);
-    }
-    if known.iter().any(|name| name == "geometry") {
-        slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
-    }
-    if campaign.observes == Observes::Deflection {
-        slots.retain(|slot| model.registry[*slot].group == Group::Elastic);
-    }
-    slots.sort_unstable();
-    slots.dedup();
-    slots
-}
 
 /// Diagnoses a campaign against a model. `aside` marks readings to check by.
 ///
@@ -105,117 +78,14 @@ pub fn diagnose(
         progress("wrong readings set aside");
         round = Round::new(model, campaign, aside, settings, &known, &wrong, progress)?;
     }
-    round.conclude(model, campaign, aside, settings, &wrong, progress)
-}
-
-/// One competition, on the readings that are not wrong.
-struct Round {
-    campaign: Campaign,
-    aside: Vec<bool>,
-    /// What is re-fitted whatever is tried, and what of it the readings tell.
-    known: Vec<Slot>,
-    kept: Vec<Slot>,
-    values: Vec<f64>,
-    evidence: Evidence,
-    path: Vec<Fitted>,
-    /// Noise over the stated sigma, if one is stated: 1.
-    noise: Option<f64>,
-    registration: f64,
-    /// All readings, with their rows in the campaign.
-    rows: Vec<usize>,
+    round.conclude(model, campaign, settings, &wrong, progress)
 }
 
 impl Round {
-    fn new(
-        model: &Model,
-        campaign: &Campaign,
-        aside: &[bool],
-        settings: &Settings,
-        known: &[Slot],
-        wrong: &[bool],
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Self, CalibrationError> {
-        let rows: Vec<usize> = (0..campaign.readings.len()).filter(|&i| !wrong[i]).collect();
-        let own = campaign.select(|i, _| !wrong[i]);
-        let aside: Vec<bool> = rows.iter().map(|&i| aside[i]).collect();
-        progress("calibrating");
-        let asked = estimation::Settings { only: Some(known.to_vec()), ..estimation::Settings::default() };
-        let (values, kept, registration) = if known.is_empty() && !own.estimate_base && !own.estimate_tool {
-            (model.registry.nominal(), Vec::new(), f64::NAN)
-        } else {
-            let all = vec![false; own.readings.len()];
-            let found = calibrate(model, &own, &all, &asked, &mut |_| {})?;
-            let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
-            (found.values, kept, found.registration.fit.distance[1])
-        };
-        progress("gathering columns");
-        let geometry = Geometry::new(model, &values).map_err(crate::prediction::PredictionError::from)?;
-        let offered = survey(&geometry, &own).map_err(crate::prediction::PredictionError::from)?;
-        let mut evidence = Evidence::gather(model, &own, &values, &kept, &offered, settings)?;
-        let noise = own.sigma.map(|_| 1.0);
-        // The competition is held on what is to be fitted; the rest only judges.
-        progress("competing");
-        let training = training(&evidence, &aside);
-        let path = Ground::new(&training).search(noise);
-        let path = refine(model, &own, &values, &aside, settings, &mut evidence, path, noise)?;
-        Ok(Self {
-            campaign: own,
-            aside,
-            known: known.to_vec(),
-            kept,
-            values,
-            evidence,
-            path,
-            noise,
-            registration,
-            rows,
-        })
-    }
-
-    fn members(&self) -> Vec<usize> {
-        self.path.last().map(|fit| fit.members.clone()).unwrap_or_default()
-    }
-
-    /// Weighted residual of all rows with nuisance and members fitted to all.
-    fn left(&self, members: &[usize]) -> DVector<f64> {
-        let design = design(&self.evidence, members);
-        let x = solve(&design, &self.evidence.residual);
-        &self.evidence.residual - design * x
-    }
-
-    /// Which readings are wrong, by their distance from the best explanation in robust sigmas.
-    fn wrong(&self, before: &[bool]) -> Vec<bool> {
-        let left = self.left(&self.members());
-        let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
-        let sigma = (1.4826 * median(&mut sizes)).max(self.noise.unwrap_or(0.0));
-        let mut marked = before.to_vec();
-        let mut worst: Vec<(f64, usize)> = Vec::new();
-        for (row, value) in left.iter().enumerate() {
-            if value.abs() > WRONG * sigma {
-                worst.push((value.abs(), self.rows[self.evidence.reading[row]]));
-            }
-        }
-        worst.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let most = (MOST_WRONG * before.len() as f64) as usize;
-        let distinct: std::collections::BTreeSet<usize> = worst.iter().map(|w| w.1).collect();
-        if distinct.len() + before.iter().filter(|w| **w).count() > most {
-            return before.to_vec();
-        }
-        // The worst half at a time: what they pull along is judged again without them.
-        let greatest = worst.first().map_or(0.0, |w| w.0);
-        for &(size, reading) in &worst {
-            if size > 0.4 * greatest {
-                marked[reading] = true;
-            }
-        }
-        marked
-    }
-
     fn conclude(
         self,
         model: &Model,
         campaign: &Campaign,
-        aside: &[bool],
         settings: &Settings,
         wrong: &[bool],
         progress: &mut dyn FnMut(&str),
@@ -274,14 +144,14 @@ impl Round {
             registration: self.registration,
         };
         progress("locating");
-        let left = rest(&evidence.residual, &super::algebra::orthonormal(&evidence.nuisance, None));
+        let left = rest(&evidence.residual, &orthonormal(&evidence.nuisance, None));
         let shares = if is_significant {
             sites(model, &self.campaign, &self.values, evidence, &left, noise, settings.seed)?
         } else {
             Vec::new()
         };
         let in_place = reading_errors(evidence, &left);
-        let directions = std::array::from_fn(|k| crate::math::mean_rms_max(in_place.iter().map(|(_, e)| e[k]))[1]);
+        let directions = std::array::from_fn(|k| mean_rms_max(in_place.iter().map(|(_, e)| e[k]))[1]);
         let regions = if is_significant { conditions(model, &self.campaign, &in_place) } else { Vec::new() };
         let location = Location { sites: shares, conditions: regions, directions };
 
@@ -318,8 +188,7 @@ impl Round {
             });
             rivals_of.push((member, rivals));
         }
-        let causes = merged(causes);
-        let mut causes = causes;
+        let mut causes = merged(causes);
         let last = path.len() - 1;
         let (interval, rms_interval) = bootstrap(&steps[0], &steps[last], settings.draws, settings.seed);
         let rms_after = rms_max(&steps[last])[0];
@@ -337,11 +206,10 @@ impl Round {
         let values = self.values_beside(model, &causes).unwrap_or_else(|| self.values_with(&fitted));
         let next = if settings.propose && verdict != Verdict::NoGap {
             progress("proposing configurations");
-            next_poses(model, &self.campaign, &values_of(&self.values), evidence, &self.kept, &rivals_of, settings.seed)
+            next_poses(model, &self.campaign, &self.values, evidence, &self.kept, &rivals_of, settings.seed)
         } else {
             Vec::new()
         };
-        let _ = aside;
         let mut notes = IndexMap::new();
         notes.insert(
             "noise",
@@ -384,8 +252,8 @@ impl Round {
             let parameters = fitted.parameters(&self.evidence, members, step);
             entry(hypothesis, &parameters)
         }));
-        let mut found = crate::prediction::Linearised::default();
-        crate::prediction::Predictor::new(&with, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
+        let mut found = Linearised::default();
+        Predictor::new(&with, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
         let errors = estimation::errors_of(campaign, &found.residual, |_| true);
         let count = wrong.iter().filter(|w| **w).count() as f64;
         let effect = crate::effects::by_name("outliers");
@@ -407,35 +275,6 @@ impl Round {
             further: Vec::new(),
         })
     }
-
-    /// Values calibrated anew with the causes switched on. A step from what was calibrated without them would not do:
-    /// along what readings hardly tell, they drive that far off.
-    fn values_beside(&self, model: &Model, causes: &[Cause]) -> Option<Vec<f64>> {
-        if self.kept.is_empty() {
-            return None;
-        }
-        let mut with = model.clone();
-        for cause in causes.iter().filter(|cause| cause.effect != "outliers") {
-            with.effects.push(cause.entry.clone());
-            with.effects.extend(cause.further.iter().cloned());
-        }
-        let asked = estimation::Settings { only: Some(self.known.clone()), ..estimation::Settings::default() };
-        let all = vec![false; self.campaign.readings.len()];
-        calibrate(&with, &self.campaign, &all, &asked, &mut |_| {}).ok().map(|found| found.values)
-    }
-
-    /// Values with the nuisance re-fitted beside the members; what the members change stands in their entries.
-    fn values_with(&self, fitted: &Fit) -> Vec<f64> {
-        let mut values = self.values.clone();
-        for (k, &slot) in self.kept.iter().enumerate() {
-            values[slot] += fitted.x[k];
-        }
-        values
-    }
-}
-
-fn values_of(values: &[f64]) -> Vec<f64> {
-    values.to_vec()
 }
 
 /// Forms of one effect at one site that were found together are one cause.
@@ -458,144 +297,6 @@ fn merged(causes: Vec<Cause>) -> Vec<Cause> {
         cause.rivals.retain(|rival| *rival != own);
     }
     out
-}
-
-/// The rows that are not set aside.
-fn training(evidence: &Evidence, aside: &[bool]) -> Evidence {
-    let rows: Vec<usize> = (0..evidence.rows()).filter(|&row| !aside[evidence.reading[row]]).collect();
-    if rows.len() == evidence.rows() || rows.is_empty() {
-        return evidence.clone();
-    }
-    let hypotheses =
-        evidence.hypotheses.iter().map(|h| Hypothesis { columns: h.columns.select_rows(&rows), ..h.clone() }).collect();
-    Evidence {
-        residual: evidence.residual.select_rows(&rows),
-        nuisance: evidence.nuisance.select_rows(&rows),
-        sigmas: rows.iter().map(|&row| evidence.sigmas[row]).collect(),
-        pose: rows.iter().map(|&row| evidence.pose[row]).collect(),
-        reading: rows.iter().map(|&row| evidence.reading[row]).collect(),
-        hypotheses,
-    }
-}
-
-/// Forms between those offered, for members whose form is a continuous number.
-#[allow(clippy::too_many_arguments)] // one step of the competition
-fn refine(
-    model: &Model,
-    campaign: &Campaign,
-    values: &[f64],
-    aside: &[bool],
-    _settings: &Settings,
-    evidence: &mut Evidence,
-    path: Vec<Fitted>,
-    _noise: Option<f64>,
-) -> Result<Vec<Fitted>, CalibrationError> {
-    let members = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
-    let continuous: Vec<usize> = members.iter().copied().filter(|&h| evidence.hypotheses[h].form.continuous).collect();
-    if continuous.is_empty() {
-        return Ok(path);
-    }
-    for h in continuous {
-        let center = evidence.hypotheses[h].form.value;
-        let forms: Vec<Form> =
-            (-6..=6).map(|k| Form { value: center * 1.12_f64.powi(k), ..evidence.hypotheses[h].form }).collect();
-        let terms = forms
-            .iter()
-            .map(|form| {
-                crate::prediction::Term::new(
-                    model,
-                    evidence.hypotheses[h].effect,
-                    evidence.hypotheses[h].site.clone(),
-                    *form,
-                )
-            })
-            .collect();
-        let (all, width) = crate::prediction::effect_columns(model, campaign, values, terms)?;
-        let count = evidence.hypotheses[h].parameters.len();
-        let mut best = (f64::INFINITY, None);
-        for (k, form) in forms.iter().enumerate() {
-            let columns = DMatrix::from_fn(evidence.rows(), count, |row, c| {
-                all[row * width + k * count + c] / evidence.sigmas[row]
-            });
-            evidence.hypotheses[h].columns = columns.clone();
-            let squares = Ground::new(&training(evidence, aside)).fit(&members).squares;
-            if squares < best.0 {
-                best = (squares, Some((*form, columns)));
-            }
-        }
-        if let Some((form, columns)) = best.1 {
-            evidence.hypotheses[h].form = form;
-            evidence.hypotheses[h].columns = columns;
-        }
-    }
-    let training = training(evidence, aside);
-    let ground = Ground::new(&training);
-    Ok(path.iter().map(|fit| ground.fit(&fit.members)).collect())
-}
-
-/// Nuisance and members fitted to all readings.
-struct Fit {
-    x: DVector<f64>,
-    widths: DVector<f64>,
-    nuisance: usize,
-}
-
-impl Fit {
-    fn of(evidence: &Evidence, members: &[usize], noise: f64) -> Self {
-        let design = design(evidence, members);
-        let x = solve(&design, &evidence.residual);
-        let left = &evidence.residual - &design * &x;
-        let freedom = (evidence.rows() as f64 - design.ncols() as f64).max(1.0);
-        let scale = (left.norm_squared() / freedom).sqrt().max(noise);
-        let lengths: Vec<f64> = design.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-        let n = design.ncols();
-        let normal = DMatrix::from_fn(n, n, |i, j| design.column(i).dot(&design.column(j)) / (lengths[i] * lengths[j]))
-            + DMatrix::identity(n, n) * 1e-11;
-        let inverse = normal.cholesky().map(|factor| factor.inverse());
-        let widths = DVector::from_fn(n, |k, _| {
-            inverse.as_ref().map_or(f64::NAN, |inverse| 1.96 * scale * inverse[(k, k)].max(0.0).sqrt() / lengths[k])
-        });
-        Self { x, widths, nuisance: evidence.nuisance.ncols() }
-    }
-
-    fn parameters(&self, evidence: &Evidence, members: &[usize], step: usize) -> Vec<CauseParameter> {
-        let before: usize = members[..step].iter().map(|&m| evidence.hypotheses[m].columns.ncols()).sum();
-        let hypothesis = &evidence.hypotheses[members[step]];
-        hypothesis
-            .parameters
-            .iter()
-            .enumerate()
-            .map(|(k, parameter)| CauseParameter {
-                name: parameter.symbol.clone(),
-                unit: parameter.unit,
-                value: self.x[self.nuisance + before + k],
-                ci95: self.widths[self.nuisance + before + k],
-            })
-            .collect()
-    }
-}
-
-/// The parameters and, beside them, what is not linear in the effect.
-fn with_form(hypothesis: &Hypothesis, mut parameters: Vec<CauseParameter>) -> Vec<CauseParameter> {
-    if !hypothesis.form.symbol.is_empty() {
-        let (name, value) = (hypothesis.form.symbol.to_string(), hypothesis.form.value);
-        parameters.push(CauseParameter { name, unit: "", value, ci95: f64::NAN });
-    }
-    parameters
-}
-
-/// As it is written into a description.
-fn entry(hypothesis: &Hypothesis, parameters: &[CauseParameter]) -> RawEffect {
-    let mut all: IndexMap<String, f64> =
-        parameters.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect();
-    if !hypothesis.form.symbol.is_empty() {
-        all.insert(hypothesis.form.symbol.into(), hypothesis.form.value);
-    }
-    RawEffect {
-        effect: Some(hypothesis.effect.name().into()),
-        site: Some(hypothesis.site.name.clone()),
-        parameters: all,
-    }
 }
 
 /// What was not taken, each effect at each site in its best form, with it alone beside the causes.

@@ -1,6 +1,6 @@
 //! `actuator-compliance`: axial spring of a ball screw, so that the joint's stiffness changes with the pose.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -26,9 +26,5 @@ impl Effect for ActuatorCompliance {
 
     fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
         named(model, [format!("{}.axial", model.actuators[site.actuator].name)])
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

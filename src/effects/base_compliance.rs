@@ -1,6 +1,6 @@
 //! `base-compliance`: the pedestal rocks or yields under load.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -26,9 +26,5 @@ impl Effect for BaseCompliance {
 
     fn constants(&self, model: &Model, _site: &Site, _form: &Form) -> Vec<Slot> {
         named(model, ["krx", "kry", "krz", "kz"].map(|symbol| format!("base.{symbol}")))
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

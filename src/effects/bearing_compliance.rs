@@ -1,6 +1,6 @@
 //! `bearing-compliance`: tilt and radial compliance across a joint's axis.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -27,9 +27,5 @@ impl Effect for BearingCompliance {
     fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
         let joint = &model.frames[site.frame].name;
         named(model, ["krr", "kr"].map(|symbol| format!("joint{joint}.{symbol}")))
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

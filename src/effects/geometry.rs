@@ -1,6 +1,6 @@
 //! `geometry`: constant Khalil-Kleinfinger parameters of a frame off nominal.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, of_slots};
+use super::{Effect, Form, Site, SiteKind};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -29,9 +29,5 @@ impl Effect for Geometry {
         let offset = model.frames[site.frame].moving_slot();
         let moves = model.frames[site.frame].moves();
         model.free_slots().into_iter().filter(|slot| own.contains(slot) && !(moves && *slot == offset)).collect()
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

@@ -1,6 +1,6 @@
 //! `joint-compliance`: torsional spring about a joint's axis.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -28,9 +28,5 @@ impl Effect for JointCompliance {
         let frame = &model.frames[site.frame];
         let symbol = if frame.joint == crate::description::raw::JointKind::Prismatic { "ka" } else { "kar" };
         named(model, [format!("joint{}.{symbol}", frame.name)])
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

@@ -1,6 +1,6 @@
 //! `joint-offset`: the encoder zero of a joint.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, of_slots};
+use super::{Effect, Form, Site, SiteKind};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -30,9 +30,5 @@ impl Effect for JointOffset {
             Some(actuator) => vec![actuator.slot],
             None => vec![frame.moving_slot()],
         }
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

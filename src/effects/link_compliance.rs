@@ -1,6 +1,6 @@
 //! `link-compliance`: a link bends or twists as a beam.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named, sites_with_constants};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -25,18 +25,11 @@ impl Effect for LinkCompliance {
     }
 
     fn sites(&self, model: &Model) -> Vec<Site> {
-        super::sites_of(model, SiteKind::Link)
-            .into_iter()
-            .filter(|site| !self.constants(model, site, &Form::ONLY).is_empty())
-            .collect()
+        sites_with_constants(self, model)
     }
 
     fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
         let link = &model.frames[site.frame].name;
         named(model, ["bending_y", "bending_z", "torsion"].map(|symbol| format!("link{link}.{symbol}")))
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

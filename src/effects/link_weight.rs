@@ -1,6 +1,6 @@
 //! `link-weight`: mass or centre of mass of a link off nominal.
 
-use super::{Effect, EffectParameter, Form, Site, SiteKind, named, of_slots};
+use super::{Effect, Form, Site, SiteKind, named, sites_with_constants};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -25,18 +25,11 @@ impl Effect for LinkWeight {
     }
 
     fn sites(&self, model: &Model) -> Vec<Site> {
-        super::sites_of(model, SiteKind::Link)
-            .into_iter()
-            .filter(|site| !self.constants(model, site, &Form::ONLY).is_empty())
-            .collect()
+        sites_with_constants(self, model)
     }
 
     fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
         let link = &model.frames[site.frame].name;
         named(model, ["mass", "x", "y", "z"].map(|symbol| format!("body{link}.{symbol}")))
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        of_slots(model, &self.constants(model, site, form))
     }
 }

@@ -154,9 +154,9 @@ pub trait Effect: Send + Sync {
     fn form_symbols(&self) -> &'static [&'static str] {
         &[]
     }
-    /// Parameters of a form; those of effects with [`Effect::constants`] are these.
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        Vec::new()
+    /// Parameters of a form; by default its [`Effect::constants`].
+    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
+        of_slots(model, &self.constants(model, site, form))
     }
     /// What one unit of each parameter changes in a reading: parameter, change.
     fn changes(&self, _site: &Site, _form: &Form, _moment: &Moment, _out: &mut Vec<(usize, Change)>) {}
@@ -206,6 +206,12 @@ pub(crate) fn of_slots(model: &Model, slots: &[Slot]) -> Vec<EffectParameter> {
             }
         })
         .collect()
+}
+
+/// Sites at which the model has the constants of an effect.
+pub(crate) fn sites_with_constants(effect: &dyn Effect, model: &Model) -> Vec<Site> {
+    let all = sites_of(model, effect.sits_at()).into_iter();
+    all.filter(|site| !effect.constants(model, site, &Form::ONLY).is_empty()).collect()
 }
 
 /// Slots of names that exist.

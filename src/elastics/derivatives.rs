@@ -7,8 +7,9 @@ use num_dual::Dual64;
 use super::elements::beam::{self, Inverse};
 use super::elements::screw;
 use super::response::Response;
+use super::slots::{beam_slots, section_state};
 use super::spatial;
-use super::statics::{ClosingKind, Elastics, Statics, section_state};
+use super::statics::{ClosingKind, Elastics, Statics};
 use crate::kinematics::Placements;
 use crate::model::{Element, Law, Rigidity};
 use crate::parameter::Slot;
@@ -184,12 +185,8 @@ impl ElasticColumns {
                 response.forces[vertex].row(direction).transpose() * (through.factor(elastics, placements) * force)
             }
             Part::Closing { closing, direction, through } => {
-                let Some((virtual_forces, force)) =
-                    closing_force(elastics, statics, response, wrench, weight, closing, direction)
-                else {
-                    return Vector6::zeros();
-                };
-                virtual_forces * (through.factor(elastics, placements) * force)
+                let (by_unit, forces) = closing_forces(elastics, statics, response, wrench, weight, closing);
+                by_unit.row(direction).transpose() * (through.factor(elastics, placements) * forces[direction])
             }
             Part::Release(index) => {
                 let release = &elastics.releases[index];
@@ -317,50 +314,16 @@ fn closing_forces(
     closing: usize,
 ) -> (Matrix6<f64>, Vector6<f64>) {
     let of = &elastics.closings[closing];
-    let (mut all, mut own) = (Matrix6::zeros(), Vector6::zeros());
-    for (k, &direction) in of.directions.iter().enumerate() {
-        for load in 0..6 {
-            all[(direction, load)] = response.unknowns[(of.first + k) * 6 + load];
-        }
-        if weight {
-            own[direction] = statics.weight.unknowns[of.first + k];
-        }
-    }
-    (all, all * wrench + own)
-}
-
-fn closing_force(
-    elastics: &Elastics,
-    statics: &Statics,
-    response: &Response,
-    wrench: &Vector6<f64>,
-    weight: bool,
-    closing: usize,
-    direction: usize,
-) -> Option<(Vector6<f64>, f64)> {
-    let of = &elastics.closings[closing];
-    let unknown = of.first + of.directions.iter().position(|d| *d == direction)?;
-    let by_unit = Vector6::from_row_slice(&response.unknowns[unknown * 6..unknown * 6 + 6]);
-    let own = if weight { statics.weight.unknowns[unknown] } else { 0.0 };
-    Some((by_unit, by_unit.dot(wrench) + own))
+    let by_unit = response.closing_forces(of);
+    let own = if weight { statics.closing_forces(of) } else { Vector6::zeros() };
+    (by_unit, by_unit * wrench + own)
 }
 
 /// How a beam's inverse rigidities and mass per length change with each of its slots that is asked for.
 fn beam_derivatives(elastics: &Elastics, rigidity: &Rigidity, slots: &[Slot]) -> Vec<(Slot, Inverse, f64)> {
-    let own: Vec<Slot> = match rigidity {
-        Rigidity::Inverse(slots) => slots.to_vec(),
-        Rigidity::Section { sections, material, .. } => {
-            let structure = &elastics.model.structure;
-            let material = &structure.materials[*material];
-            let mut own = vec![material.young, material.shear, material.density];
-            for &section in sections {
-                own.extend(structure.sections[section].slots.iter().map(|(_, slot)| *slot));
-            }
-            own.sort_unstable();
-            own.dedup();
-            own
-        }
-    };
+    let mut own = beam_slots(rigidity, elastics.model);
+    own.sort_unstable();
+    own.dedup();
     own.into_iter()
         .filter(|slot| slots.contains(slot))
         .map(|slot| {

@@ -22,7 +22,10 @@ mod motion;
 mod report;
 mod response;
 mod section;
+mod slots;
 mod statics;
+mod unknowns;
+mod weight;
 
 pub use derivatives::ElasticColumns;
 pub use equilibrium::{Equilibrium, equilibrium};

@@ -58,15 +58,7 @@ impl MotionWork {
         }
         for (closing, state) in elastics.closings.iter().zip(&statics.closings) {
             let back = wrenches(&state.local);
-            let (mut amounts, mut own) = (Matrix6::zeros(), Vector6::zeros());
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                for load in 0..6 {
-                    amounts[(direction, load)] = response.unknowns[(closing.first + k) * 6 + load];
-                }
-                if statics.weight.active {
-                    own[direction] = statics.weight.unknowns[closing.first + k];
-                }
-            }
+            let (amounts, own) = (response.closing_forces(closing), statics.closing_forces(closing));
             let (mut gaps, mut gap) = (Matrix6::zeros(), Vector6::zeros());
             for (vertex, sign) in &closing.cycle {
                 let at = elastics.active.binary_search(vertex).unwrap_or(0);

@@ -44,22 +44,22 @@ pub fn shares(
             *energy.entry(name).or_default() += work;
         }
     };
-    let mut lumped = |name: &str, element: &Element, force: &Vector6<f64>, strain: &Vector6<f64>| match element {
-        Element::Lumped(of) => {
+    // Springs at a point by direction, all else whole; the parts of a beam are one.
+    let mut lumped = |name: &str, element: Option<&Element>, force: &Vector6<f64>, strain: &Vector6<f64>| match element
+    {
+        Some(Element::Lumped(of)) => {
             (0..6).for_each(|k| add(format!("{name}.{}", of.symbols[k]), 0.5 * force[k] * strain[k]));
         }
         _ => add(name.split('/').next().unwrap_or(name).to_string(), 0.5 * force.dot(strain)),
     };
     for &vertex in &elastics.active {
         let edge = &structure.tree[vertex];
-        lumped(&edge.name, &edge.element, &force(vertex), &strain(vertex));
+        lumped(&edge.name, Some(&edge.element), &force(vertex), &strain(vertex));
     }
     for (closing, state) in elastics.closings.iter().zip(&statics.closings) {
-        let mut forces = Vector6::zeros();
-        for (k, &direction) in closing.directions.iter().enumerate() {
-            let unit = &response.unknowns[(closing.first + k) * 6..(closing.first + k) * 6 + 6];
-            forces[direction] = Vector6::from_row_slice(unit).dot(wrench)
-                + if weight { statics.weight.unknowns[closing.first + k] } else { 0.0 };
+        let mut forces = response.closing_forces(closing) * wrench;
+        if weight {
+            forces += statics.closing_forces(closing);
         }
         let gap: Vector6<f64> =
             closing.cycle.iter().zip(&state.forces).map(|((vertex, _), f)| f.tr_mul(&strain(*vertex))).sum();
@@ -72,16 +72,11 @@ pub fn shares(
                         own[k] = -gap[k];
                     }
                 }
-                lumped(&edge.name, &edge.element, &forces, &own);
+                lumped(&edge.name, Some(&edge.element), &forces, &own);
             }
             ClosingKind::Spring(which) => {
                 let name = format!("spring:{}", structure.springs[which].spring.name);
-                lumped(
-                    &name,
-                    &Element::Screw(crate::model::ScrewElement { actuator: 0, own: 0, axial: 0 }),
-                    &-forces,
-                    &gap,
-                );
+                lumped(&name, None, &-forces, &gap);
             }
         }
     }

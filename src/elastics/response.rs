@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::at_point;
-use super::statics::{Elastics, Statics};
+use super::statics::{Closing, Elastics, Statics};
 use crate::model::VertexIndex;
 
 /// Answer of the structure to spatial wrenches on one vertex. Reused between configurations.
@@ -85,12 +85,7 @@ impl Response {
             }
         }
         for ((closing, state), gaps) in elastics.closings.iter().zip(&statics.closings).zip(&gaps) {
-            let mut amounts = Matrix6::zeros();
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                for load in 0..6 {
-                    amounts[(direction, load)] = self.unknowns[(closing.first + k) * 6 + load];
-                }
-            }
+            let amounts = self.closing_forces(closing);
             self.compliance += gaps.tr_mul(&amounts);
             for (at, (vertex, _)) in closing.cycle.iter().enumerate() {
                 self.forces[*vertex] += state.forces[at] * amounts;
@@ -109,6 +104,16 @@ impl Response {
                 }
             }
         }
+    }
+
+    /// Forces of a closing by the six unit wrenches: a row for each of its directions, zero where it has no unknown.
+    pub(super) fn closing_forces(&self, closing: &Closing) -> Matrix6<f64> {
+        let mut forces = Matrix6::zeros();
+        for (k, &direction) in closing.directions.iter().enumerate() {
+            let first = (closing.first + k) * 6;
+            forces.row_mut(direction).copy_from_slice(&self.unknowns[first..first + 6]);
+        }
+        forces
     }
 
     /// Spatial twist of the vertex under a spatial wrench on it, own weight added if asked.

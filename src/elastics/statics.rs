@@ -5,10 +5,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use super::elements::beam::Inverse;
 use super::elements::{Flexibility, beam, lumped, screw, spring};
 use super::elimination::Elimination;
-use super::section::properties;
-use super::{reduction, spatial};
+use super::reduction;
+use super::slots::{asked, section_state};
+use super::weight::WeightState;
 use crate::kinematics::Placements;
-use crate::model::{Edge, Element, Law, Model, Rigidity, Spot, VertexIndex};
+use crate::model::{Edge, Element, Law, Model, Spot, VertexIndex};
 use crate::parameter::Slot;
 
 /// A structure that can move without any force.
@@ -83,7 +84,7 @@ pub struct Statics {
     pub(super) lengths: Vec<f64>,
     pub(super) closings: Vec<ClosingState>,
     pub(super) elimination: Elimination,
-    matrix: Vec<f64>,
+    pub(super) matrix: Vec<f64>,
     /// Internal forces and deformations under own weight, by vertex; unknowns.
     pub(super) weight: WeightState,
     /// Own weight is to be left out.
@@ -106,23 +107,21 @@ pub(super) struct ClosingState {
     pub strains: Vec<Matrix6<f64>>,
 }
 
-/// Statics under own weight and preloads.
-#[derive(Debug, Clone, Default)]
-pub(super) struct WeightState {
-    pub active: bool,
-    /// Spatial wrench of each vertex and all it carries.
-    pub carried: Vec<Vector6<f64>>,
-    /// Internal forces by vertex, the unknowns' share included.
-    pub forces: Vec<Vector6<f64>>,
-    /// Deformations by vertex, those of distributed loads and of released directions included.
-    pub strains: Vec<Vector6<f64>>,
-    pub unknowns: Vec<f64>,
-}
-
 impl Statics {
     /// Room for statics with own weight and preloads, or without.
     pub fn new(weight: bool) -> Self {
         Self { no_weight: !weight, ..Self::default() }
+    }
+
+    /// Forces of a closing under own weight and preloads, by direction; zero where they were not counted.
+    pub(super) fn closing_forces(&self, closing: &Closing) -> Vector6<f64> {
+        let mut forces = Vector6::zeros();
+        if self.weight.active {
+            for (k, &direction) in closing.directions.iter().enumerate() {
+                forces[direction] = self.weight.unknowns[closing.first + k];
+            }
+        }
+        forces
     }
 
     /// Whether own weight or preloads were counted.
@@ -214,17 +213,6 @@ impl<'m> Elastics<'m> {
         !self.active.is_empty()
     }
 
-    /// Whether own weight or preloads load the structure.
-    pub fn is_loaded(&self) -> bool {
-        let structure = &self.model.structure;
-        structure.gravity.norm() > 0.0
-            && (structure.masses.iter().any(|mass| self.values[mass.slot] != 0.0)
-                || self.beams.iter().flatten().any(|beam| beam.mass != 0.0))
-            || structure.springs.iter().any(|spring| {
-                spring.spring.acts == crate::description::raw::SpringAction::Full && spring.spring.free_length.is_some()
-            })
-    }
-
     fn gives(&self, edge: &Edge, index: usize) -> bool {
         let value = |slot: Slot| self.values[slot] != 0.0;
         match &edge.element {
@@ -241,20 +229,8 @@ impl<'m> Elastics<'m> {
 
     fn beam_state(&self, edge: &Edge) -> Option<BeamState> {
         let Element::Beam(beam) = &edge.element else { return None };
-        Some(self.beam_by(&beam.rigidity, |slot| self.values[slot]))
-    }
-
-    /// Inverse rigidities and mass per length, with numbers of any kind (to differentiate).
-    fn beam_by(&self, rigidity: &Rigidity, value: impl Fn(Slot) -> f64) -> BeamState {
-        match rigidity {
-            Rigidity::Inverse([y, z, t]) => {
-                BeamState { inverse: [0.0, 0.0, 0.0, value(*y), value(*z), value(*t)], mass: 0.0 }
-            }
-            section => {
-                let (inverse, mass) = section_state(self.model, section, &|slot| value(slot));
-                BeamState { inverse, mass }
-            }
-        }
+        let (inverse, mass) = section_state(self.model, &beam.rigidity, &|slot| self.values[slot]);
+        Some(BeamState { inverse, mass })
     }
 
     /// Prepares the statics of a placed configuration.
@@ -400,202 +376,6 @@ impl<'m> Elastics<'m> {
         let from = rest_of(self.model, vertex, placements);
         points[vertex] + turn * (rest - from)
     }
-
-    /// The equations of the unknowns: gaps of closures close, springs follow their law, released directions carry
-    /// nothing but their soft spring.
-    fn equations(&self, out: &mut Statics) {
-        let n = self.unknowns;
-        out.matrix.clear();
-        out.matrix.resize(n * n, 0.0);
-        for (i, closing) in self.closings.iter().enumerate() {
-            let own = &out.closings[i];
-            for (j, other) in self.closings.iter().enumerate() {
-                let gap = if i == j {
-                    own.forces.iter().zip(&own.strains).map(|(f, s)| f.tr_mul(s)).sum::<Matrix6<f64>>()
-                } else {
-                    let strains = &out.closings[j].strains;
-                    let shared = closing.cycle.iter().zip(&own.forces).filter_map(|((vertex, _), f)| {
-                        let at = other.cycle.iter().position(|(v, _)| v == vertex)?;
-                        Some(f.tr_mul(&strains[at]))
-                    });
-                    shared.sum()
-                };
-                self.put(closing, own, &gap, &mut out.matrix, |k| {
-                    other.directions.iter().position(|d| *d == k).map(|at| other.first + at)
-                });
-            }
-            for release in &self.releases {
-                let Some(at) = closing.cycle.iter().position(|(v, _)| *v == release.vertex) else { continue };
-                let force = own.forces[at].row(release.direction).transpose();
-                let row = self.rows_of(closing, own, &force);
-                for (k, &direction) in closing.directions.iter().enumerate() {
-                    out.matrix[(closing.first + k) * n + release.unknown] += row[direction];
-                    out.matrix[release.unknown * n + closing.first + k] += force[direction];
-                }
-            }
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                let at = (closing.first + k) * n;
-                if self.by_stiffness(closing, direction) {
-                    out.matrix[at + closing.first + k] += 1.0;
-                } else {
-                    let mut unit = Vector6::zeros();
-                    unit[direction] = 1.0;
-                    let give = own.flexibility.apply(&unit);
-                    for (m, &other) in closing.directions.iter().enumerate() {
-                        out.matrix[at + closing.first + m] += give[other];
-                    }
-                }
-            }
-        }
-        for release in &self.releases {
-            let stiffness = release.slot.map_or(0.0, |slot| self.values[slot]);
-            out.matrix[release.unknown * n + release.unknown] -= stiffness;
-        }
-    }
-
-    /// Whether a direction of a closure is a spring (force by gap) rather than a compliance (gap by force).
-    pub(super) fn by_stiffness(&self, closing: &Closing, direction: usize) -> bool {
-        match closing.kind {
-            ClosingKind::Spring(_) => true,
-            ClosingKind::Element(which) => match &self.model.structure.closures[which].element {
-                Element::Lumped(lumped) => matches!(lumped.laws[direction], Law::Released(_)),
-                _ => false,
-            },
-        }
-    }
-
-    /// A closure's equations from its gaps: as they are, or turned into forces by its stiffness.
-    pub(super) fn rows_of(&self, closing: &Closing, state: &ClosingState, gap: &Vector6<f64>) -> Vector6<f64> {
-        match closing.kind {
-            ClosingKind::Spring(_) => state.stiffness * gap,
-            ClosingKind::Element(_) => {
-                Vector6::from_fn(
-                    |k, _| {
-                        if self.by_stiffness(closing, k) { state.stiffness[(k, k)] * gap[k] } else { gap[k] }
-                    },
-                )
-            }
-        }
-    }
-
-    fn put(
-        &self,
-        closing: &Closing,
-        state: &ClosingState,
-        gap: &Matrix6<f64>,
-        matrix: &mut [f64],
-        unknown: impl Fn(usize) -> Option<usize>,
-    ) {
-        for k in 0..6 {
-            let Some(column) = unknown(k) else { continue };
-            let rows = self.rows_of(closing, state, &gap.column(k).into_owned());
-            for (m, &direction) in closing.directions.iter().enumerate() {
-                matrix[(closing.first + m) * self.unknowns + column] += rows[direction];
-            }
-        }
-    }
-
-    /// Null motions among the unknowns; forces that only strain what is rigid against itself move nothing.
-    fn mechanism(&self, elimination: &mut Elimination) -> Result<(), Mechanism> {
-        let structure = &self.model.structure;
-        let mut names = Vec::new();
-        for vector in elimination.null_vectors() {
-            let most = self.releases.iter().max_by(|a, b| vector[a.unknown].abs().total_cmp(&vector[b.unknown].abs()));
-            let Some(release) = most.filter(|release| vector[release.unknown].abs() > 1e-6) else { continue };
-            let edge = &structure.tree[release.vertex];
-            let name = &structure.vertices[release.vertex].name;
-            let motion = if release.direction < 3 { "slide along" } else { "spin about" };
-            let what = edge.name.replace(':', " ");
-            let closed = structure.closures.iter().any(|closure| {
-                let [a, b] = closure.ends;
-                structure.path(a).any(|v| v == release.vertex) != structure.path(b).any(|v| v == release.vertex)
-            });
-            let why = if closed { "the loop through it does not hold it here" } else { "nothing closes it" };
-            names.push(format!("node `{name}` can {motion} its axis: {what} is passive and {why}"));
-        }
-        names.dedup();
-        if names.is_empty() { Ok(()) } else { Err(Mechanism(names.join("; "))) }
-    }
-
-    /// Own weight and preloads.
-    fn weigh(&self, placements: &Placements, turned: Option<&[Matrix3<f64>]>, out: &mut Statics) {
-        let structure = &self.model.structure;
-        let gravity = &structure.gravity;
-        let weight = &mut out.weight;
-        weight.carried.clear();
-        weight.carried.resize(structure.tree.len(), Vector6::zeros());
-        weight.forces.resize(structure.tree.len(), Vector6::zeros());
-        weight.strains.resize(structure.tree.len(), Vector6::zeros());
-        let unloaded = out.no_weight;
-        for mass in structure.masses.iter().filter(|_| !unloaded) {
-            let v = &self.values[mass.slot..mass.slot + 4];
-            let rest = (placements.frames[mass.frame] * nalgebra::Point3::new(v[1], v[2], v[3])).coords;
-            let at = match turned {
-                Some(turned) => self.carried(mass.vertex, &rest, placements, &turned[mass.vertex], &out.points),
-                None => rest,
-            };
-            weight.carried[mass.vertex] += spatial(&at, &(gravity * v[0]), &Vector3::zeros());
-        }
-        // A beam rests on its first node; under its own weight it bends beside what its end carries.
-        let rows = structure.tree.iter().chain(&structure.closures).enumerate();
-        for (index, edge) in rows {
-            if let Some(beam) = self.beams[index].filter(|beam| beam.mass != 0.0 && !unloaded) {
-                let [a, b] = edge.ends.map(|end| out.points[end]);
-                let force = gravity * beam.mass * (b - a).norm();
-                weight.carried[edge.ends[0]] += spatial(&(0.5 * (a + b)), &force, &Vector3::zeros());
-            }
-        }
-        for vertex in (1..structure.tree.len()).rev() {
-            let parent = structure.tree[vertex].ends[0];
-            let carried = weight.carried[vertex];
-            weight.carried[parent] += carried;
-        }
-        for &vertex in &self.active {
-            weight.forces[vertex] = out.local[vertex] * weight.carried[vertex];
-            weight.strains[vertex] = out.flexibility[vertex].apply(&weight.forces[vertex]);
-            if let Some(beam) = self.beams[vertex].filter(|_| !unloaded) {
-                let q = out.local[vertex].fixed_view::<3, 3>(0, 0) * gravity * beam.mass;
-                weight.strains[vertex] += beam::under_own_load(beam.inverse, out.lengths[vertex], &q);
-            }
-        }
-        let right = &mut weight.unknowns;
-        right.clear();
-        right.resize(self.unknowns, 0.0);
-        for (index, (closing, state)) in self.closings.iter().zip(&out.closings).enumerate() {
-            let mut gap = out.defects.get(index).copied().unwrap_or_else(Vector6::zeros);
-            for ((vertex, _), forces) in closing.cycle.iter().zip(&state.forces) {
-                gap += forces.tr_mul(&weight.strains[*vertex]);
-            }
-            if let ClosingKind::Element(which) = closing.kind
-                && let Some(beam) = self.beams[structure.tree.len() + which].filter(|_| !unloaded)
-            {
-                let q = state.local.fixed_view::<3, 3>(0, 0) * gravity * beam.mass;
-                // The gap is what the tree opens less what the beam itself reaches.
-                gap -= beam::under_own_load(beam.inverse, out.lengths[structure.tree.len() + which], &q);
-            }
-            let rows = self.rows_of(closing, state, &gap);
-            let preload = state.spring.filter(|_| !unloaded).map_or_else(Vector6::zeros, |spring| spring.wrench());
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                right[closing.first + k] = -rows[direction] + preload[direction];
-            }
-        }
-        for release in &self.releases {
-            right[release.unknown] = -weight.forces[release.vertex][release.direction];
-        }
-        out.elimination.solve(right);
-        for (closing, state) in self.closings.iter().zip(&out.closings) {
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                let amount = weight.unknowns[closing.first + k];
-                for (at, (vertex, _)) in closing.cycle.iter().enumerate() {
-                    weight.forces[*vertex] += state.forces[at].column(direction) * amount;
-                    weight.strains[*vertex] += state.strains[at].column(direction) * amount;
-                }
-            }
-        }
-        for release in &self.releases {
-            weight.strains[release.vertex][release.direction] += weight.unknowns[release.unknown];
-        }
-    }
 }
 
 impl Default for ClosingState {
@@ -628,66 +408,5 @@ pub(super) fn rest_of(model: &Model, vertex: VertexIndex, placements: &Placement
     match model.structure.vertices[vertex].spot {
         Spot::At(frame, local) => (placements.frames[frame] * nalgebra::Point3::from(local)).coords,
         Spot::Between([a, b], share) => rest_of(model, a, placements).lerp(&rest_of(model, b, placements), share),
-    }
-}
-
-/// Inverse rigidities and mass per length of a beam's section, for numbers of any kind.
-pub(super) fn section_state<D: num_dual::DualNum<Primitive = f64> + Copy>(
-    model: &Model,
-    rigidity: &Rigidity,
-    value: &dyn Fn(Slot) -> D,
-) -> ([D; 6], D) {
-    let zero = D::from(0.0);
-    match rigidity {
-        Rigidity::Inverse([y, z, t]) => ([zero, zero, zero, value(*y), value(*z), value(*t)], zero),
-        Rigidity::Section { sections: [a, b], share, material, shear } => {
-            let (first, last) = (&model.structure.sections[*a], &model.structure.sections[*b]);
-            let middle = 0.5 * (share[0] + share[1]);
-            let symbol = |symbol: &str| {
-                let of = |slots: &[(&'static str, Slot)]| {
-                    slots.iter().find(|(known, _)| *known == symbol).map(|&(_, slot)| value(slot))
-                };
-                let own = of(&first.slots)?;
-                Some(if a == b { own } else { own * (1.0 - middle) + of(&last.slots).unwrap_or(own) * middle })
-            };
-            let section = properties(first.shape, symbol);
-            let material = &model.structure.materials[*material];
-            let young = value(material.young);
-            let modulus = value(material.shear);
-            let g = if material.is_poisson { young / ((modulus + 1.0) * 2.0) } else { modulus };
-            (beam::inverse(&section, young, g, *shear), value(material.density) * section.area)
-        }
-    }
-}
-
-/// Whether an element has a parameter among those asked for.
-fn asked(element: &Element, model: &Model, by: &[Slot]) -> bool {
-    slots_of(element, model).iter().any(|slot| by.contains(slot))
-}
-
-/// Slots of an element.
-pub(super) fn slots_of(element: &Element, model: &Model) -> Vec<Slot> {
-    match element {
-        Element::Lumped(lumped) => lumped
-            .laws
-            .iter()
-            .flat_map(|law| match *law {
-                Law::Rigid | Law::Released(None) => vec![],
-                Law::Compliance(slot) | Law::Released(Some(slot)) => vec![slot],
-                Law::Driven { own, axial, .. } => vec![own, axial],
-            })
-            .collect(),
-        Element::Screw(screw) => vec![screw.own, screw.axial],
-        Element::Beam(beam) => match &beam.rigidity {
-            Rigidity::Inverse(slots) => slots.to_vec(),
-            Rigidity::Section { sections, material, .. } => {
-                let material = &model.structure.materials[*material];
-                let mut slots = vec![material.young, material.shear, material.density];
-                for &section in sections {
-                    slots.extend(model.structure.sections[section].slots.iter().map(|(_, slot)| *slot));
-                }
-                slots
-            }
-        },
     }
 }

@@ -1,4 +1,4 @@
-//! Gravity compensator of a heavy robot: where its spring is hung, and what it adds to joint 2.
+//! Gravity compensator of a heavy robot: where its spring is hung, and what it adds to the joint it unloads (joint 2 of the paper).
 //!
 //! Source: KR-270 paper (Wu, Klimchik and co-authors), sec. III.C-E. The spring acts between P0 on link 1 and P1 on
 //! link 2, which turns about P2, the axis of joint 2. With L = |P1 P2|, a = |P0 P2| its length obeys
@@ -94,7 +94,7 @@ impl Triangle {
     }
 }
 
-/// Compliance of joint 2 found at one of its angles.
+/// Compliance of the joint found at one of its angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointCompliance {
     /// rad
@@ -119,7 +119,7 @@ pub struct Elasticity {
 }
 
 impl Elasticity {
-    /// Compliance of joint 2 at an angle, rad/(N.m).
+    /// Compliance of the joint at an angle, rad/(N.m).
     pub fn compliance(&self, at: &Triangle, q: f64) -> f64 {
         let row = at.row(q);
         let rate = 1.0 / self.spring.value;
@@ -150,7 +150,7 @@ pub fn circle(points: &[(f64, Vector3<f64>)]) -> Result<Circle, CompensatorError
     let mut turned = [turned[0], turned[1], turned[2]];
     turned.sort_by(f64::total_cmp);
     if turned[1] < 1e-9 * turned[2].max(f64::MIN_POSITIVE) || turned[2] < 1e-9 {
-        return refuse("the angles of P1 are all the same, or only two: turn joint 2 further");
+        return refuse("the angles of P1 are all the same, or only two: turn the joint further");
     }
     let svd = moment.svd(true, true);
     let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return refuse("the circle's directions cannot be separated") };
@@ -309,7 +309,7 @@ fn linearise(
     }
 }
 
-/// k2_0, kc and s0 from compliances of joint 2 at several of its angles: eq. (13), (14), linear in the stiffnesses.
+/// k2_0, kc and s0 from compliances of the joint at several of its angles: eq. (13), (14), linear in the stiffnesses.
 /// Where all compliances have intervals, they are weighted by them.
 ///
 /// # Errors

@@ -8,6 +8,7 @@ mod build;
 mod free;
 mod loops;
 mod rewrite;
+mod spanning;
 mod structure;
 
 pub use build::{Fault, build};

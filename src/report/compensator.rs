@@ -89,7 +89,7 @@ pub fn compensator_text(found: &Compensator) -> String {
         let (c, n) = (mounting.circle.centre * 1e3, mounting.circle.axes.column(2).into_owned());
         let _ = writeln!(
             out,
-            "\naxis of joint 2 through ({:.3}, {:.3}, {:.3}) mm, along ({:.6}, {:.6}, {:.6})",
+            "\naxis of the joint through ({:.3}, {:.3}, {:.3}) mm, along ({:.6}, {:.6}, {:.6})",
             c.x, c.y, c.z, n.x, n.y, n.z
         );
         let _ =

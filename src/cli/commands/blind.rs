@@ -12,7 +12,7 @@ use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::files::{LoadedRobot, load_campaign, load_robot, load_robot_leaving_out};
+use crate::files::{LoadedRobot, bundled_robots, load_campaign, load_robot, load_robot_leaving_out};
 use crate::report::blind::{score_json, score_text};
 use crate::simulation::generator;
 
@@ -27,8 +27,7 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
     if !(1..=10_000).contains(&command.count) {
         return Err(Failure::input(format!("--count {}", command.count), "give 1 to 10000"));
     }
-    let serial = load_robot_leaving_out("kuka-kr270", &["compensator"])?;
-    let closed = load_robot("kuka-ir663")?;
+    let plans = plans(&command.plans)?;
     let drawn: Vec<Result<Drawn, String>> = (0..command.count)
         .into_par_iter()
         .map(|k| {
@@ -42,19 +41,15 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
                 BlindKind::Unknown => Kind::Unknown,
             };
             let name = format!("sealed-{:03}", k + 1);
-            let turn = k / command.kinds.len() % 4;
-            let (robot, which, deflection, poses) = match turn {
-                0 | 2 => (&serial, "kuka-kr270", false, 45),
-                1 => (&serial, "kuka-kr270", true, 20),
-                _ => (&closed, "kuka-ir663", true, 63),
-            };
-            draw(&robot.model, which, &name, kind, deflection, poses, &mut random).map_err(|e| format!("{name}: {e}"))
+            let plan = &plans[k / command.kinds.len() % plans.len()];
+            draw(&plan.robot.model, &plan.name, &name, kind, plan.deflection, plan.poses, &mut random)
+                .map_err(|error| format!("{name}: {error}"))
         })
         .collect();
     let mut files = Vec::new();
-    for drawn in drawn {
+    for (k, drawn) in drawn.into_iter().enumerate() {
         let drawn = drawn.map_err(Failure::Computation)?;
-        let robot = if drawn.truth.robot == "kuka-ir663" { &closed } else { &serial };
+        let plan = &plans[k / command.kinds.len() % plans.len()];
         let name = drawn.truth.name.clone();
         let folder = command.into.join(&name);
         for folder in [&folder, &command.into.join("truth")] {
@@ -72,7 +67,7 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
                 campaign: Some(campaign.name.clone()),
                 source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
                 robot: Some(drawn.truth.robot.clone()),
-                units: units(robot),
+                units: units(&plan.robot),
                 observes: Some(campaign.observes),
                 instrument: Some(RawInstrument {
                     sigma: Some(RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3)),
@@ -80,11 +75,11 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
                 }),
                 estimate: RawEstimate { base: campaign.estimate_base, tool: campaign.estimate_tool },
                 calibrate: campaign.calibrate.clone(),
-                without: if drawn.truth.robot == "kuka-kr270" { vec!["compensator".into()] } else { Vec::new() },
+                without: plan.without.clone(),
                 measurements: Some(OneOrMany::One(csv_name.into())),
                 ..RawCampaign::default()
             };
-            files.push((folder.join(csv_name), csv(robot, campaign)));
+            files.push((folder.join(csv_name), csv(&plan.robot, campaign)));
             files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Failure::Computation)?));
         }
     }
@@ -92,6 +87,68 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
     let mut output = Output::new(text, json!({"campaigns": command.count, "seed": seed}));
     output.files = files;
     Ok(output)
+}
+
+/// A robot as it is measured: what of its description is left out, and how.
+struct Plan {
+    name: String,
+    robot: LoadedRobot,
+    without: Vec<String>,
+    deflection: bool,
+    poses: usize,
+}
+
+impl Plan {
+    fn new(name: &str, deflection: bool, poses: usize) -> Result<Self, Failure> {
+        let without: Vec<String> = load_robot(name)?.raw.springs.keys().cloned().collect();
+        let robot = load_robot_leaving_out(name, &without.iter().map(String::as_str).collect::<Vec<_>>())?;
+        if robot.model.markers.is_empty() {
+            return Err(Failure::input(format!("--plan `{name}`: the robot has no markers"), "name another robot"));
+        }
+        Ok(Self { name: name.into(), robot, without, deflection, poses })
+    }
+}
+
+/// Readings of a deflection campaign's markers, about: the fewer markers, the more configurations.
+const MARKED: usize = 60;
+
+fn plans(asked: &[String]) -> Result<Vec<Plan>, Failure> {
+    if !asked.is_empty() {
+        return asked.iter().map(|text| asked_plan(text)).collect();
+    }
+    let mut plans = Vec::new();
+    for name in bundled_robots() {
+        let robot = load_robot(&name)?;
+        let markers = robot.model.markers.len();
+        if robot.model.elastic_slots().is_empty() || markers == 0 {
+            continue;
+        }
+        // Base and markers are unknown in positions; a single marker does not tell them apart.
+        if markers >= 3 {
+            plans.push(Plan::new(&name, false, 45)?);
+        }
+        plans.push(Plan::new(&name, true, MARKED / markers)?);
+    }
+    Ok(plans)
+}
+
+fn asked_plan(text: &str) -> Result<Plan, Failure> {
+    let refused = || {
+        Failure::input(
+            format!("--plan `{text}`"),
+            "write ROBOT:position:45 or ROBOT:deflection:20, of 10 to 1000 poses",
+        )
+    };
+    let mut parts = text.rsplitn(3, ':');
+    let (Some(poses), Some(observes), Some(name)) = (parts.next(), parts.next(), parts.next()) else {
+        return Err(refused());
+    };
+    let poses = poses.parse::<usize>().ok().filter(|poses| (10..=1000).contains(poses)).ok_or_else(refused)?;
+    match observes {
+        "position" => Plan::new(name, false, poses),
+        "deflection" => Plan::new(name, true, poses),
+        _ => Err(refused()),
+    }
 }
 
 fn units(robot: &LoadedRobot) -> Units {
