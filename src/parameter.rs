@@ -67,6 +67,8 @@ pub enum Group {
     Geometry,
     /// What gives under load, and what loads it: springs, beams, masses.
     Elastic,
+    /// Amounts of the effects that have been switched on.
+    Effect,
 }
 
 /// A named parameter.
@@ -109,8 +111,8 @@ impl Parameter {
     }
 }
 
-/// All parameters of a model, in a fixed order: base, frames with the actuators that turn them, tool, markers, and what
-/// is elastic.
+/// All parameters of a model, in a fixed order: base, frames with the actuators that turn them, tool, markers, what is
+/// elastic, and effects that are switched on.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Registry {
     parameters: Vec<Parameter>,

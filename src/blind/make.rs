@@ -62,6 +62,9 @@ const GAPS: [f64; 2] = [1.2, 6.0];
 /// A cause that must displace readings further than this (m) to leave such a gap is drawn again.
 const FURTHEST: f64 = 0.012;
 
+/// What each of several causes must show beside the others, as a share of what it leaves.
+const OWN: f64 = 0.4;
+
 /// Draws a campaign of a kind. `deflection`: of deflections under three loads, else absolute positions.
 ///
 /// # Errors
@@ -114,6 +117,8 @@ pub fn draw(
         Kind::Triple => 3,
     };
     let mut plant = Plant { model, values, causes: Vec::new() };
+    let weight = plant.own_loads(&campaign)?;
+    let mut beside: Vec<DVector<f64>> = Vec::new();
     let mut told: Vec<TruthCause> = Vec::new();
     for _ in 0..400 {
         if told.len() == wanted {
@@ -128,7 +133,18 @@ pub fn draw(
         let spread = (GAPS[1] / GAPS[0]).ln();
         let gap = GAPS[0] * (spread * random.random::<f64>()).exp() * if wanted > 1 { 1.2 } else { 1.0 };
         let unseen = sigma * 3.0_f64.sqrt() * (gap.min(GAPS[1]).powi(2) - 1.0).sqrt();
-        let Some(size) = ground.size(&plant, &campaign, &shape, sigma, unseen)? else { continue };
+        // Nobody balances a joint that own weight hardly loads.
+        if let Shape::Spring { variable, .. } = shape
+            && weight[variable] < 0.25 * weight.iter().copied().fold(0.0, f64::max)
+        {
+            continue;
+        }
+        let Some((size, own)) = ground.size(&plant, &campaign, &shape, sigma, unseen)? else { continue };
+        let together: Vec<DVector<f64>> = beside.iter().cloned().chain([own]).collect();
+        if !each_shows(&together) {
+            continue;
+        }
+        beside = together;
         let size = if matches!(shape, Shape::Gain | Shape::Scale | Shape::Growth(_)) && random.random() {
             -size
         } else {
@@ -277,11 +293,16 @@ impl Ground {
         Ok(Self { basis, still })
     }
 
-    /// Root mean square that calibration leaves of readings that differ from the machine's without causes, m.
-    fn left(&self, seen: &[[f64; 3]], campaign: &Campaign) -> f64 {
+    /// What calibration leaves of readings that differ from the machine's without causes, m.
+    fn rest(&self, seen: &[[f64; 3]]) -> DVector<f64> {
         let moved = self.moved(seen);
-        let left = &moved - &self.basis * self.basis.tr_mul(&moved);
-        let freedom = (moved.len() - self.basis.ncols()) as f64 / moved.len() as f64;
+        &moved - &self.basis * self.basis.tr_mul(&moved)
+    }
+
+    /// Its root mean square over the readings, m.
+    fn left(&self, seen: &[[f64; 3]], campaign: &Campaign) -> f64 {
+        let left = self.rest(seen);
+        let freedom = (left.len() - self.basis.ncols()) as f64 / left.len() as f64;
         (left.norm_squared() / (campaign.readings.len() as f64 * freedom)).sqrt()
     }
 
@@ -290,7 +311,7 @@ impl Ground {
         DVector::from_iterator(3 * seen.len(), moved)
     }
 
-    /// Size at which a shape alone leaves `unseen`; none if it would have to be too great.
+    /// Size at which a shape alone leaves `unseen`, and what it leaves; none if it would have to be too great.
     fn size(
         &self,
         plant: &Plant,
@@ -298,10 +319,10 @@ impl Ground {
         shape: &Shape,
         sigma: f64,
         unseen: f64,
-    ) -> Result<Option<f64>, PredictionError> {
+    ) -> Result<Option<(f64, DVector<f64>)>, PredictionError> {
         let mut size = 1e-9;
         let mut alone = Plant { causes: Vec::new(), ..plant.clone() };
-        for round in 0..5 {
+        for round in 0..8 {
             alone.causes = vec![(shape.clone(), size)];
             // A great change of a constant may leave a linkage that cannot be assembled.
             let Ok(seen) = alone.readings(campaign, sigma) else { return Ok(None) };
@@ -311,18 +332,32 @@ impl Ground {
             if !factor.is_finite() || moved * factor > FURTHEST {
                 return Ok(None);
             }
-            size *= factor;
             if round > 0 && (factor - 1.0).abs() < 0.02 {
-                break;
+                return Ok(Some((size, self.rest(&seen))));
             }
+            size *= factor;
             if let Shape::Constants(slots) = shape
                 && slots.iter().any(|&(slot, share)| plant.values[slot] + size * share < 0.0 && share < 0.0)
             {
                 return Ok(None);
             }
         }
-        Ok(Some(size))
+        // A cause that cannot leave as much, however great it is.
+        Ok(None)
     }
+}
+
+/// Whether each of several causes leaves something of its own beside the others: two that do the same cannot be told.
+fn each_shows(causes: &[DVector<f64>]) -> bool {
+    (0..causes.len()).all(|k| {
+        let others: Vec<DVector<f64>> = (0..causes.len()).filter(|i| *i != k).map(|i| causes[i].clone()).collect();
+        if others.is_empty() {
+            return true;
+        }
+        let basis = DMatrix::from_columns(&others).qr().q();
+        let own = &causes[k] - &basis * basis.tr_mul(&causes[k]);
+        own.norm() > OWN * causes[k].norm()
+    })
 }
 
 type Named = Option<(&'static str, String, Shape)>;

@@ -205,6 +205,17 @@ impl Plant<'_> {
         all[before] * (1.0 - part) + all[after] * part
     }
 
+    /// Greatest load of own weight on the joint of each variable over a campaign, N.m.
+    ///
+    /// # Errors
+    /// A configuration that cannot be assembled.
+    pub fn own_loads(&self, campaign: &Campaign) -> Result<Vec<f64>, PredictionError> {
+        let mut unloaded = campaign.clone();
+        unloaded.readings.iter_mut().for_each(|reading| reading.wrench = [0.0; 6]);
+        let joints: Vec<usize> = (0..self.model.variables.len()).map(|v| joint_of(self.model, v)).collect();
+        self.greatest(&unloaded, &self.values, &masses(self.model, &self.values), &joints)
+    }
+
     fn greatest(
         &self,
         campaign: &Campaign,

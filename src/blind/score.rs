@@ -152,10 +152,10 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
     };
     let mut diagnosed = model.clone();
     for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-        diagnosed.effects.push(cause.entry.clone());
-        diagnosed.effects.extend(cause.further.iter().cloned());
+        diagnosed.switch_on(cause.entry.clone());
+        cause.further.iter().for_each(|entry| diagnosed.switch_on(entry.clone()));
     }
-    let fresh = [left(model, &plain.values)?, left(&diagnosed, &found.values)?];
+    let fresh = [left(model, &plain.values)?, left(&diagnosed, &diagnosed.completed(&found.values))?];
     let named = found.causes.iter().filter(|cause| cause.effect != "outliers").map(|cause| Named {
         effect: cause.effect.clone(),
         site: cause.site.clone(),

@@ -86,53 +86,82 @@ pub fn rms_max(errors: &[(usize, Vector3<f64>)]) -> [f64; 2] {
     [rms, max]
 }
 
-/// Shrinkage 1 - after/before of the root mean square over drawn configurations: 95 % interval for a fresh campaign of
-/// this size; and 2.5 % and 97.5 % points of the root mean square after.
-pub fn bootstrap(
-    before: &[(usize, Vector3<f64>)],
-    after: &[(usize, Vector3<f64>)],
-    draws: usize,
-    seed: u64,
-) -> ([f64; 2], [f64; 2]) {
-    let mut sums: Vec<(usize, f64, f64, f64)> = Vec::new();
-    for ((pose, b), (_, a)) in before.iter().zip(after) {
-        if !b.norm().is_finite() || !a.norm().is_finite() {
-            continue;
+/// Root mean square errors (m) of configurations that a draw left out, after the nuisance and the first members were
+/// fitted to those that it drew: for every draw, with no member, with one, and so on.
+pub struct Drawn(Vec<Vec<f64>>);
+
+impl Drawn {
+    /// Draws configurations with replacement.
+    pub fn new(evidence: &Evidence, members: &[usize], draws: usize, seed: u64) -> Self {
+        let mut design = design(evidence, members);
+        let mut widths = vec![evidence.nuisance.ncols()];
+        for &member in members {
+            widths.push(widths[widths.len() - 1] + evidence.hypotheses[member].columns.ncols());
         }
-        match sums.iter_mut().find(|s| s.0 == *pose) {
-            Some(sum) => {
-                sum.1 += b.norm_squared();
-                sum.2 += a.norm_squared();
-                sum.3 += 1.0;
+        for mut column in design.column_iter_mut() {
+            let norm = column.norm();
+            column /= norm.max(f64::MIN_POSITIVE);
+        }
+        let mut poses = evidence.pose.clone();
+        poses.sort_unstable();
+        poses.dedup();
+        let rows_of =
+            |pose: &usize| -> Vec<usize> { (0..evidence.rows()).filter(|&row| evidence.pose[row] == *pose).collect() };
+        let rows: Vec<Vec<usize>> = poses.iter().map(rows_of).collect();
+        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = rows
+            .iter()
+            .map(|rows| {
+                let own = design.select_rows(rows);
+                (own.tr_mul(&own), own.tr_mul(&evidence.residual.select_rows(rows)))
+            })
+            .collect();
+        let n = design.ncols();
+        let draw = |index: usize| -> Option<Vec<f64>> {
+            let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
+            let mut times = vec![0_usize; poses.len()];
+            (0..poses.len()).for_each(|_| times[random.random_range(0..poses.len())] += 1);
+            let (mut normal, mut right) = (DMatrix::identity(n, n) * 1e-10, DVector::zeros(n));
+            for (times, (own, other)) in times.iter().zip(&parts).filter(|(times, _)| **times > 0) {
+                let weight = *times as f64;
+                normal.zip_apply(own, |sum, own| *sum += weight * own);
+                right.axpy(weight, other, 1.0);
             }
-            None => sums.push((*pose, b.norm_squared(), a.norm_squared(), 1.0)),
-        }
+            let unseen: Vec<usize> =
+                times.iter().zip(&rows).filter(|(times, _)| **times == 0).flat_map(|(_, rows)| rows.clone()).collect();
+            let of = |width: &usize| -> Option<f64> {
+                let factor = normal.view((0, 0), (*width, *width)).into_owned().cholesky()?;
+                let x = factor.solve(&right.rows(0, *width).into_owned());
+                let mut left = DVector::from_element(evidence.rows(), f64::NAN);
+                for &row in &unseen {
+                    left[row] = evidence.residual[row] - (0..*width).map(|k| design[(row, k)] * x[k]).sum::<f64>();
+                }
+                Some(rms_max(&reading_errors(evidence, &left))[0])
+            };
+            if unseen.is_empty() { None } else { widths.iter().map(of).collect() }
+        };
+        Self((0..draws).into_par_iter().filter_map(draw).collect())
     }
-    if sums.is_empty() {
-        return ([f64::NAN; 2], [f64::NAN; 2]);
+
+    /// 95 % interval of the shrinkage from one step to a later one about its `value`.
+    pub fn shrinkage(&self, from: usize, to: usize, value: f64) -> [f64; 2] {
+        let ratios = self.0.iter().map(|rms| (rms[to] / rms[from].max(f64::MIN_POSITIVE)).max(1e-9).ln());
+        let [low, middle, high] = points(&mut ratios.collect::<Vec<_>>());
+        let about = (1.0 - value).max(1e-9);
+        [1.0 - about * (high - middle).exp(), 1.0 - about * (low - middle).exp()]
     }
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut shrinkage = Vec::with_capacity(draws);
-    let mut rms = Vec::with_capacity(draws);
-    for _ in 0..draws {
-        let (mut b, mut a, mut n) = (0.0, 0.0, 0.0);
-        for _ in 0..sums.len() {
-            let sum = &sums[random.random_range(0..sums.len())];
-            b += sum.1;
-            a += sum.2;
-            n += sum.3;
-        }
-        shrinkage.push(1.0 - (a / b.max(f64::MIN_POSITIVE)).sqrt());
-        rms.push((a / n).sqrt());
+
+    /// 95 % interval of the root mean square at a step about its `value`, m.
+    pub fn rms(&self, step: usize, value: f64) -> [f64; 2] {
+        let sizes = self.0.iter().map(|rms| rms[step].max(f64::MIN_POSITIVE).ln());
+        let [low, middle, high] = points(&mut sizes.collect::<Vec<_>>());
+        [value * (low - middle).exp(), value * (high - middle).exp()]
     }
-    let (before, after): (f64, f64) = sums.iter().fold((0.0, 0.0), |s, own| (s.0 + own.1, s.1 + own.2));
-    let value = 1.0 - (after / before.max(f64::MIN_POSITIVE)).sqrt();
-    // A fresh campaign, of which the interval speaks, scatters as much as this one.
-    let wider = |[low, high]: [f64; 2]| {
-        let widen = std::f64::consts::SQRT_2;
-        [value - widen * (value - low), value + widen * (high - value)]
-    };
-    (wider(ends(&mut shrinkage)), ends(&mut rms))
+}
+
+/// 2.5 %, 50 % and 97.5 % points.
+fn points(values: &mut [f64]) -> [f64; 3] {
+    let [low, high] = ends(values);
+    [low, crate::math::median(values), high]
 }
 
 /// 2.5 % and 97.5 % points.

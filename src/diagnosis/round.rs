@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::algebra::solve;
 use super::evidence::{Evidence, Hypothesis};
 use super::figures::design;
-use super::fit::Fit;
-use super::report::Cause;
+use super::fit::{Fit, entry};
+use super::report::CauseParameter;
 use super::search::{Fitted, Ground};
 use super::verdict::Settings;
 use crate::description::campaign::Campaign;
@@ -22,6 +22,10 @@ use crate::prediction::{PredictionError, Term, effect_columns, survey};
 const WRONG: f64 = 6.0;
 /// Most readings that can be wrong.
 const MOST_WRONG: f64 = 0.12;
+/// Most passes over the readings.
+const MOST_PASSES: usize = 20;
+/// Beside what is not explained, readings are wrong only this many times further off than all others.
+const APART: f64 = 1.8;
 
 /// One competition, on the readings that are not wrong.
 pub struct Round {
@@ -36,8 +40,8 @@ pub struct Round {
     /// Noise over the stated sigma, if one is stated: 1.
     pub noise: Option<f64>,
     pub registration: f64,
-    /// All readings, with their rows in the campaign.
-    rows: Vec<usize>,
+    /// Evidence of all readings, the wrong ones too.
+    all: Evidence,
 }
 
 impl Round {
@@ -50,96 +54,130 @@ impl Round {
         wrong: &[bool],
         progress: &mut dyn FnMut(&str),
     ) -> Result<Self, CalibrationError> {
-        let rows: Vec<usize> = (0..campaign.readings.len()).filter(|&i| !wrong[i]).collect();
         let own = campaign.select(|i, _| !wrong[i]);
-        let aside: Vec<bool> = rows.iter().map(|&i| aside[i]).collect();
         progress("calibrating");
         let asked = estimation::Settings { only: Some(known.to_vec()), ..estimation::Settings::default() };
         let (values, kept, registration) = if known.is_empty() && !own.estimate_base && !own.estimate_tool {
             (model.registry.nominal(), Vec::new(), f64::NAN)
         } else {
-            let all = vec![false; own.readings.len()];
-            let found = calibrate(model, &own, &all, &asked, &mut |_| {})?;
+            let found = calibrate(model, &own, &kept_aside(aside, wrong), &asked, &mut |_| {})?;
             let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
             (found.values, kept, found.registration.fit.distance[1])
         };
         progress("gathering columns");
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
         let offered = survey(&geometry, &own).map_err(PredictionError::from)?;
-        let mut evidence = Evidence::gather(model, &own, &values, &kept, &offered, settings)?;
+        let mut all = Evidence::gather(model, campaign, &values, &kept, &offered, settings)?;
         let noise = own.sigma.map(|_| 1.0);
         // The competition is held on what is to be fitted; the rest only judges.
         progress("competing");
-        let training = training(&evidence, &aside);
-        let path = Ground::new(&training).search(noise);
-        let path = refine(model, &own, &values, &aside, &mut evidence, path)?;
-        Ok(Self {
-            campaign: own,
-            aside,
-            known: known.to_vec(),
-            kept,
-            values,
-            evidence,
-            path,
-            noise,
-            registration,
-            rows,
-        })
+        let unused: Vec<bool> = aside.iter().zip(wrong).map(|(aside, wrong)| *aside || *wrong).collect();
+        let path = Ground::new(&training(&all, &unused)).search(noise);
+        let path = refine(model, campaign, &values, &unused, &mut all, path)?;
+        let evidence = training(&all, wrong);
+        let aside = kept_aside(aside, wrong);
+        Ok(Self { campaign: own, aside, known: known.to_vec(), kept, values, evidence, path, noise, registration, all })
     }
 
     pub fn members(&self) -> Vec<usize> {
         self.path.last().map(|fit| fit.members.clone()).unwrap_or_default()
     }
 
-    /// Weighted residual of all rows with nuisance and members fitted to all.
-    fn left(&self, members: &[usize]) -> DVector<f64> {
-        let design = design(&self.evidence, members);
-        let x = solve(&design, &self.evidence.residual);
-        &self.evidence.residual - design * x
+    /// Configurations that differ.
+    pub fn poses(&self) -> usize {
+        let mut poses = self.evidence.pose.clone();
+        poses.sort_unstable();
+        poses.dedup();
+        poses.len()
     }
 
-    /// Which readings are wrong, by their distance from the best explanation in robust sigmas.
-    pub fn wrong(&self, before: &[bool]) -> Vec<bool> {
-        let left = self.left(&self.members());
-        let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
-        let sigma = (1.4826 * median(&mut sizes)).max(self.noise.unwrap_or(0.0));
-        let mut marked = before.to_vec();
-        let mut worst: Vec<(f64, usize)> = Vec::new();
-        for (row, value) in left.iter().enumerate() {
-            if value.abs() > WRONG * sigma {
-                worst.push((value.abs(), self.rows[self.evidence.reading[row]]));
+    /// Which readings are wrong: those that lie many robust sigmas from the best explanation when it is fitted without
+    /// them. `marked` were left out of the competition.
+    pub fn wrong(&self, marked: &[bool]) -> Vec<bool> {
+        let mut marked = marked.to_vec();
+        let most = (MOST_WRONG * marked.len() as f64) as usize;
+        for _ in 0..MOST_PASSES {
+            let (sizes, sigma) = self.distances(&marked);
+            let greatest = (0..sizes.len()).filter(|&i| !marked[i]).map(|i| sizes[i]).fold(0.0, f64::max);
+            // The worst ones first: what they pull along is judged again without them.
+            let is_wrong = |i: usize| sizes[i] > WRONG * sigma && (marked[i] || sizes[i] > 0.7 * greatest);
+            let found: Vec<bool> = (0..sizes.len()).map(is_wrong).collect();
+            if found == marked || found.iter().filter(|w| **w).count() > most {
+                break;
             }
-        }
-        worst.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let most = (MOST_WRONG * before.len() as f64) as usize;
-        let distinct: std::collections::BTreeSet<usize> = worst.iter().map(|w| w.1).collect();
-        if distinct.len() + before.iter().filter(|w| **w).count() > most {
-            return before.to_vec();
-        }
-        // The worst half at a time: what they pull along is judged again without them.
-        let greatest = worst.first().map_or(0.0, |w| w.0);
-        for &(size, reading) in &worst {
-            if size > 0.4 * greatest {
-                marked[reading] = true;
-            }
+            marked = found;
         }
         marked
     }
 
-    /// Values calibrated anew with the causes switched on. A step from what was calibrated without them would not do:
-    /// along what readings hardly tell, they drive that far off.
-    pub fn values_beside(&self, model: &Model, causes: &[Cause]) -> Option<Vec<f64>> {
-        if self.kept.is_empty() {
+    /// Whether the marked readings stand apart from all others: a tail of what is not explained does not.
+    pub fn stand_apart(&self, marked: &[bool]) -> bool {
+        let (sizes, _) = self.distances(marked);
+        let of = |wrong: bool| (0..sizes.len()).filter(move |&i| marked[i] == wrong).map(|i| sizes[i]);
+        of(true).fold(f64::INFINITY, f64::min) > APART * of(false).fold(0.0, f64::max)
+    }
+
+    /// Greatest weighted residual of each reading beside nuisance and members fitted to those that are not marked; and
+    /// the robust sigma of these.
+    fn distances(&self, marked: &[bool]) -> (Vec<f64>, f64) {
+        let design = design(&self.all, &self.members());
+        let rows: Vec<usize> = (0..self.all.rows()).filter(|&row| !marked[self.all.reading[row]]).collect();
+        let x = solve(&design.select_rows(&rows), &self.all.residual.select_rows(&rows));
+        let left: DVector<f64> = &self.all.residual - design * x;
+        let mut used: Vec<f64> = rows.iter().map(|&row| left[row].abs()).collect();
+        let sigma = (1.4826 * median(&mut used)).max(self.noise.unwrap_or(0.0));
+        let mut sizes = vec![0.0_f64; marked.len()];
+        for (row, value) in left.iter().enumerate() {
+            let size = &mut sizes[self.all.reading[row]];
+            *size = size.max(value.abs());
+        }
+        (sizes, sigma)
+    }
+
+    /// Everything fitted again at once: what is calibrated and the members' parameters, not to first order only. The
+    /// values of the model without the members, and the members' parameters; none if the fit cannot be made.
+    pub fn refit(
+        &self,
+        model: &Model,
+        members: &[usize],
+        linear: &Fit,
+    ) -> Option<(Vec<f64>, Vec<Vec<CauseParameter>>)> {
+        let mut with = model.clone();
+        let mut slots: Vec<Vec<Slot>> = Vec::new();
+        for (step, &member) in members.iter().enumerate() {
+            let hypothesis = &self.evidence.hypotheses[member];
+            if hypothesis.constants.is_empty() {
+                with.switch_on(entry(hypothesis, &linear.parameters(&self.evidence, members, step)));
+                let own = with.effects.last().map(|effect| effect.slots.clone()).unwrap_or_default();
+                slots.push(hypothesis.parameters.iter().filter_map(|p| own.get(&p.symbol).copied()).collect());
+            } else {
+                slots.push(hypothesis.constants.clone());
+            }
+        }
+        let mut only = [self.known.clone(), slots.concat()].concat();
+        only.sort_unstable();
+        only.dedup();
+        if only.is_empty() {
             return None;
         }
-        let mut with = model.clone();
-        for cause in causes.iter().filter(|cause| cause.effect != "outliers") {
-            with.effects.push(cause.entry.clone());
-            with.effects.extend(cause.further.iter().cloned());
+        let asked = estimation::Settings { only: Some(only), ..estimation::Settings::default() };
+        let found = calibrate(&with, &self.campaign, &self.aside, &asked, &mut |_| {}).ok()?;
+        let mut values = found.values.clone();
+        let mut parameters = Vec::new();
+        for (step, &member) in members.iter().enumerate() {
+            let hypothesis = &self.evidence.hypotheses[member];
+            let mut own = linear.parameters(&self.evidence, members, step);
+            for (parameter, &slot) in own.iter_mut().zip(&slots[step]) {
+                let before = if hypothesis.constants.is_empty() { 0.0 } else { self.values[slot] };
+                parameter.value = found.values[slot] - before;
+                if !hypothesis.constants.is_empty() {
+                    values[slot] = before;
+                }
+            }
+            parameters.push(own);
         }
-        let asked = estimation::Settings { only: Some(self.known.clone()), ..estimation::Settings::default() };
-        let all = vec![false; self.campaign.readings.len()];
-        calibrate(&with, &self.campaign, &all, &asked, &mut |_| {}).ok().map(|found| found.values)
+        values.truncate(model.registry.all().len());
+        Some((values, parameters))
     }
 
     /// Values with the nuisance re-fitted beside the members; what the members change stands in their entries.
@@ -152,6 +190,12 @@ impl Round {
     }
 }
 
+/// Which of the readings that are not wrong are set aside; none where all are.
+fn kept_aside(aside: &[bool], wrong: &[bool]) -> Vec<bool> {
+    let kept: Vec<bool> = (0..wrong.len()).filter(|&i| !wrong[i]).map(|i| aside[i]).collect();
+    if kept.iter().all(|aside| *aside) { vec![false; kept.len()] } else { kept }
+}
+
 /// The rows that are not set aside.
 pub fn training(evidence: &Evidence, aside: &[bool]) -> Evidence {
     let rows: Vec<usize> = (0..evidence.rows()).filter(|&row| !aside[evidence.reading[row]]).collect();
@@ -160,12 +204,20 @@ pub fn training(evidence: &Evidence, aside: &[bool]) -> Evidence {
     }
     let hypotheses =
         evidence.hypotheses.iter().map(|h| Hypothesis { columns: h.columns.select_rows(&rows), ..h.clone() }).collect();
+    // Readings are counted anew.
+    let before: Vec<usize> = (0..aside.len())
+        .scan(0, |kept, i| {
+            let own = *kept;
+            *kept += usize::from(!aside[i]);
+            Some(own)
+        })
+        .collect();
     Evidence {
         residual: evidence.residual.select_rows(&rows),
         nuisance: evidence.nuisance.select_rows(&rows),
         sigmas: rows.iter().map(|&row| evidence.sigmas[row]).collect(),
         pose: rows.iter().map(|&row| evidence.pose[row]).collect(),
-        reading: rows.iter().map(|&row| evidence.reading[row]).collect(),
+        reading: rows.iter().map(|&row| before[evidence.reading[row]]).collect(),
         hypotheses,
     }
 }

@@ -11,8 +11,14 @@ use super::evidence::Evidence;
 const MOST: usize = 4;
 /// An effect is named below this probability of its gain by chance, times the number of hypotheses tried.
 const CHANCE: f64 = 5e-3;
+/// Sets of each size that are grown further.
+const BEAM: usize = 6;
+/// Merit that a set must gain if no smaller one was worth anything by itself.
+const HIDDEN: f64 = 10.0;
+/// Cosine beside the nuisance from which two effects at one site are laws of the same thing.
+const ALIKE: f64 = 0.8;
 /// No parameter is off by more than this many times its common size.
-const GREATEST: f64 = 60.0;
+pub const GREATEST: f64 = 60.0;
 /// What a further effect must contribute at least, root mean square over the rows, in sigmas of what is left.
 const LEAST: f64 = 0.25;
 
@@ -71,8 +77,9 @@ impl<'a> Ground<'a> {
         Fitted { members: members.to_vec(), squares: residual.norm_squared(), directions }
     }
 
-    /// Gain of every hypothesis beside those fitted: sum of squares taken up and directions used.
-    pub fn gains(&self, members: &[usize]) -> Vec<(f64, usize)> {
+    /// Gain of every hypothesis beside those fitted: sum of squares taken up and directions used; nothing where an amount
+    /// would be more than `greatest` times its common size.
+    pub fn gains(&self, members: &[usize], greatest: f64) -> Vec<(f64, usize)> {
         let mut used: Option<DMatrix<f64>> = None;
         for &member in members {
             let own = orthonormal(&self.blocks[member], used.as_ref());
@@ -88,7 +95,7 @@ impl<'a> Ground<'a> {
                     None => block.clone(),
                 };
                 let along = own.tr_mul(&residual);
-                if !self.is_plausible(h, &own, &along) {
+                if !self.is_plausible(h, &own, &along, greatest) {
                     return (0.0, 0);
                 }
                 (along.norm_squared(), own.ncols())
@@ -98,7 +105,7 @@ impl<'a> Ground<'a> {
 
     /// Whether the amounts by which a hypothesis would fit can be: compliances of what is rigid are positive, and nothing
     /// is off by many times what it commonly is.
-    fn is_plausible(&self, h: usize, own: &DMatrix<f64>, along: &DVector<f64>) -> bool {
+    fn is_plausible(&self, h: usize, own: &DMatrix<f64>, along: &DVector<f64>, greatest: f64) -> bool {
         let hypothesis = &self.evidence.hypotheses[h];
         let columns = &hypothesis.columns;
         if own.ncols() < columns.ncols() {
@@ -107,7 +114,7 @@ impl<'a> Ground<'a> {
         let Some(amounts) = own.tr_mul(columns).lu().solve(along) else { return false };
         let can_be = |(amount, parameter): (&f64, &crate::effects::EffectParameter)| match hypothesis.is_positive {
             true => *amount >= 0.0,
-            false => amount.abs() <= GREATEST * parameter.scale,
+            false => amount.abs() <= greatest * parameter.scale,
         };
         amounts.iter().zip(&hypothesis.parameters).all(can_be)
     }
@@ -133,40 +140,42 @@ impl<'a> Ground<'a> {
         self.chance(gain, directions, (self.residual.norm_squared() - gain).max(0.0), 0) >= CHANCE
     }
 
-    /// The set that explains best: stepwise, each member tried against all others, and pairs of the strongest tried
-    /// together where no single one does.
+    /// The set that explains best. The strongest few sets of every size are grown, so that members which hide one another
+    /// are found together; a set counts if it gains enough over the smaller one, and every member of it over the rest.
     pub fn search(&self, noise: Option<f64>) -> Vec<Fitted> {
-        let mut path = vec![self.fit(&[])];
+        let empty = self.fit(&[]);
+        let mut accepted = empty.clone();
+        let mut beam = vec![empty.clone()];
         for _ in 0..MOST {
-            let Some(last) = path.last().cloned() else { break };
-            let mut next = self.best_addition(&last.members);
-            next = next.map(|fit| self.exchange(fit));
-            if last.members.is_empty()
-                && let Some(pair) = self.best_pair()
-                && let Some(single) = &next
-                && self.is_worth(&path[0], &pair, noise)
-            {
-                // A pair that hides its members from a stepwise search.
-                let beside = self.best_addition(&single.members).map(|fit| self.exchange(fit));
-                if beside.is_none_or(|fit| self.merit(&pair) > self.merit(&fit) + 6.0)
-                    && self.merit(&pair) > self.merit(single) + 10.0
-                {
-                    let mut members = pair.members.clone();
-                    members.sort_by(|a, b| self.fit(&[*a]).squares.total_cmp(&self.fit(&[*b]).squares));
-                    path.push(self.fit(&members[..1]));
-                    path.push(self.fit(&members));
-                    continue;
+            let mut grown: Vec<Fitted> = Vec::new();
+            for set in &beam {
+                for fit in self.additions(&set.members, BEAM) {
+                    if !grown.iter().any(|known| is_same_set(&known.members, &fit.members)) {
+                        grown.push(fit);
+                    }
                 }
             }
-            match next {
-                Some(fit) if self.is_worth(&last, &fit, noise) => path.push(fit),
-                _ => break,
+            grown.sort_by(|a, b| self.merit(b).total_cmp(&self.merit(a)));
+            grown.truncate(BEAM);
+            let Some(first) = grown.first().cloned() else { break };
+            let best = self.exchange(first);
+            if grown.iter().all(|known| !is_same_set(&known.members, &best.members)) {
+                grown.insert(0, best.clone());
+                grown.truncate(BEAM);
             }
+            let hidden = best.members.len() - accepted.members.len() > 1;
+            let margin = if hidden { HIDDEN } else { 0.0 };
+            if self.is_worth(&accepted, &best, noise)
+                && self.merit(&best) > self.merit(&accepted) + margin
+                && self.each_is_worth(&best, noise)
+            {
+                accepted = best;
+            }
+            beam = grown;
         }
         // The order in which members are told: each the best addition to those before it.
-        let Some(all) = path.last().map(|fit| fit.members.clone()) else { return path };
-        let mut told: Vec<Fitted> = vec![self.fit(&[])];
-        let mut left = all;
+        let mut told: Vec<Fitted> = vec![empty];
+        let mut left = accepted.members;
         while !left.is_empty() {
             let so_far = told.last().map(|fit| fit.members.clone()).unwrap_or_default();
             let with = |h: usize| self.fit(&[so_far.clone(), vec![h]].concat());
@@ -179,6 +188,16 @@ impl<'a> Ground<'a> {
         told
     }
 
+    /// Whether no member of a set could be left out.
+    fn each_is_worth(&self, fit: &Fitted, noise: Option<f64>) -> bool {
+        fit.members.len() < 2
+            || (0..fit.members.len()).all(|at| {
+                let mut others = fit.members.clone();
+                others.remove(at);
+                self.is_worth(&self.fit(&others), fit, noise)
+            })
+    }
+
     /// Whether a fit gains enough over a smaller one: not by chance, and not a trifle beside the noise.
     pub fn is_worth(&self, before: &Fitted, after: &Fitted, noise: Option<f64>) -> bool {
         let gain = before.squares - after.squares;
@@ -189,10 +208,11 @@ impl<'a> Ground<'a> {
         chance < CHANCE && gain / self.freedom() > LEAST * LEAST * left && self.merit(after) > self.merit(before)
     }
 
-    fn best_addition(&self, members: &[usize]) -> Option<Fitted> {
+    /// The best sets of one member more, at most `count`, best first.
+    fn additions(&self, members: &[usize], count: usize) -> Vec<Fitted> {
         let before = self.fit(members);
-        let gains = self.gains(members);
-        (0..gains.len())
+        let gains = self.gains(members, GREATEST);
+        let mut all: Vec<(f64, Fitted)> = (0..gains.len())
             .filter(|&h| gains[h].1 > 0 && !members.iter().any(|&m| self.excludes(m, h)))
             .map(|h| {
                 let (gain, directions) = gains[h];
@@ -201,12 +221,30 @@ impl<'a> Ground<'a> {
                     Fitted { members: [members, &[h]].concat(), squares, directions: before.directions + directions };
                 (self.merit(&fit), fit)
             })
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, fit)| fit)
+            .collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // One form of each effect at each site is enough to begin with.
+        let mut chosen: Vec<Fitted> = Vec::new();
+        for (_, fit) in all {
+            let own = *fit.members.last().unwrap_or(&0);
+            if !chosen.iter().any(|known| self.is_same(*known.members.last().unwrap_or(&0), own)) {
+                chosen.push(fit);
+            }
+            if chosen.len() >= count {
+                break;
+            }
+        }
+        chosen
     }
 
+    /// Whether two cannot be causes together: the same thing in two selections or forms, or two laws of one site that
+    /// look alike, of which the second would only mend the shape of the first.
     fn excludes(&self, a: usize, b: usize) -> bool {
-        self.evidence.hypotheses[a].excludes(&self.evidence.hypotheses[b])
+        let [one, other] = [a, b].map(|h| &self.evidence.hypotheses[h]);
+        one.excludes(other)
+            || one.site == other.site
+                && one.effect.name() != other.effect.name()
+                && alignment(&self.blocks[a], &self.blocks[b]) > ALIKE
     }
 
     fn is_same(&self, a: usize, b: usize) -> bool {
@@ -218,12 +256,12 @@ impl<'a> Ground<'a> {
         if fit.members.len() < 2 {
             return fit;
         }
-        for _ in 0..8 {
+        for _ in 0..6 {
             let best = (0..fit.members.len())
                 .filter_map(|at| {
                     let mut others = fit.members.clone();
                     others.remove(at);
-                    self.best_addition(&others)
+                    self.additions(&others, 1).into_iter().next()
                 })
                 .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
             match best {
@@ -234,30 +272,13 @@ impl<'a> Ground<'a> {
         fit
     }
 
-    /// The best pair among the strongest single hypotheses and all others.
-    fn best_pair(&self) -> Option<Fitted> {
-        let gains = self.gains(&[]);
-        let mut order: Vec<usize> = (0..gains.len()).filter(|&h| gains[h].1 > 0).collect();
-        order.sort_by(|&a, &b| gains[b].0.total_cmp(&gains[a].0));
-        // One form of each is enough to begin with.
-        let mut leaders: Vec<usize> = Vec::new();
-        for h in order {
-            if leaders.len() < 16 && !leaders.iter().any(|&l| self.is_same(l, h)) {
-                leaders.push(h);
-            }
-        }
-        leaders
-            .into_par_iter()
-            .filter_map(|h| self.best_addition(&[h]))
-            .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)))
-    }
-
-    /// Other hypotheses that would do in place of one member: index, merit less than that of the member's set.
+    /// Other hypotheses that would do in place of one member, whatever the amount: index, merit less than that of the
+    /// member's set.
     pub fn rivals(&self, fit: &Fitted, at: usize) -> Vec<(usize, f64)> {
         let mut others = fit.members.clone();
         let own = others.remove(at);
         let before = self.fit(&others);
-        let gains = self.gains(&others);
+        let gains = self.gains(&others, f64::INFINITY);
         let merit = self.merit(fit);
         let mut best: Vec<(usize, f64)> = Vec::new();
         for (h, &(gain, directions)) in gains.iter().enumerate() {
@@ -277,6 +298,18 @@ impl<'a> Ground<'a> {
         best.sort_by(|a, b| a.1.total_cmp(&b.1));
         best
     }
+}
+
+fn is_same_set(a: &[usize], b: &[usize]) -> bool {
+    a.len() == b.len() && a.iter().all(|member| b.contains(member))
+}
+
+/// Cosine of the smallest angle between two orthonormal bases.
+fn alignment(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
+    if a.ncols() == 0 || b.ncols() == 0 {
+        return 0.0;
+    }
+    a.tr_mul(b).singular_values().max()
 }
 
 fn join(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {

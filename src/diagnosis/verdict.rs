@@ -5,14 +5,14 @@ use nalgebra::Vector3;
 
 use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
-use super::figures::{bootstrap, folds, held_out, reading_errors, rms_max};
+use super::figures::{Drawn, folds, held_out, reading_errors, rms_max};
 use super::fit::{Fit, entry, with_form};
 use super::location::{Location, conditions, sites};
 use super::next::next_poses;
 use super::nuisance::nuisance;
 use super::report::{Cause, CauseParameter, Diagnosis, Gap, Rejected, Shrinkage, Verdict};
 use super::round::{Round, training};
-use super::search::{Fitted, Ground};
+use super::search::{Fitted, GREATEST, Ground};
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawEffect;
 use crate::effects::{Effect, catalogue};
@@ -45,6 +45,8 @@ impl Settings {
 
 /// Merit within which another hypothesis is no worse.
 const RIVAL: f64 = 9.0;
+/// Members of a group that is told apart from the rest only under doubt.
+const GROUP: usize = 3;
 /// What is left above the noise, of what was there, when a gap counts as explained (of squares).
 const EXPLAINED: f64 = 0.15;
 /// A cause must leave less than this share of the error of unseen readings.
@@ -69,7 +71,7 @@ pub fn diagnose(
     let mut wrong: Vec<bool> = vec![false; campaign.readings.len()];
     let mut round = Round::new(model, campaign, aside, settings, &known, &wrong, progress)?;
     // Wrong readings are found beside what explains the others, and left out of what comes next.
-    for _ in 0..3 {
+    for _ in 0..4 {
         let found = round.wrong(&wrong);
         if found == wrong {
             break;
@@ -78,12 +80,20 @@ pub fn diagnose(
         progress("wrong readings set aside");
         round = Round::new(model, campaign, aside, settings, &known, &wrong, progress)?;
     }
-    round.conclude(model, campaign, settings, &wrong, progress)
+    let found = round.conclude(model, campaign, settings, &wrong, progress)?;
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    if is_open && wrong.contains(&true) && !round.stand_apart(&wrong) {
+        // What nothing explains has a tail of its own.
+        let none = vec![false; wrong.len()];
+        let round = Round::new(model, campaign, aside, settings, &known, &none, progress)?;
+        return round.conclude(model, campaign, settings, &none, progress);
+    }
+    Ok(found)
 }
 
 impl Round {
     fn conclude(
-        self,
+        &self,
         model: &Model,
         campaign: &Campaign,
         settings: &Settings,
@@ -157,17 +167,29 @@ impl Round {
 
         let members = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
         let fitted = Fit::of(evidence, &members, noise);
+        let refitted = if members.is_empty() { None } else { self.refit(model, &members, &fitted) };
+        let (values, amounts) = match refitted {
+            Some((values, amounts)) => (values, Some(amounts)),
+            None => (self.values_with(&fitted), None),
+        };
+        let drawn = Drawn::new(evidence, &members, settings.draws, settings.seed);
         let mut causes = Vec::new();
         let mut rivals_of = Vec::new();
         for (step, &member) in members.iter().enumerate() {
             let hypothesis = &evidence.hypotheses[member];
             let best = &path[path.len() - 1];
-            let rivals: Vec<(usize, f64)> =
-                ground.rivals(best, step).into_iter().filter(|(_, loss)| *loss < RIVAL).take(8).collect();
+            // What readings of one configuration share counts once: beyond the sharp limit, as many as make a group.
+            let near = RIVAL * evidence.rows() as f64 / self.poses() as f64 / 3.0;
+            let within = |(k, rival): &(usize, (usize, f64))| rival.1 < RIVAL || *k < GROUP - 1 && rival.1 < near;
+            let rivals = ground.rivals(best, step).into_iter().enumerate().filter(within).take(8);
+            let rivals: Vec<(usize, f64)> = rivals.map(|(_, rival)| rival).collect();
             let weights: f64 = 1.0 + rivals.iter().map(|(_, loss)| (-0.5 * loss).exp()).sum::<f64>();
             let of = |step: usize| rms_max(&steps[step])[0];
-            let (interval, _) = bootstrap(&steps[step], &steps[step + 1], settings.draws, settings.seed);
-            let parameters = fitted.parameters(evidence, &members, step);
+            let value = 1.0 - of(step + 1) / of(step);
+            let parameters = match &amounts {
+                Some(amounts) => amounts[step].clone(),
+                None => fitted.parameters(evidence, &members, step),
+            };
             causes.push(Cause {
                 effect: hypothesis.effect.name().into(),
                 site: hypothesis.site.name.clone(),
@@ -175,7 +197,7 @@ impl Round {
                 entry: entry(hypothesis, &parameters),
                 parameters: with_form(hypothesis, parameters),
                 rms: [of(step), of(step + 1)],
-                shrinkage: Shrinkage { value: 1.0 - of(step + 1) / of(step), ci95: interval },
+                shrinkage: Shrinkage { value, ci95: drawn.shrinkage(step, step + 1, value) },
                 rivals: rivals
                     .iter()
                     .map(|(h, _)| {
@@ -190,9 +212,10 @@ impl Round {
         }
         let mut causes = merged(causes);
         let last = path.len() - 1;
-        let (interval, rms_interval) = bootstrap(&steps[0], &steps[last], settings.draws, settings.seed);
         let rms_after = rms_max(&steps[last])[0];
-        let shrinkage = Shrinkage { value: 1.0 - rms_after / rms, ci95: interval };
+        let value = 1.0 - rms_after / rms;
+        let shrinkage = Shrinkage { value, ci95: drawn.shrinkage(0, last, value) };
+        let rms_interval = drawn.rms(last, rms_after);
         let outliers: Vec<usize> =
             campaign.readings.iter().zip(wrong).filter(|(_, wrong)| **wrong).map(|(r, _)| r.row).collect();
         if !outliers.is_empty() {
@@ -203,7 +226,6 @@ impl Round {
             other => other,
         };
         let rejected = rejected(&ground, &members, evidence);
-        let values = self.values_beside(model, &causes).unwrap_or_else(|| self.values_with(&fitted));
         let next = if settings.propose && verdict != Verdict::NoGap {
             progress("proposing configurations");
             next_poses(model, &self.campaign, &self.values, evidence, &self.kept, &rivals_of, settings.seed)
@@ -245,13 +267,12 @@ impl Round {
         after: f64,
     ) -> Result<Cause, CalibrationError> {
         let fitted = Fit::of(&self.evidence, members, 1.0);
-        let values = self.values_with(&fitted);
         let mut with = model.clone();
-        with.effects.extend(members.iter().enumerate().map(|(step, &member)| {
-            let hypothesis = &self.evidence.hypotheses[member];
+        for (step, &member) in members.iter().enumerate() {
             let parameters = fitted.parameters(&self.evidence, members, step);
-            entry(hypothesis, &parameters)
-        }));
+            with.switch_on(entry(&self.evidence.hypotheses[member], &parameters));
+        }
+        let values = with.completed(&self.values_with(&fitted));
         let mut found = Linearised::default();
         Predictor::new(&with, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
         let errors = estimation::errors_of(campaign, &found.residual, |_| true);
@@ -301,7 +322,7 @@ fn merged(causes: Vec<Cause>) -> Vec<Cause> {
 
 /// What was not taken, each effect at each site in its best form, with it alone beside the causes.
 fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> Vec<Rejected> {
-    let gains = ground.gains(&[]);
+    let gains = ground.gains(&[], GREATEST);
     let empty = ground.fit(&[]);
     let mut best: Vec<(usize, f64)> = Vec::new();
     for (h, &(gain, _)) in gains.iter().enumerate() {

@@ -5,8 +5,8 @@ use crate::model::Model;
 
 /// Form: the joint lies on the flank it came from.
 const BY_SIDE: f64 = 0.0;
-/// Other forms: the load presses it on a flank, the sooner the smaller this load; as a share of the greatest.
-const SOFT: f64 = 0.02;
+/// Other forms: the load presses it on a flank, the sooner the smaller this load; as shares of the greatest.
+const SOFT: [f64; 4] = [0.01, 0.02, 0.04, 0.07];
 
 /// See the module.
 pub struct Backlash;
@@ -34,12 +34,12 @@ impl Effect for Backlash {
 
     fn forms(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Form> {
         let mut forms = Vec::new();
-        let mut add = |value: f64| forms.push(Form { symbol: "changes_at", value, continuous: false });
+        let mut add = |value: f64| forms.push(Form { symbol: "changes_at", value, continuous: value > 0.0 });
         if survey.sides.get(site.variable) == Some(&true) && !survey.is_difference {
             add(BY_SIDE);
         }
         if let Some(&load) = survey.greatest_load.get(site.variable).filter(|load| **load > 0.0) {
-            add(SOFT * load);
+            SOFT.iter().for_each(|share| add(share * load));
         }
         forms
     }

@@ -4,7 +4,7 @@ use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Surve
 use crate::model::Model;
 
 /// Loads at which the soft part is wound up, as shares of the greatest.
-const SHARES: [f64; 5] = [0.08, 0.15, 0.3, 0.6, 1.2];
+const SHARES: [f64; 8] = [0.07, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8, 1.2];
 
 /// See the module.
 pub struct JointStiffening;

@@ -125,7 +125,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         markers,
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
-        effects: robot.effects.clone(),
+        effects: Vec::new(),
         registry,
     };
     model.stages = stages(&model, robot)?;
@@ -136,6 +136,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         model.registry.all_mut()[slot].closing = true;
     }
     model.structure = super::assemble::assemble(robot, &mut model)?;
+    robot.effects.iter().for_each(|entry| model.switch_on(entry.clone()));
     Ok(model)
 }
 

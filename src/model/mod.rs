@@ -21,7 +21,7 @@ pub use structure::{
 
 use crate::description::raw::{JointKind, RawEffect};
 use crate::description::robot::{FrameIndex, Motion, Variable};
-use crate::parameter::{Group, Registry, Slot};
+use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
@@ -50,10 +50,20 @@ pub struct Model {
     pub anchors: IndexMap<String, Vector3<f64>>,
     /// What gives under load, and what loads it.
     pub structure: Structure,
-    /// Effects that have been switched on: name, site, parameters in SI.
-    pub effects: Vec<RawEffect>,
+    /// Effects that have been switched on.
+    pub effects: Vec<SwitchedOn>,
     /// All parameters.
     pub registry: Registry,
+}
+
+/// An effect that has been switched on.
+#[derive(Debug, Clone)]
+pub struct SwitchedOn {
+    /// Name, site, parameters in SI.
+    pub entry: RawEffect,
+    /// Slots of its parameters by symbol, `effect@site.symbol` in the registry. A parameter that the model has anyway
+    /// (`joint2.krr`) is not among them: the entry shifts it.
+    pub slots: IndexMap<String, Slot>,
 }
 
 /// A frame of the model.
@@ -144,6 +154,42 @@ impl Model {
         let middle =
             |limits: [f64; 2]| if limits.iter().all(|l| l.is_finite()) { 0.5 * (limits[0] + limits[1]) } else { 0.0 };
         self.variables.iter().map(|variable| variable.limits.map_or(0.0, middle)).collect()
+    }
+
+    /// Switches an effect on: its parameters join the registry.
+    pub fn switch_on(&mut self, entry: RawEffect) {
+        let text = |text: &Option<String>| text.clone().unwrap_or_default();
+        let mut owner = format!("{}@{}", text(&entry.effect), text(&entry.site));
+        let alike = |known: &&SwitchedOn| known.entry.effect == entry.effect && known.entry.site == entry.site;
+        let before = self.effects.iter().filter(alike).count();
+        if before > 0 {
+            owner += &format!("#{}", before + 1);
+        }
+        let own = entry.parameters.iter().filter(|(symbol, _)| self.registry.slot(symbol).is_none());
+        let own: Vec<(String, f64)> = own.map(|(symbol, value)| (symbol.clone(), *value)).collect();
+        let add = |(symbol, value): (String, f64)| {
+            let parameter = Parameter {
+                name: format!("{owner}.{symbol}"),
+                kind: Kind::Other("SI"),
+                group: Group::Effect,
+                nominal: value,
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+                tolerance: 1.0,
+                free: false,
+                closing: false,
+                inverted: false,
+            };
+            (symbol, self.registry.add(parameter))
+        };
+        let slots = own.into_iter().map(add).collect();
+        self.effects.push(SwitchedOn { entry, slots });
+    }
+
+    /// Values of this model from those of the model before effects were switched on.
+    #[must_use]
+    pub fn completed(&self, values: &[f64]) -> Vec<f64> {
+        let added = self.registry.all().iter().skip(values.len()).map(|parameter| parameter.nominal);
+        values.iter().copied().chain(added).collect()
     }
 
     /// Slots of the geometry that the description's rule frees.

@@ -14,6 +14,18 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         if value == parameter.nominal {
             continue;
         }
+        if parameter.group == Group::Effect {
+            let own = |effect: &super::SwitchedOn| {
+                effect.slots.iter().find(|(_, known)| **known == slot).map(|(s, _)| s.clone())
+            };
+            let found = model.effects.iter().enumerate().find_map(|(k, effect)| Some((k, own(effect)?)));
+            if let Some((k, symbol)) = found
+                && let Some(raw) = raw.effects.get_mut(k)
+            {
+                raw.parameters.insert(symbol, value);
+            }
+            continue;
+        }
         let Some((owner, symbol)) = parameter.name.rsplit_once('.') else { continue };
         if parameter.group == Group::Elastic {
             let shown = parameter.shown(value) / raw.units.of(parameter.shown_kind());

@@ -57,7 +57,7 @@ impl Columns {
                     columns.slots.push(slot);
                     by.push(By::Slot(slot));
                 }
-                Group::Elastic => {}
+                Group::Elastic | Group::Effect => {}
             }
         }
         let mut frames = vec![model.tool.0];

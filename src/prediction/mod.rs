@@ -7,7 +7,7 @@ mod terms;
 
 pub use deflection::{Deflected, Deflections};
 pub use effects::effect_columns;
-pub use terms::{Term, TermWork, Terms, declared, survey};
+pub use terms::{Declared, Term, TermWork, Terms, declared, survey};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
@@ -116,7 +116,11 @@ impl<'a> Predictor<'a> {
     /// # Errors
     /// The first configuration (in the order of rows) that cannot be assembled.
     pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
-        let (switched_on, amounts, shifts) = declared(self.model);
+        let Declared { terms: switched_on, amounts: amount_slots, shifts } = declared(self.model);
+        let amounts: Vec<f64> = amount_slots
+            .iter()
+            .map(|slot| slot.and_then(|slot| values.get(slot).copied()).unwrap_or_default())
+            .collect();
         let shifted: Vec<f64>;
         let values = if shifts.is_empty() {
             values
@@ -137,6 +141,10 @@ impl<'a> Predictor<'a> {
         let columns = Columns::new(&geometry, &pattern, self.campaign, slots, deflections.is_active());
 
         let terms = Terms::new(&geometry, &pattern, self.campaign, switched_on);
+        // Which term's column is which asked parameter's.
+        let by_amount: Vec<(usize, usize)> = (0..slots.len())
+            .filter_map(|column| Some((column, amount_slots.iter().position(|own| *own == Some(slots[column]))?)))
+            .collect();
 
         // Each task writes its own rows, so that the number of threads changes nothing.
         let mut tasks = Vec::new();
@@ -221,6 +229,12 @@ impl<'a> Predictor<'a> {
                             }
                             let by = deflections.derivatives(&mut loaded, &work.placements, reading, &point);
                             columns.deflected(&geometry, by, &predicted, width, rows);
+                            for &(column, term) in &by_amount {
+                                let moved = &added.columns[term];
+                                for component in 0..components {
+                                    rows[component * width + column] = predicted.along(self.campaign, moved, component);
+                                }
+                            }
                         }
                         row += 1;
                     }
@@ -314,6 +328,14 @@ impl Predicted {
         {
             let arm = self.position.coords - anchor;
             self.distance = (arm.norm(), arm / arm.norm().max(f64::MIN_POSITIVE));
+        }
+    }
+
+    /// A component of a reading by a displacement and rotation of it, measurement frame.
+    fn along(&self, campaign: &Campaign, moved: &[f64; 6], component: usize) -> f64 {
+        match campaign.observes {
+            Observes::Distance => self.distance.1.dot(&Vector3::new(moved[0], moved[1], moved[2])),
+            _ => moved[component],
         }
     }
 

@@ -6,7 +6,7 @@ use super::measured_point;
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey};
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
-use crate::model::{Element, Model, Spot};
+use crate::model::{Element, Model, Spot, SwitchedOn};
 use crate::parameter::Slot;
 
 /// An effect at a site in a form.
@@ -222,11 +222,21 @@ impl Terms {
     }
 }
 
-/// Effects that the description has switched on: terms with the amounts of their parameters, and shifts of constants.
-/// Parameters are named by their symbols, forms by theirs; what is not given is zero.
-pub fn declared(model: &Model) -> (Vec<Term>, Vec<f64>, Vec<(Slot, f64)>) {
-    let (mut terms, mut amounts, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
-    for entry in &model.effects {
+/// Effects that are switched on.
+#[derive(Debug, Clone, Default)]
+pub struct Declared {
+    /// Terms of those that are more than constants of the model.
+    pub terms: Vec<Term>,
+    /// For each parameter of each term, the slot of its amount; none where it is not given, which is zero.
+    pub amounts: Vec<Option<Slot>>,
+    /// By how much constants of the model are shifted.
+    pub shifts: Vec<(Slot, f64)>,
+}
+
+/// Effects that the model has switched on. Parameters are named by their symbols, forms by theirs.
+pub fn declared(model: &Model) -> Declared {
+    let mut declared = Declared::default();
+    for SwitchedOn { entry, slots } in &model.effects {
         let Some(effect) = entry.effect.as_deref().and_then(crate::effects::by_name) else { continue };
         let site = effect.sites(model).into_iter().find(|site| Some(&site.name) == entry.site.as_ref());
         let Some(site) = site else { continue };
@@ -235,17 +245,17 @@ pub fn declared(model: &Model) -> (Vec<Term>, Vec<f64>, Vec<(Slot, f64)>) {
             .iter()
             .find_map(|&symbol| entry.parameters.get(symbol).map(|&value| Form { symbol, value, continuous: false }))
             .unwrap_or(Form::ONLY);
-        let amount = |symbol: &str| entry.parameters.get(symbol).copied().unwrap_or_default();
         let constants = effect.constants(model, &site, &form);
         if constants.is_empty() {
             let term = Term::new(model, effect, site, form);
-            amounts.extend(term.parameters.iter().map(|parameter| amount(&parameter.symbol)));
-            terms.push(term);
+            declared.amounts.extend(term.parameters.iter().map(|parameter| slots.get(&parameter.symbol).copied()));
+            declared.terms.push(term);
         } else {
-            shifts.extend(constants.into_iter().map(|slot| (slot, amount(&model.registry[slot].name))));
+            let amount = |name: &str| entry.parameters.get(name).copied().unwrap_or_default();
+            declared.shifts.extend(constants.into_iter().map(|slot| (slot, amount(&model.registry[slot].name))));
         }
     }
-    (terms, amounts, shifts)
+    declared
 }
 
 /// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.

@@ -288,11 +288,13 @@ type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
 /// Greatest residual of a campaign, m, with effects declared.
 fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
-    model.effects.extend(effects.iter().map(|(effect, site, parameters)| RawEffect {
-        effect: Some((*effect).into()),
-        site: Some((*site).into()),
-        parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-    }));
+    for (effect, site, parameters) in effects {
+        model.switch_on(RawEffect {
+            effect: Some((*effect).into()),
+            site: Some((*site).into()),
+            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
+        });
+    }
     let mut found = Linearised::default();
     let predictor = Predictor::new(&model, campaign, Vec::new()).expect("predictable");
     predictor.linearise(&model.registry.nominal(), false, &mut found).expect("placed");

@@ -37,7 +37,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let mut loaded = load_robot(&command.robot)?;
     for text in &command.effect {
         let entry = effect(&loaded.model, text)?;
-        loaded.model.effects.push(entry);
+        loaded.model.switch_on(entry);
     }
     let model = &loaded.model;
     let mut random = generator(seed);
@@ -113,7 +113,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         .filter(|(parameter, value)| parameter.nominal != **value)
         .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
         .collect();
-    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": model.effects});
+    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": model.effects.iter().map(|effect| &effect.entry).collect::<Vec<_>>()});
     let header = raw_campaign(command, &loaded, &campaign, &plan, seed);
     let mut output = Output::new(
         format!(
