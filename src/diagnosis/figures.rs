@@ -146,6 +146,8 @@ impl Drawn {
     pub fn shrinkage(&self, from: usize, to: usize, value: f64) -> [f64; 2] {
         let ratios = self.0.iter().map(|rms| (rms[to] / rms[from].max(f64::MIN_POSITIVE)).max(1e-9).ln());
         let [low, middle, high] = points(&mut ratios.collect::<Vec<_>>());
+        // The campaign at hand and a fresh one both scatter.
+        let [low, high] = [low, high].map(|end| middle + std::f64::consts::SQRT_2 * (end - middle));
         let about = (1.0 - value).max(1e-9);
         [1.0 - about * (high - middle).exp(), 1.0 - about * (low - middle).exp()]
     }
