@@ -503,7 +503,7 @@ raw! {
         angle_tolerance: Option<f64>,
         /// The same for single parameters.
         tolerances: IndexMap<String, f64>,
-        /// Bounds of single parameters.
+        /// Bounds of single parameters, in the file's units; the declared value lies within them.
         bounds: IndexMap<String, [f64; 2]>,
     }
 }

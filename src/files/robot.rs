@@ -10,7 +10,7 @@ use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
 use crate::kinematics::{AssemblyError, Geometry};
-use crate::model::{Fault, Model, build};
+use crate::model::{Fault, Model, build, contradictions};
 use crate::remark::{Place as Location, Remark, nearest};
 
 /// A robot read from a file: its description, whole, and its model.
@@ -145,6 +145,14 @@ fn finish(
             return Err(remarks.into_iter().chain(located).collect());
         }
     };
+    let contradicted = contradictions(&raw, &model);
+    if !contradicted.is_empty() {
+        let located = contradicted.into_iter().map(|Fault { path, remark }| {
+            let path: Vec<&str> = path.iter().map(String::as_str).collect();
+            remark.at(document.and_then(|document| document.place_of_value(&path)))
+        });
+        return Err(remarks.into_iter().chain(located).collect());
+    }
     if let Err(error) = Geometry::nominal(&model) {
         let path: Vec<&str> = match &error {
             AssemblyError::Loop { name, .. } => vec!["loops", name],

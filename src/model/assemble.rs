@@ -92,7 +92,11 @@ impl Builder<'_> {
     ) -> Slot {
         let calibration = &self.robot.calibration;
         let flip = |bounds: [f64; 2]| if inverted { [1.0 / bounds[1], 1.0 / bounds[0]] } else { bounds };
-        let bounds = calibration.bounds.get(&name).copied().map_or(bounds, flip);
+        // What is stated narrows what the quantity allows.
+        let bounds = calibration.bounds.get(&name).copied().map_or(bounds, |stated| {
+            let [low, high] = flip(stated);
+            [bounds[0].max(low), bounds[1].min(high)]
+        });
         let tolerance = calibration
             .tolerances
             .get(&name)

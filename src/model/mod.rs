@@ -4,6 +4,7 @@
 //! holds no values but nominal ones. Values travel beside it as one vector by slot.
 
 mod assemble;
+mod bounds;
 mod build;
 mod free;
 mod loops;
@@ -11,6 +12,7 @@ mod rewrite;
 mod spanning;
 mod structure;
 
+pub use bounds::contradictions;
 pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::with_values;

@@ -76,6 +76,20 @@ fn frames_and_keys() {
     refuses(none, "calibration: {bounds: {2.dd: [0, 1]}}\n", "bounds", &["did you mean `2.d`?"]);
     refuses(none, "calibration: {tolerances: {2.dd: 1}}\n", "tolerances", &["did you mean `2.d`?"]);
     refuses(none, "calibration: {bounds: {2.d: [510, 490]}}\n", "bounds", &["write [490, 510]"]);
+    let excluded = &["`2.d` is declared as 500, outside its bounds [510, 520]", "widen the bounds"];
+    refuses(none, "calibration: {bounds: {2.d: [510, 520]}}\n", "bounds", excluded);
+    let excluded = &["`tip.x` is declared as 10, outside its bounds [-inf, 9.9]"];
+    refuses(none, "calibration: {bounds: {tip.x: [-.inf, 9.9]}}\n", "bounds", excluded);
+    let turned = ("limits: [-90, 90]}\n  E", "theta: 30, limits: [-90, 90]}\n  E");
+    refuses(
+        turned,
+        "calibration: {bounds: {2.theta: [31, 40]}}\n",
+        "bounds",
+        &["`2.theta` is declared as 30, outside"],
+    );
+    let sound =
+        PLANAR.replacen(turned.0, turned.1, 1) + "calibration: {bounds: {2.theta: [30, 40], 2.d: [499, 500]}}\n";
+    assert_eq!(check(&sound).status, 0, "{}", check(&sound).err);
     refuses(none, "calibration: {free: [2.d], fixed: [2.d]}\n", "fixed", &["both free and fixed"]);
 }
 
@@ -162,6 +176,31 @@ fn structures_that_cannot_be() {
     refuses(none, &bounded("value: 5, bounds: [7, 3]"), "kar", &["write [3, 7]"]);
     refuses(none, &bounded("value: 5, bounds: [-7, 8]"), "kar", &["cannot be below 0"]);
     assert_eq!(check(&format!("{PLANAR}{}", bounded("compliance: 0.5, bounds: [2, 7]"))).status, 0);
+
+    // The same in the block of calibration, in the file's units and as the spring is declared.
+    let stated = |spring: &str, bounds: &str| {
+        format!("joint_stiffness: {{1: {{kar: {{{spring}}}}}}}\ncalibration:\n  bounds: {{joint1.kar: {bounds}}}\n")
+    };
+    let units = ("units: {length: mm,", "units: {rotational_stiffness: N.mm/rad, length: mm,");
+    let outside = &["`joint1.kar` is declared as 5, outside its bounds [6, 7]"];
+    refuses(units, &stated("value: 5", "[6, 7]"), "  bounds", outside);
+    refuses(units, &stated("compliance: 5", "[6, 7]"), "  bounds", outside);
+    refuses(units, &stated("value: 5", "[-6, 7]"), "  bounds", &["`joint1.kar` cannot be below 0"]);
+    refuses(units, &stated("value: .inf", "[6, 7]"), "  bounds", &["`joint1.kar` is declared as inf"]);
+    refuses(units, &stated("value: 5", "[7, 6]"), "  bounds", &["write [6, 7]"]);
+    for spring in ["value: 6", "compliance: 6"] {
+        let text = PLANAR.replacen(units.0, units.1, 1) + &stated(spring, "[6, 7]");
+        assert_eq!(check(&text).status, 0, "{}", check(&text).err);
+    }
+    let base =
+        |bounds: &str| format!("base_stiffness: {{kz: {{value: 8}}}}\ncalibration:\n  bounds: {{base.kz: {bounds}}}\n");
+    refuses(none, &base("[9, 10]"), "  bounds", &["`base.kz` is declared as 8, outside its bounds [9, 10]"]);
+    refuses(
+        none,
+        "materials: {steel: {young: 2e11, poisson: 0.3}}\ncalibration:\n  bounds: {steel.young: [1, 2]}\n",
+        "  bounds",
+        &["`steel.young` is declared as 200000000000"],
+    );
 
     let sound = "materials: {steel: {young: 2e11, poisson: 0.3}}\nsections: {rod: {shape: rod, diameter: 20}}\n";
     let beams = |nodes: &str, ends: &str| {

@@ -2,11 +2,12 @@
 
 use indexmap::IndexMap;
 
-use super::super::elastic::section_symbols;
+use super::super::elastic::{BASE_SYMBOLS, JOINT_SYMBOLS, section_symbols};
 use super::super::raw::RawRobot;
 use super::super::robot::{Calibration, FRAME_SYMBOLS, PLACEMENT_SYMBOLS, SLIDER_CRANK_SYMBOLS, is_angle};
 use super::Complaints;
 use super::tree::Tree;
+use crate::parameter::Kind;
 
 pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
@@ -26,9 +27,8 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
     }
     let factor = |name: &str| match name.rsplit_once('.') {
         Some((_, symbol)) if is_angle(symbol) => angle,
-        // Stiffness in SI, and what has no unit of its own.
-        Some((_, symbol)) if symbol.starts_with('k') => 1.0,
-        Some((_, "stiffness" | "axial" | "density" | "poisson")) => 1.0,
+        Some((owner, symbol)) if spring_kind(symbol).is_some() => spring_factor(raw, owner, symbol),
+        Some((_, "density" | "poisson")) => 1.0,
         Some((_, "young" | "shear")) => raw.units.pressure.factor(),
         Some((_, "mass")) => raw.units.mass.factor(),
         Some((_, "area")) => length.powi(2),
@@ -82,6 +82,38 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
     }
 }
 
+/// What a spring's symbol measures, as a stiffness.
+fn spring_kind(symbol: &str) -> Option<Kind> {
+    match symbol {
+        "ka" | "kr" | "kx" | "ky" | "kz" | "axial" | "stiffness" => Some(Kind::LinearStiffness),
+        "kar" | "krr" | "krx" | "kry" | "krz" => Some(Kind::RotationalStiffness),
+        _ => None,
+    }
+}
+
+/// SI units in the file's unit of a spring: of a compliance where it is declared as one.
+fn spring_factor(raw: &RawRobot, owner: &str, symbol: &str) -> f64 {
+    let Some(kind) = spring_kind(symbol) else { return 1.0 };
+    let base = raw.base_stiffness.as_ref();
+    let joint = owner.strip_prefix("joint").and_then(|joint| raw.joint_stiffness.get(joint));
+    let given = match symbol {
+        "ka" => joint.and_then(|joint| joint.ka.as_ref()),
+        "kr" => joint.and_then(|joint| joint.kr.as_ref()),
+        "kar" => joint.and_then(|joint| joint.kar.as_ref()),
+        "krr" => joint.and_then(|joint| joint.krr.as_ref()),
+        "kx" => base.and_then(|base| base.kx.as_ref()),
+        "ky" => base.and_then(|base| base.ky.as_ref()),
+        "kz" => base.and_then(|base| base.kz.as_ref()),
+        "krx" => base.and_then(|base| base.krx.as_ref()),
+        "kry" => base.and_then(|base| base.kry.as_ref()),
+        "krz" => base.and_then(|base| base.krz.as_ref()),
+        "axial" => raw.actuators.get(owner).and_then(|actuator| actuator.axial.as_ref()),
+        _ => raw.springs.get(owner).and_then(|spring| spring.rate.as_ref()),
+    };
+    let as_compliance = given.is_some_and(|given| given.compliance.is_some());
+    raw.units.of(if as_compliance { kind.inverse() } else { kind })
+}
+
 /// Tolerances below this (m or rad) are nothing but zero.
 const LEAST_TOLERANCE: f64 = 1e-15;
 
@@ -94,9 +126,8 @@ fn parameter_names(raw: &RawRobot, tree: &Tree) -> Vec<String> {
     names.extend(tree.actuators.iter().flat_map(|actuator| all(&actuator.name, &SLIDER_CRANK_SYMBOLS)));
     names.extend(all("tool", &PLACEMENT_SYMBOLS));
     names.extend(raw.markers.keys().flat_map(|marker| all(marker, &PLACEMENT_SYMBOLS[..3])));
-    names.extend(
-        raw.joint_stiffness.keys().flat_map(|joint| all(&format!("joint{joint}"), &["ka", "kr", "kar", "krr"])),
-    );
+    names.extend(raw.joint_stiffness.keys().flat_map(|joint| all(&format!("joint{joint}"), &JOINT_SYMBOLS)));
+    names.extend(raw.base_stiffness.iter().flat_map(|_| all("base", &BASE_SYMBOLS)));
     names.extend(raw.actuators.keys().map(|actuator| format!("{actuator}.axial")));
     const ANCHORS: [&str; 6] = ["x1", "y1", "z1", "x2", "y2", "z2"];
     names.extend(raw.springs.iter().flat_map(|(spring, given)| {
