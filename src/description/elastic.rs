@@ -117,6 +117,8 @@ pub struct Beam {
     pub theory: BeamTheory,
     /// Number of elements.
     pub elements: usize,
+    /// Directions of its own axes (along x, y, z, about x, y, z) in which each end is free of its node.
+    pub released: [[bool; 6]; 2],
 }
 
 /// Springs ka, kr, kar, krr of a joint.

@@ -384,7 +384,37 @@ raw! {
         theory: Option<BeamTheory>,
         /// Number of elements the beam is cut into; 1 where absent.
         elements: Option<u32>,
+        /// What its ends do not hold: hinges and slides between the beam and its nodes.
+        release: RawRelease,
     }
+}
+
+raw! {
+    /// Directions in which the ends of a beam are free of their nodes, in the beam's own axes.
+    pub struct RawRelease {
+        /// At the first node.
+        from: Vec<LocalAxis>,
+        /// At the second node.
+        to: Vec<LocalAxis>,
+    }
+}
+
+/// A direction of a beam's own axes: x from its first node to its second, z as `normal` says, y across both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LocalAxis {
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+    /// About x.
+    Rx,
+    /// About y.
+    Ry,
+    /// About z: a hinge in the plane in which Iz bends.
+    Rz,
 }
 
 /// Beam theory.

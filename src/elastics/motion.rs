@@ -11,7 +11,7 @@ use super::spatial;
 use super::statics::{ClosingKind, Elastics, Statics, wrenches};
 use crate::description::robot::FrameIndex;
 use crate::kinematics::Placements;
-use crate::model::{Edge, Element, Law, Spot, VertexIndex};
+use crate::model::{Axes, Edge, Element, Law, Spot, VertexIndex};
 use crate::parameter::Slot;
 
 /// How a robot moves with a geometric parameter.
@@ -106,8 +106,7 @@ pub fn by_motion(
         let unit = &work.through[at];
         let (through, strain) = pairs(unit, &work.weight[at]);
         let edge = &structure.tree[vertex];
-        let (twist, stretch) =
-            element_motion(elastics, placements, statics, edge, vertex, &moving, &vertex_moves, motion);
+        let (twist, stretch) = element_motion(elastics, placements, statics, edge, &moving, &vertex_moves, motion);
         change += unit.0.tr_mul(&crm(&twist, &strain)) - unit.1.tr_mul(&crf(&twist, &through));
         let forces = &response.forces[vertex];
         match &edge.element {
@@ -149,7 +148,7 @@ pub fn by_motion(
                 let index = structure.tree.len() + which;
                 let edge = &structure.closures[which];
                 let (twist, stretch) =
-                    element_motion(elastics, placements, statics, edge, index, &moving, &vertex_moves, motion);
+                    element_motion(elastics, placements, statics, edge, &moving, &vertex_moves, motion);
                 change += unit.0.tr_mul(&crm(&twist, &strain)) - unit.1.tr_mul(&crf(&twist, &through));
                 let state = &statics.closings[at];
                 let virtual_forces = state.local * unit.0;
@@ -252,7 +251,6 @@ fn element_motion(
     placements: &Placements,
     statics: &Statics,
     edge: &Edge,
-    index: usize,
     moving: PointMotion,
     vertex_moves: &dyn Fn(VertexIndex) -> Vector3<f64>,
     motion: &Motion,
@@ -261,26 +259,35 @@ fn element_motion(
         let v = moved - turn.cross(at);
         Vector6::new(v.x, v.y, v.z, turn.x, turn.y, turn.z)
     };
+    // How a beam's own axes turn, and how it stretches.
+    let beam_turn = |ends: [VertexIndex; 2], normal: FrameIndex, axis: usize| {
+        let [a, b] = ends.map(|end| statics.points[end]);
+        let [da, db] = ends.map(vertex_moves);
+        let length = (b - a).norm().max(f64::MIN_POSITIVE);
+        let x = (b - a) / length;
+        let across = x.cross(&(db - da)) / length;
+        // About its own axis the beam turns so that its z stays in the plane of x and the normal.
+        let turn = moving(normal, &b).1;
+        let normal = placements.frames[normal].rotation.matrix().column(axis).into_owned();
+        let moved = turn.cross(&normal) - across.cross(&normal);
+        let z = normal - x * x.dot(&normal);
+        let about = if z.norm() > 1e-6 { z.cross(&moved).dot(&x) / z.norm_squared() } else { turn.dot(&x) };
+        (across + x * about, x.dot(&(db - da)))
+    };
     match &edge.element {
         Element::Lumped(of) => {
             let Spot::At(frame, local) = of.spot else { return (Vector6::zeros(), 0.0) };
             let at = (placements.frames[frame] * Point3::from(local)).coords;
-            (spatial_twist(&at, moving(frame, &at).0, moving(of.axes, &at).1), 0.0)
+            let turn = match of.axes {
+                Axes::Frame(axes) => moving(axes, &at).1,
+                Axes::Beam { ends, normal, axis } => beam_turn(ends, normal, axis).0,
+            };
+            (spatial_twist(&at, moving(frame, &at).0, turn), 0.0)
         }
         Element::Beam(of) => {
-            let [a, b] = edge.ends.map(|end| statics.points[end]);
-            let [da, db] = edge.ends.map(vertex_moves);
-            let length = statics.lengths[index].max(f64::MIN_POSITIVE);
-            let x = (b - a) / length;
-            let stretch = x.dot(&(db - da));
-            let across = x.cross(&(db - da)) / length;
-            // About its own axis the beam turns so that its z stays in the plane of x and the normal.
-            let normal = placements.frames[of.normal].rotation.matrix().column(of.axis).into_owned();
-            let turn = moving(of.normal, &b).1;
-            let moved = turn.cross(&normal) - across.cross(&normal);
-            let z = normal - x * x.dot(&normal);
-            let about = if z.norm() > 1e-6 { z.cross(&moved).dot(&x) / z.norm_squared() } else { turn.dot(&x) };
-            (spatial_twist(&b, db, across + x * about), stretch)
+            let (turn, stretch) = beam_turn(edge.ends, of.normal, of.axis);
+            let [_, b] = edge.ends;
+            (spatial_twist(&statics.points[b], vertex_moves(b), turn), stretch)
         }
         Element::Screw(of) => {
             let (model, values, joints) = (elastics.model, elastics.values(), &placements.joints);

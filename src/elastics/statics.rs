@@ -9,7 +9,7 @@ use super::reduction;
 use super::slots::{asked, section_state};
 use super::weight::WeightState;
 use crate::kinematics::Placements;
-use crate::model::{Edge, Element, Law, Model, Spot, VertexIndex};
+use crate::model::{Axes, Edge, Element, Law, Model, Spot, VertexIndex};
 use crate::parameter::Slot;
 
 /// A structure that can move without any force.
@@ -335,7 +335,7 @@ impl<'m> Elastics<'m> {
         let turn = turned.map_or_else(Matrix3::identity, |turned| turned[edge.ends[0]]);
         match &edge.element {
             Element::Lumped(of) => {
-                let rotation = turn * placements.frames[of.axes].rotation.matrix();
+                let rotation = turn * self.lumped_axes(of.axes, placements);
                 let origin = match of.spot {
                     Spot::At(frame, local) if turned.is_some() => {
                         // A point of the first vertex's body, carried along with it.
@@ -360,6 +360,18 @@ impl<'m> Elastics<'m> {
                 let mut along = [0.0; 6];
                 along[0] = screw::compliance(self.model, &self.values, &placements.joints, of);
                 (reduction(&rotation, &origin), Flexibility::Diagonal(along), 0.0)
+            }
+        }
+    }
+
+    /// Axes of a lumped element with nothing deflected.
+    fn lumped_axes(&self, axes: Axes, placements: &Placements) -> Matrix3<f64> {
+        match axes {
+            Axes::Frame(frame) => *placements.frames[frame].rotation.matrix(),
+            Axes::Beam { ends, normal, axis } => {
+                let [a, b] = ends.map(|end| rest_of(self.model, end, placements));
+                let normal = placements.frames[normal].rotation.matrix().column(axis).into_owned();
+                beam::axes(&a, &b, &normal).0
             }
         }
     }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::elimination::Elimination;
 use super::statics::{Closing, ClosingKind, ClosingState, Elastics, Mechanism, Statics};
-use crate::model::{Element, Law};
+use crate::model::{Edge, Element, Law};
 
 impl Elastics<'_> {
     /// The equations of the unknowns: gaps of closures close, springs follow their law, released directions carry
@@ -111,6 +111,13 @@ impl Elastics<'_> {
             let edge = &structure.tree[release.vertex];
             let name = &structure.vertices[release.vertex].name;
             let motion = if release.direction < 3 { "slide along" } else { "spin about" };
+            if let Some(beam) = released_beam(edge) {
+                let along = ["x", "y", "z"][release.direction % 3];
+                names.push(format!(
+                    "beam `{beam}` can {motion} its {along} axis at node `{name}`: it is released there and nothing else holds it"
+                ));
+                continue;
+            }
             let what = edge.name.replace(':', " ");
             let closed = structure.closures.iter().any(|closure| {
                 let [a, b] = closure.ends;
@@ -122,4 +129,10 @@ impl Elastics<'_> {
         names.dedup();
         if names.is_empty() { Ok(()) } else { Err(Mechanism(names.join("; "))) }
     }
+}
+
+/// The beam of which an element is a released end.
+fn released_beam(edge: &Edge) -> Option<&str> {
+    edge.released_end()?;
+    edge.name.strip_prefix("release:")?.rsplit_once('.').map(|(beam, _)| beam)
 }

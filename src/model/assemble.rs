@@ -3,16 +3,15 @@
 use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
 use super::structure::{
-    BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots, Spot,
-    SpringElement, Structure, Vertex, VertexIndex, nearest,
+    Axes, Edge, Element, Law, Lumped, MassElement, MaterialSlots, ScrewElement, SectionSlots, Spot, SpringElement,
+    Structure, Vertex, VertexIndex, nearest,
 };
 use super::{Fault, Model};
 use crate::description::elastic::{BASE_SYMBOLS, Elastic, JOINT_SYMBOLS, Shear, Stiffness};
-use crate::description::raw::{BeamTheory, JointKind, LoadPath, LoopKind, Meet, Support};
+use crate::description::raw::{JointKind, LoadPath, LoopKind, Meet, Support};
 use crate::description::resolve::power;
 use crate::description::robot::{FrameIndex, Motion, Robot};
 use crate::parameter::{Group, Kind, Parameter, Slot};
-use crate::remark::Remark;
 
 /// Compliance by which what is declared rigid is commonly off, m/N and rad/(N.m): a start for effects.
 const COMMON: [f64; 2] = [1e-9, 1e-7];
@@ -119,7 +118,7 @@ impl Builder<'_> {
     }
 
     /// A parameter that is written as it is computed with.
-    fn plain(&mut self, name: String, kind: Kind, value: f64, bounds: [f64; 2], tolerance: f64) -> Slot {
+    pub(super) fn plain(&mut self, name: String, kind: Kind, value: f64, bounds: [f64; 2], tolerance: f64) -> Slot {
         self.add(name, kind, value, bounds, tolerance, false, false)
     }
 
@@ -168,14 +167,14 @@ impl Builder<'_> {
     }
 
     /// The frame that moves a frame's body.
-    fn root(&self, mut frame: FrameIndex) -> FrameIndex {
+    pub(super) fn root(&self, mut frame: FrameIndex) -> FrameIndex {
         while frame != 0 && self.robot.frames[frame].joint == JointKind::Fixed {
             frame = self.robot.frames[frame].antecedent;
         }
         frame
     }
 
-    fn vertex(&mut self, name: impl Into<String>, spot: Spot) -> VertexIndex {
+    pub(super) fn vertex(&mut self, name: impl Into<String>, spot: Spot) -> VertexIndex {
         self.structure.vertices.push(Vertex { name: name.into(), spot });
         self.structure.vertices.len() - 1
     }
@@ -227,7 +226,8 @@ impl Builder<'_> {
             };
             let vertex = self.structure.nodes.iter().find(|(name, _)| *name == node.name).map_or(0, |n| n.1);
             let symbols = BASE_SYMBOLS;
-            let element = Element::Lumped(Lumped { spot: Spot::At(node.at, node.point), axes: 0, laws, symbols });
+            let element =
+                Element::Lumped(Lumped { spot: Spot::At(node.at, node.point), axes: Axes::Frame(0), laws, symbols });
             self.edges.push(Edge {
                 name: format!("support:{}", self.robot.elastic.nodes[index].name),
                 ends: [0, vertex],
@@ -235,7 +235,7 @@ impl Builder<'_> {
             });
         }
         if !supported {
-            let element = Element::Lumped(Lumped { spot, axes: 0, laws, symbols: BASE_SYMBOLS });
+            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(0), laws, symbols: BASE_SYMBOLS });
             let vertex = self.carrier(0, &Vector3::zeros());
             self.edges.push(Edge { name: "base".into(), ends: [0, vertex], element });
         }
@@ -298,7 +298,7 @@ impl Builder<'_> {
             let Spot::At(at, point) = spot else { continue };
             let home = (self.structure.home[at] * nalgebra::Point3::from(point)).coords;
             let ends = [self.carrier(frame.antecedent, &home), self.carrier(index, &home)];
-            let element = Element::Lumped(Lumped { spot, axes: index, laws, symbols: LUMPED });
+            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(index), laws, symbols: LUMPED });
             self.edges.push(Edge { name: format!("joint:{}", frame.name), ends, element });
         }
     }
@@ -313,105 +313,6 @@ impl Builder<'_> {
         [self.carrier(self.robot.frames[joint].antecedent, &at(fixed)), self.carrier(joint, &at(moving))]
     }
 
-    /// Every link of a rigid body that carries another joint could be a beam: its compliances are parameters at zero.
-    fn links(&mut self) {
-        for index in 1..self.robot.frames.len() {
-            let rigid = self.structure.bodies[index].len() == 1
-                && !self.robot.elastic.nodes.iter().any(|node| self.root(node.body) == index);
-            if self.robot.frames[index].joint == JointKind::Fixed || !rigid {
-                continue;
-            }
-            let own = self.structure.home[index].translation.vector;
-            let children: Vec<FrameIndex> = (index + 1..self.robot.frames.len())
-                .filter(|&child| {
-                    self.robot.frames[child].joint != JointKind::Fixed
-                        && self.root(self.robot.frames[child].antecedent) == index
-                })
-                .collect();
-            let Some(&far) = children
-                .iter()
-                .filter(|&&child| (self.structure.home[child].translation.vector - own).norm() > 1e-3)
-                .find(|&&child| self.robot.frames[child].joint == JointKind::Revolute)
-            else {
-                continue;
-            };
-            let name = &self.robot.frames[index].name;
-            let unit = Kind::Other("1/(N.m2)");
-            let slots = ["bending_y", "bending_z", "torsion"]
-                .map(|symbol| self.plain(format!("link{name}.{symbol}"), unit, 0.0, [0.0, f64::INFINITY], 1e-7));
-            let near = self.structure.bodies[index][0];
-            let end = self.vertex(format!("end of link {name}"), Spot::At(far, Vector3::zeros()));
-            // Every frame of this body may be carried by either end; joints further out find the nearer one.
-            for frame in 0..self.robot.frames.len() {
-                if self.root(frame) == index {
-                    self.structure.bodies[frame] = vec![near, end];
-                }
-            }
-            for edge in &mut self.edges {
-                let joins_far = children.iter().any(|&child| {
-                    edge.name == format!("joint:{}", self.robot.frames[child].name)
-                        && (self.structure.home[child].translation.vector - self.structure.home[far].translation.vector)
-                            .norm()
-                            < (self.structure.home[child].translation.vector - own).norm()
-                });
-                if joins_far {
-                    for vertex in &mut edge.ends {
-                        if *vertex == near {
-                            *vertex = end;
-                        }
-                    }
-                }
-            }
-            let rigidity = Rigidity::Inverse(slots);
-            let element =
-                Element::Beam(BeamElement { normal: index, axis: self.normal_axis(index, [near, end]), rigidity });
-            self.edges.push(Edge { name: format!("link:{name}"), ends: [near, end], element });
-        }
-    }
-
-    /// The axis of a frame that tells a beam's local z: z, or x where that lies along the beam.
-    fn normal_axis(&self, frame: FrameIndex, ends: [VertexIndex; 2]) -> usize {
-        let [a, b] = ends.map(|end| self.structure.at_home(end));
-        let z = self.structure.home[frame] * Vector3::z();
-        if z.cross(&(b - a)).norm() < 1e-3 * (b - a).norm() { 0 } else { 2 }
-    }
-
-    fn beams(&mut self) {
-        let named = |builder: &Self, node: usize| {
-            let name = &builder.robot.elastic.nodes[node].name;
-            builder.structure.nodes.iter().find(|(known, _)| known == name).map(|n| n.1)
-        };
-        for beam in &self.robot.elastic.beams {
-            let (Some(first), Some(last)) = (named(self, beam.nodes[0]), named(self, beam.nodes[1])) else { continue };
-            let length = (self.structure.at_home(first) - self.structure.at_home(last)).norm();
-            if length < 1e-9 {
-                let message = format!("beam `{}` has no length: its two nodes lie at one point", beam.name);
-                let remark = Remark::error(message).remedy("name two nodes that lie apart, or leave the beam out");
-                self.faults.push(Fault::new(&["beams", &beam.name], remark));
-                continue;
-            }
-            let axis = self.normal_axis(beam.normal, [first, last]);
-            let parts = beam.elements.max(1);
-            let mut previous = first;
-            for part in 0..parts {
-                let share = [part as f64 / parts as f64, (part + 1) as f64 / parts as f64];
-                let next = if part + 1 == parts {
-                    last
-                } else {
-                    self.vertex(format!("{}/{}", beam.name, part + 1), Spot::Between([first, last], share[1]))
-                };
-                let shear = beam.theory == BeamTheory::Timoshenko;
-                let (sections, material) = (beam.sections, beam.material);
-                let rigidity = Rigidity::Section { sections, share, material, shear };
-                let element = Element::Beam(BeamElement { normal: beam.normal, axis, rigidity });
-                let name =
-                    if parts == 1 { format!("beam:{}", beam.name) } else { format!("beam:{}/{}", beam.name, part + 1) };
-                self.edges.push(Edge { name, ends: [previous, next], element });
-                previous = next;
-            }
-        }
-    }
-
     fn loops(&mut self) {
         for closed in &self.robot.loops {
             let [a, b] = closed.frames;
@@ -422,7 +323,7 @@ impl Builder<'_> {
             }
             let end = |frame: FrameIndex| self.carrier(frame, &self.structure.home[frame].translation.vector);
             let spot = Spot::At(a, Vector3::zeros());
-            let element = Element::Lumped(Lumped { spot, axes: a, laws, symbols: LUMPED });
+            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(a), laws, symbols: LUMPED });
             self.edges.push(Edge { name: format!("loop:{}", closed.name), ends: [end(a), end(b)], element });
         }
     }

@@ -4,6 +4,7 @@
 //! holds no values but nominal ones. Values travel beside it as one vector by slot.
 
 mod assemble;
+mod beams;
 mod bounds;
 mod build;
 mod free;
@@ -17,8 +18,8 @@ pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::with_values;
 pub use structure::{
-    BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots, Spot,
-    SpringElement, Structure, Vertex, VertexIndex, screw_pins,
+    Axes, BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots,
+    Spot, SpringElement, Structure, Vertex, VertexIndex, screw_pins,
 };
 
 use crate::description::raw::{JointKind, RawEffect};

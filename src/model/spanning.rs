@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::Fault;
 use super::assemble::Builder;
-use super::structure::{BeamElement, Edge, Element, Law, Lumped, Rigidity, Spot, Structure, VertexIndex};
+use super::structure::{Axes, BeamElement, Edge, Element, Law, Lumped, Rigidity, Spot, Structure, VertexIndex};
 use crate::description::elastic::BASE_SYMBOLS;
 use crate::parameter::Slot;
 use crate::remark::Remark;
@@ -56,7 +56,7 @@ impl Builder<'_> {
         number[0] = 0;
         let void = Element::Lumped(Lumped {
             spot: Spot::At(0, Vector3::zeros()),
-            axes: 0,
+            axes: Axes::Frame(0),
             laws: [Law::Rigid; 6],
             symbols: BASE_SYMBOLS,
         });
@@ -95,7 +95,11 @@ impl Builder<'_> {
         }
         let renumber = |edge: &Edge| Edge { ends: edge.ends.map(|vertex| number[vertex]), ..edge.clone() };
         let mut structure = self.structure;
-        structure.freedom = [6 * (count - rigid_joins), 6 * (count - rigid_joins - 1)];
+        // The end of a beam that is released has only what it is released in beyond its node's.
+        let (ends, released) =
+            self.edges.iter().filter_map(Edge::released_end).fold((0, 0), |(n, of), k| (n + 1, of + k));
+        let free = 6 * (count - rigid_joins - ends) + released;
+        structure.freedom = [free, free - 6];
         structure.closures = closing
             .iter()
             .map(|&edge| renumber(&self.edges[edge]))
@@ -104,6 +108,11 @@ impl Builder<'_> {
         structure.tree = tree;
         let old = structure.vertices;
         structure.vertices = sequence.iter().map(|&vertex| old[vertex].clone()).collect();
+        for edge in structure.tree.iter_mut().chain(&mut structure.closures) {
+            if let Element::Lumped(Lumped { axes: Axes::Beam { ends, .. }, .. }) = &mut edge.element {
+                *ends = ends.map(|end| number[end]);
+            }
+        }
         for vertex in &mut structure.vertices {
             if let Spot::Between(ends, _) = &mut vertex.spot {
                 *ends = ends.map(|end| number[end]);

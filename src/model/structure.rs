@@ -110,12 +110,28 @@ pub enum Law {
 pub struct Lumped {
     /// The point.
     pub spot: Spot,
-    /// Frame of the axes.
-    pub axes: FrameIndex,
+    /// Its axes.
+    pub axes: Axes,
     /// Along x, y, z, about x, y, z.
     pub laws: [Law; 6],
     /// What each direction is called.
     pub symbols: [&'static str; 6],
+}
+
+/// Whose axes a lumped element has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axes {
+    /// A frame's.
+    Frame(FrameIndex),
+    /// A beam's own.
+    Beam {
+        /// Its vertices.
+        ends: [VertexIndex; 2],
+        /// As [`BeamElement::normal`].
+        normal: FrameIndex,
+        /// As [`BeamElement::axis`].
+        axis: usize,
+    },
 }
 
 /// A beam from the edge's first vertex to its second.
@@ -202,6 +218,18 @@ pub struct SectionSlots {
     pub shape: Option<SectionShape>,
     /// Symbol and slot of each number.
     pub slots: Vec<(&'static str, Slot)>,
+}
+
+impl Edge {
+    /// Number of released directions, if this is the released end of a beam.
+    pub fn released_end(&self) -> Option<usize> {
+        match &self.element {
+            Element::Lumped(Lumped { axes: Axes::Beam { .. }, laws, .. }) => {
+                Some(laws.iter().filter(|law| matches!(law, Law::Released(_))).count())
+            }
+            _ => None,
+        }
+    }
 }
 
 impl Structure {

@@ -94,6 +94,8 @@ pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
                 theory: beam.theory.unwrap_or(BeamTheory::EulerBernoulli),
                 // A taper is followed in steps; eight leave 1.2 % where the depth falls to 0.4 of itself.
                 elements: beam.elements.map_or(if other.is_some() { 8 } else { 1 }, |n| n.max(1) as usize),
+                released: [&beam.release.from, &beam.release.to]
+                    .map(|axes| std::array::from_fn(|k| axes.iter().any(|axis| *axis as usize == k))),
             })
         })
         .collect();

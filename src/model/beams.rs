@@ -1,0 +1,130 @@
+//! Beams between nodes, with what their ends are released in, and links whose give nobody declared.
+
+use nalgebra::Vector3;
+
+use super::Fault;
+use super::assemble::Builder;
+use super::structure::{Axes, BeamElement, Edge, Element, Law, Lumped, Rigidity, Spot, VertexIndex};
+use crate::description::elastic::Beam;
+use crate::description::raw::{BeamTheory, JointKind};
+use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
+use crate::parameter::Kind;
+use crate::remark::Remark;
+
+impl Builder<'_> {
+    /// Every link of a rigid body that carries another joint could be a beam: its compliances are parameters at zero.
+    pub(super) fn links(&mut self) {
+        for index in 1..self.robot.frames.len() {
+            let rigid = self.structure.bodies[index].len() == 1
+                && !self.robot.elastic.nodes.iter().any(|node| self.root(node.body) == index);
+            if self.robot.frames[index].joint == JointKind::Fixed || !rigid {
+                continue;
+            }
+            let own = self.structure.home[index].translation.vector;
+            let children: Vec<FrameIndex> = (index + 1..self.robot.frames.len())
+                .filter(|&child| {
+                    self.robot.frames[child].joint != JointKind::Fixed
+                        && self.root(self.robot.frames[child].antecedent) == index
+                })
+                .collect();
+            let Some(&far) = children
+                .iter()
+                .filter(|&&child| (self.structure.home[child].translation.vector - own).norm() > 1e-3)
+                .find(|&&child| self.robot.frames[child].joint == JointKind::Revolute)
+            else {
+                continue;
+            };
+            let name = &self.robot.frames[index].name;
+            let unit = Kind::Other("1/(N.m2)");
+            let slots = ["bending_y", "bending_z", "torsion"]
+                .map(|symbol| self.plain(format!("link{name}.{symbol}"), unit, 0.0, [0.0, f64::INFINITY], 1e-7));
+            let near = self.structure.bodies[index][0];
+            let end = self.vertex(format!("end of link {name}"), Spot::At(far, Vector3::zeros()));
+            // Every frame of this body may be carried by either end; joints further out find the nearer one.
+            for frame in 0..self.robot.frames.len() {
+                if self.root(frame) == index {
+                    self.structure.bodies[frame] = vec![near, end];
+                }
+            }
+            for edge in &mut self.edges {
+                let joins_far = children.iter().any(|&child| {
+                    edge.name == format!("joint:{}", self.robot.frames[child].name)
+                        && (self.structure.home[child].translation.vector - self.structure.home[far].translation.vector)
+                            .norm()
+                            < (self.structure.home[child].translation.vector - own).norm()
+                });
+                if joins_far {
+                    for vertex in &mut edge.ends {
+                        if *vertex == near {
+                            *vertex = end;
+                        }
+                    }
+                }
+            }
+            let rigidity = Rigidity::Inverse(slots);
+            let element =
+                Element::Beam(BeamElement { normal: index, axis: self.normal_axis(index, [near, end]), rigidity });
+            self.edges.push(Edge { name: format!("link:{name}"), ends: [near, end], element });
+        }
+    }
+
+    /// The axis of a frame that tells a beam's local z: z, or x where that lies along the beam.
+    fn normal_axis(&self, frame: FrameIndex, ends: [VertexIndex; 2]) -> usize {
+        let [a, b] = ends.map(|end| self.structure.at_home(end));
+        let z = self.structure.home[frame] * Vector3::z();
+        if z.cross(&(b - a)).norm() < 1e-3 * (b - a).norm() { 0 } else { 2 }
+    }
+
+    pub(super) fn beams(&mut self) {
+        let named = |builder: &Self, node: usize| {
+            let name = &builder.robot.elastic.nodes[node].name;
+            builder.structure.nodes.iter().find(|(known, _)| known == name).map(|n| n.1)
+        };
+        for beam in &self.robot.elastic.beams {
+            let (Some(first), Some(last)) = (named(self, beam.nodes[0]), named(self, beam.nodes[1])) else { continue };
+            let length = (self.structure.at_home(first) - self.structure.at_home(last)).norm();
+            if length < 1e-9 {
+                let message = format!("beam `{}` has no length: its two nodes lie at one point", beam.name);
+                let remark = Remark::error(message).remedy("name two nodes that lie apart, or leave the beam out");
+                self.faults.push(Fault::new(&["beams", &beam.name], remark));
+                continue;
+            }
+            let axis = self.normal_axis(beam.normal, [first, last]);
+            let parts = beam.elements.max(1);
+            let own = Axes::Beam { ends: [first, last], normal: beam.normal, axis };
+            let [near, far] = std::array::from_fn(|end| self.released(beam, end, [first, last][end], own));
+            let mut previous = near;
+            for part in 0..parts {
+                let share = [part as f64 / parts as f64, (part + 1) as f64 / parts as f64];
+                let next = if part + 1 == parts {
+                    far
+                } else {
+                    self.vertex(format!("{}/{}", beam.name, part + 1), Spot::Between([first, last], share[1]))
+                };
+                let shear = beam.theory == BeamTheory::Timoshenko;
+                let (sections, material) = (beam.sections, beam.material);
+                let rigidity = Rigidity::Section { sections, share, material, shear };
+                let element = Element::Beam(BeamElement { normal: beam.normal, axis, rigidity });
+                let name =
+                    if parts == 1 { format!("beam:{}", beam.name) } else { format!("beam:{}/{}", beam.name, part + 1) };
+                self.edges.push(Edge { name, ends: [previous, next], element });
+                previous = next;
+            }
+        }
+    }
+
+    /// The vertex that an end of a beam holds: its node's, or one of its own where it is released from that.
+    fn released(&mut self, beam: &Beam, end: usize, node: VertexIndex, axes: Axes) -> VertexIndex {
+        let released = beam.released[end];
+        if !released.contains(&true) {
+            return node;
+        }
+        let (of, side) = (&self.robot.elastic.nodes[beam.nodes[end]], ["from", "to"][end]);
+        let spot = Spot::At(of.at, of.point);
+        let own = self.vertex(&of.name, spot);
+        let laws = released.map(|free| if free { Law::Released(None) } else { Law::Rigid });
+        let element = Element::Lumped(Lumped { spot, axes, laws, symbols: PLACEMENT_SYMBOLS });
+        self.edges.push(Edge { name: format!("release:{}.{side}", beam.name), ends: [node, own], element });
+        own
+    }
+}
