@@ -23,6 +23,7 @@ mod report;
 mod response;
 mod section;
 mod slots;
+mod stability;
 mod statics;
 mod unknowns;
 mod weight;

@@ -20,6 +20,8 @@ pub struct Stiffness {
     pub deflection: [f64; 6],
     /// Who gives how much.
     pub shares: Shares,
+    /// At equilibrium: by what the loads could grow until the stiffness there is used up.
+    pub load_factor: Option<f64>,
     /// Whether there is a load.
     pub is_loaded: bool,
 }
@@ -45,7 +47,8 @@ pub fn stiffness_json(found: &Stiffness) -> Value {
     let shares: Map<String, Value> =
         found.shares.energy.iter().map(|(name, share)| (name.clone(), json!(share))).collect();
     json!({"at": found.at, "compliance": rows(&found.compliance), "stiffness": found.stiffness().map(|k| rows(&k)),
-           "deflection": found.deflection, "shares": shares, "nodes": found.shares.nodes})
+           "deflection": found.deflection, "load_factor": found.load_factor.filter(|factor| factor.is_finite()),
+           "shares": shares, "nodes": found.shares.nodes})
 }
 
 /// Text of `stiffness`.
@@ -82,6 +85,9 @@ pub fn stiffness_text(model: &Model, found: &Stiffness) -> String {
             deg(d[4]),
             deg(d[5])
         );
+        if let Some(factor) = found.load_factor.filter(|factor| *factor < 100.0) {
+            let _ = writeln!(out, "the loads may grow {factor:.2} fold before they use up the stiffness (buckling)\n");
+        }
         let shares =
             found.shares.energy.iter().map(|(name, share)| vec![name.clone(), format!("{:.2}", 100.0 * share)]);
         out += &table(&["element", "% of the deflection"], shares);

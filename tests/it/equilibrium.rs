@@ -160,6 +160,55 @@ fn near_buckling_it_is_said() {
     }
 }
 
+/// Euler's column, clamped below and free above: P = pi^2 E I / (4 L^2).
+#[test]
+fn a_straight_column_buckles_at_eulers_load() {
+    let euler = std::f64::consts::PI.powi(2) * 1e4 / 16.0;
+    let pressed = |elements: usize, share: f64| {
+        found(&cantilever(elements), &[0.0], ("tip", [0.0; 3]), [-share * euler, 0.0, 0.0, 0.0, 0.0, 0.0], false)
+    };
+    let off = [10, 20].map(|elements| {
+        let held = pressed(elements, 0.5).expect("half of it is held");
+        assert!(held.displacement.z.abs() < 1e-12 && held.displacement.y.abs() < 1e-12, "{}", held.displacement);
+        held.load_factor / 2.0 - 1.0
+    });
+    assert!(off[1].abs() < 2e-3, "{off:?}");
+    assert!((off[0] / off[1] - 4.0).abs() < 0.2, "the error falls with the square of the elements' length: {off:?}");
+    assert!(pressed(20, 0.99).is_ok());
+    for (share, factor) in [(1.01, "0.99"), (1.5, "0.66"), (4.0, "0.25")] {
+        match pressed(20, share) {
+            Err(Mechanism(said)) => {
+                assert!(
+                    said.contains("not stable") && said.contains(&format!("buckling begins at {factor}")),
+                    "{said}"
+                );
+            }
+            Ok(found) => panic!("straight under {share} Euler loads: {}", found.displacement),
+        }
+    }
+    // Pulled it only stiffens.
+    let pulled = found(&cantilever(20), &[0.0], ("tip", [0.0; 3]), [2.0 * euler, 0.0, 0.0, 0.0, 0.0, 0.0], false);
+    assert!(pulled.expect("pulled").load_factor > 100.0);
+}
+
+/// A bar upright on a torsional spring falls when k < m g l.
+#[test]
+fn an_upright_pendulum_falls_when_its_spring_is_too_soft() {
+    let upright = std::f64::consts::FRAC_PI_2;
+    let weight = 40.0 * 9.81 * 0.8;
+    for share in [0.5, 0.9, 0.999] {
+        let held = found(&pendulum(weight / share), &[upright], ("E", [0.0; 3]), [0.0; 6], true).expect("held");
+        assert!((held.load_factor * share - 1.0).abs() < 1e-6, "{share} {}", held.load_factor);
+    }
+    match found(&pendulum(weight / 1.25), &[upright], ("E", [0.0; 3]), [0.0; 6], true) {
+        Err(Mechanism(said)) => assert!(said.contains("buckling begins at 0.800 of this load"), "{said}"),
+        Ok(_) => panic!("it stands"),
+    }
+    // Hanging it is held by its weight.
+    let hanging = found(&pendulum(10.0), &[-upright], ("E", [0.0; 3]), [0.0; 6], true).expect("hangs");
+    assert!(hanging.load_factor.is_infinite(), "{}", hanging.load_factor);
+}
+
 #[test]
 fn small_loads_agree_with_the_linear_deflection() {
     let model = bundled("kuka-ir663");

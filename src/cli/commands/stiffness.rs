@@ -47,18 +47,20 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let w = load.unwrap_or_default();
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);
-    let (displacement, rotation) = if command.equilibrium {
+    let (displacement, rotation, load_factor) = if command.equilibrium {
         let found = equilibrium(&elastics, &placements, vertex, &point, (&force, &moment), command.weight);
         let found = found.map_err(Failure::computation)?;
-        (found.displacement, found.rotation)
+        (found.displacement, found.rotation, Some(found.load_factor))
     } else {
-        at_point(&response.twist(&loaded_by, command.weight), &point)
+        let (displacement, rotation) = at_point(&response.twist(&loaded_by, command.weight), &point);
+        (displacement, rotation, None)
     };
     let found = Found {
         at: name,
         compliance: response.compliance_at(&point),
         deflection: [displacement.x, displacement.y, displacement.z, rotation.x, rotation.y, rotation.z],
         shares: shares(&elastics, &statics, &response, &loaded_by, command.weight),
+        load_factor,
         is_loaded: load.is_some() || command.weight,
     };
     let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
