@@ -88,7 +88,7 @@ pub fn calibrate(
     let Observation { slots, identifiability } =
         reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
     let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
-    let mut equivalences = groups(model, &slots, &identifiability);
+    let mut equivalences = groups(&predictor, &start, &identifiability)?;
     // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
     if !settings.prior && kept.len() >= fit.readings.len() * fit.components() {
         return Err(CalibrationError::TooFew { rows: fit.readings.len() * fit.components(), parameters: kept.len() });
@@ -109,23 +109,17 @@ pub fn calibrate(
     } else {
         sigmas
     };
+    let gathered: Vec<(Slot, [f64; 2])> =
+        equivalences.iter().map(|group| (group.members[0].0, group.gather(model, &mut start))).collect();
     let mut bounds = bounds_of(model, &kept, &start);
-    for group in &equivalences {
-        // The kept member stands for all: their sum, not it alone, is bounded.
-        if let Some(k) = kept.iter().position(|slot| *slot == group.members[0].0) {
-            for &(slot, weight) in &group.members[1..] {
-                bounds.lower[k] -= weight * (start[slot] - model.registry[slot].bounds[0]);
-            }
+    for (slot, [low, high]) in gathered {
+        if let Some(k) = kept.iter().position(|kept| *kept == slot) {
+            (bounds.lower[k], bounds.upper[k]) = (low - start[slot], high - start[slot]);
         }
     }
     let problem = CampaignProblem::new(Predictor::new(model, &fit, kept.clone())?, &start, sigmas, priors.clone());
     let outcome = run(&problem, &fit, model, &bounds, settings, progress)?;
     let mut values = problem.values(&outcome.x);
-    for group in &mut equivalences {
-        group.value = group.of(&values).max(0.0);
-        group.split(model, settings.split, &mut values);
-    }
-    let (after, residual) = figures(&values)?;
 
     let data_rows = fit.readings.len() * fit.components();
     let weights: Vec<f64> = outcome.weights.iter().copied().collect();
@@ -142,9 +136,11 @@ pub fn calibrate(
     let half_width = |k: usize| quantile * covariance[(k, k)].max(0.0).sqrt();
     for group in &mut equivalences {
         if let Some(k) = kept.iter().position(|slot| *slot == group.members[0].0) {
-            group.ci95 = half_width(k);
+            group.fitted(model, &values, half_width(k));
+            group.split(model, settings.split, &mut values);
         }
     }
+    let (after, residual) = figures(&values)?;
     let mut last = Linearised::default();
     predictor.linearise(&values, true, &mut last)?;
     let moves = moves(&fit, &last.jacobian, &slots, &values);

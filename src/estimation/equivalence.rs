@@ -1,10 +1,14 @@
 //! Springs that a campaign cannot tell apart: in series they act as one of compliance sum c_i, in parallel as one of
 //! stiffness sum k_i (eq. (68), (69) of the IR663 calibration paper).
+//!
+//! In series the columns of the members keep their ratio whatever the members' values are. In parallel they do not: a
+//! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed tells the two apart.
 
 use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
+use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// How springs act together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +25,7 @@ pub enum Split {
     /// In proportion to what the description says.
     #[default]
     Prior,
-    /// The smallest sum of squared compliances that adds up to it.
+    /// The smallest sum of squared compliances (in parallel, of stiffnesses) that adds up to it.
     MinimumNorm,
 }
 
@@ -32,7 +36,7 @@ pub struct Equivalence {
     pub members: Vec<(Slot, f64)>,
     /// How they act together.
     pub together: Together,
-    /// Sum of the members' values, SI: a compliance in series, a stiffness in parallel.
+    /// Sum of the members, SI: of compliances in series, of stiffnesses in parallel.
     pub value: f64,
     /// Half width of its 95 % interval; NaN until it is fitted.
     pub ci95: f64,
@@ -40,9 +44,30 @@ pub struct Equivalence {
 
 /// A member may differ from a multiple of the kept column by this fraction.
 const LEFT_OVER: f64 = 1e-3;
+/// Factor by which a compliance is changed to see whether the ratio of the columns follows.
+const CHANGED: f64 = 1.5;
+/// A compliance that is to carry nothing beside others is this many times softer than all of them.
+const SOFT: f64 = 1e6;
 
-/// Groups among the elastic columns: each dropped column that is a multiple of a single kept one.
-pub fn groups(model: &Model, slots: &[Slot], found: &Identifiability) -> Vec<Equivalence> {
+fn is_stiffness(model: &Model, slot: Slot) -> bool {
+    matches!(model.registry[slot].kind, Kind::LinearStiffness | Kind::RotationalStiffness)
+}
+
+fn is_spring(model: &Model, slot: Slot) -> bool {
+    is_stiffness(model, slot)
+        || matches!(model.registry[slot].kind, Kind::LinearCompliance | Kind::RotationalCompliance)
+}
+
+/// Groups among the elastic columns at `values`: each dropped column that is a multiple of a single kept one.
+///
+/// # Errors
+/// Readings that cannot be predicted at changed values.
+pub fn groups(
+    predictor: &Predictor,
+    values: &[f64],
+    found: &Identifiability,
+) -> Result<Vec<Equivalence>, PredictionError> {
+    let (model, slots) = (predictor.model, &predictor.slots);
     let is_elastic = |column: usize| model.registry[slots[column]].group == Group::Elastic;
     let mut groups: Vec<Equivalence> = Vec::new();
     for &(dropped, _) in found.dropped.iter().filter(|(column, _)| is_elastic(*column)) {
@@ -53,46 +78,124 @@ pub fn groups(model: &Model, slots: &[Slot], found: &Identifiability) -> Vec<Equ
             .collect();
         let Some(&(keeper, factor)) = terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { continue };
         let others = terms.iter().filter(|term| term.0 != keeper).fold(0.0_f64, |m, term| m.max(term.1.abs()));
-        if !is_elastic(keeper) || factor <= 0.0 || others > LEFT_OVER * factor || found.remainder[dropped] > LEFT_OVER {
+        if !is_elastic(keeper) || others > LEFT_OVER * factor.abs() || found.remainder[dropped] > LEFT_OVER {
             continue;
         }
         let (slot, kept) = (slots[dropped], slots[keeper]);
-        let soft = |slot: Slot| matches!(model.registry[slot].kind, Kind::LinearStiffness | Kind::RotationalStiffness);
-        let springs = |slot: Slot| {
-            soft(slot) || matches!(model.registry[slot].kind, Kind::LinearCompliance | Kind::RotationalCompliance)
-        };
-        if !springs(slot) || !springs(kept) || soft(slot) != soft(kept) {
+        if !is_spring(model, slot) || !is_spring(model, kept) {
             continue;
         }
-        let together = if soft(slot) { Together::Parallel } else { Together::Series };
+        let soft = [kept, slot].map(|slot| is_stiffness(model, slot));
+        let together = match soft {
+            [false, false] if !ratio_follows(predictor, values, [keeper, dropped], factor)? => Together::Series,
+            _ => Together::Parallel,
+        };
+        let weight = match together {
+            Together::Series => factor,
+            // By how much each adds to the sum of stiffnesses.
+            Together::Parallel => {
+                let adds = |slot: Slot| if is_stiffness(model, slot) { 1.0 } else { -values[slot].powi(-2) };
+                factor * adds(kept) / adds(slot)
+            }
+        };
+        if !(weight > 0.0 && weight.is_finite()) {
+            continue;
+        }
         match groups.iter_mut().find(|group| group.members[0].0 == kept) {
-            Some(group) => group.members.push((slot, factor)),
+            // One that is in series with some and beside others is no plain sum.
+            Some(group) if group.together != together => {}
+            Some(group) => group.members.push((slot, weight)),
             None => groups.push(Equivalence {
-                members: vec![(kept, 1.0), (slot, factor)],
+                members: vec![(kept, 1.0), (slot, weight)],
                 together,
                 value: 0.0,
                 ci95: f64::NAN,
             }),
         }
     }
-    groups
+    Ok(groups)
+}
+
+/// Whether the ratio of two compliances' columns, `factor`, changes with the second one's value as it does side by side.
+fn ratio_follows(
+    predictor: &Predictor,
+    values: &[f64],
+    [keeper, dropped]: [usize; 2],
+    factor: f64,
+) -> Result<bool, PredictionError> {
+    let mut changed = values.to_vec();
+    changed[predictor.slots[dropped]] *= CHANGED;
+    let mut found = Linearised::default();
+    predictor.linearise(&changed, true, &mut found)?;
+    let (mut across, mut square) = (0.0, 0.0);
+    for row in found.jacobian.chunks(predictor.slots.len()) {
+        across += row[keeper] * row[dropped];
+        square += row[keeper] * row[keeper];
+    }
+    // In series the ratio stays; in parallel it falls by the square of the change. The nearer of the two, by logarithm.
+    Ok(square > 0.0 && across / square < factor / CHANGED)
 }
 
 impl Equivalence {
+    /// What a member adds to the sum at a value of it, its weight left out; and the other way round.
+    fn part(&self, model: &Model, slot: Slot, value: f64) -> f64 {
+        if self.together == Together::Parallel && !is_stiffness(model, slot) { 1.0 / value } else { value }
+    }
+
     /// The equivalent of the members' values.
-    pub fn of(&self, values: &[f64]) -> f64 {
-        self.members.iter().map(|&(slot, weight)| weight * values[slot]).sum()
+    pub fn of(&self, model: &Model, values: &[f64]) -> f64 {
+        self.members.iter().map(|&(slot, weight)| weight * self.part(model, slot, values[slot])).sum()
+    }
+
+    /// Lets the kept member alone stand for the group in a fit: in parallel the others are taken out of `values` as far
+    /// as they can be. Returns the bounds of the kept one by which the sum, not it alone, is bounded.
+    pub fn gather(&self, model: &Model, values: &mut [f64]) -> [f64; 2] {
+        let (kept, others) = (self.members[0].0, &self.members[1..]);
+        let bounds = |slot: Slot| {
+            let [low, high] = model.registry[slot].bounds;
+            let ends = [self.part(model, slot, low), self.part(model, slot, high)];
+            if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] }
+        };
+        let sum = self.of(model, values);
+        if self.together == Together::Parallel {
+            for &(slot, weight) in others {
+                let least = if is_stiffness(model, slot) { 0.0 } else { sum / weight / SOFT };
+                values[slot] = self.part(model, slot, least.max(bounds(slot)[0]));
+            }
+        }
+        let rest: f64 = others.iter().map(|&(slot, weight)| weight * self.part(model, slot, values[slot])).sum();
+        let total = |end: usize| self.members.iter().map(|&(slot, weight)| weight * bounds(slot)[end]).sum::<f64>();
+        let ends = [total(0) - rest, total(1) - rest];
+        let own = (sum - rest).clamp(ends[0], ends[1].max(ends[0]));
+        values[kept] = self.part(model, kept, own);
+        if self.together == Together::Parallel && !is_stiffness(model, kept) {
+            [1.0 / ends[1], if ends[0] > 0.0 { 1.0 / ends[0] } else { f64::INFINITY }]
+        } else {
+            ends
+        }
+    }
+
+    /// Sets the equivalent from fitted values, and its interval from that of the kept member, `half_width`.
+    pub fn fitted(&mut self, model: &Model, values: &[f64], half_width: f64) {
+        let kept = self.members[0].0;
+        self.value = self.of(model, values).max(0.0);
+        let inverted = self.together == Together::Parallel && !is_stiffness(model, kept);
+        self.ci95 = if inverted { half_width / values[kept].powi(2) } else { half_width };
     }
 
     /// Puts values of the members that add up to the equivalent into `values`.
     pub fn split(&self, model: &Model, rule: Split, values: &mut [f64]) {
-        let nominal: f64 = self.of(&model.registry.nominal());
+        let declared = model.registry.nominal();
+        let nominal = self.of(model, &declared);
         let squares: f64 = self.members.iter().map(|(_, weight)| weight * weight).sum();
         for &(slot, weight) in &self.members {
-            values[slot] = match rule {
-                Split::Prior if nominal > 0.0 => self.value * model.registry[slot].nominal / nominal,
+            let part = match rule {
+                Split::Prior if nominal > 0.0 && nominal.is_finite() => {
+                    self.value * self.part(model, slot, declared[slot]) / nominal
+                }
                 _ => self.value * weight / squares,
             };
+            values[slot] = self.part(model, slot, part);
         }
     }
 }

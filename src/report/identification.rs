@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
+use super::springs::{any_value, equivalence_json, equivalence_text, insensitive, insensitive_text};
 use super::table::{deg, mm, number, table, unit};
 use crate::description::campaign::Campaign;
-use crate::estimation::{Calibration, Comparison, Equivalence, Errors, Estimate, Together};
+use crate::estimation::{Calibration, Comparison, Errors, Estimate};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -188,12 +189,14 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
                                    "at_bound": estimate.at_bound});
             if estimate.moves.is_finite() {
                 entry["moves"] = json!(mm(estimate.moves));
+                entry["insensitive"] = json!(insensitive(campaign, estimate));
             }
             entry
         })
         .collect();
     map.insert("parameters".into(), json!(parameters));
-    let equivalences: Vec<Value> = found.equivalences.iter().map(|group| equivalence_json(model, group)).collect();
+    let equivalences: Vec<Value> =
+        found.equivalences.iter().map(|group| equivalence_json(model, campaign, found, group)).collect();
     map.insert("equivalences".into(), json!(equivalences));
     let residuals = json!({
         "before": errors_json(&found.before.fit), "registration": errors_json(&found.registration.fit), "after": errors_json(&found.after.fit),
@@ -273,14 +276,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
             let change = parameter.shown(estimate.value) - parameter.shown(estimate.nominal);
             let merged = found.equivalences.iter().any(|group| group.members[0].0 == estimate.slot);
             let remark = match (estimate.at_bound, merged) {
-                _ if insensitive(campaign, estimate) => {
-                    let least = parameter.kind.inverse().unit();
-                    let from = 1.0 / (estimate.value + estimate.ci95);
-                    format!(
-                        "moves no reading by more than {:.0e} mm: any stiffness above {from:.1e} {least} fits",
-                        mm(estimate.moves)
-                    )
-                }
+                _ if insensitive(campaign, estimate) => any_value(parameter, estimate),
                 (true, _) => "at its bound".to_string(),
                 (_, true) => "with its group, below".to_string(),
                 _ => String::new(),
@@ -296,7 +292,8 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
             ]
         }),
     );
-    out += &equivalence_text(model, &found.equivalences);
+    out += &equivalence_text(model, campaign, found);
+    out += &insensitive_text(model, campaign, found);
     let strongest = strongest_correlations(model, found);
     if !strongest.is_empty() {
         let _ = writeln!(out, "strongest correlations: {}", strongest.join(", "));
@@ -309,48 +306,6 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         if found.converged { "" } else { " (NOT converged)" }
     );
     out
-}
-
-/// Whether an elastic parameter's value moves no reading by as much as a third of the noise.
-fn insensitive(campaign: &Campaign, estimate: &Estimate) -> bool {
-    let noise = campaign.sigma.map_or(3e-6, |sigma| sigma.into_iter().fold(0.0, f64::max));
-    estimate.moves < noise / 3.0
-}
-
-/// The equivalent as it is spoken of: a stiffness, with its unit, and its interval's half width.
-fn equivalent(model: &Model, group: &Equivalence) -> (&'static str, f64, f64) {
-    let kind = model.registry[group.members[0].0].kind;
-    match group.together {
-        Together::Series => (kind.inverse().unit(), 1.0 / group.value, group.ci95 / (group.value * group.value)),
-        Together::Parallel => (kind.unit(), group.value, group.ci95),
-    }
-}
-
-fn members<'m>(model: &'m Model, group: &Equivalence) -> Vec<&'m str> {
-    group.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect()
-}
-
-fn equivalence_json(model: &Model, group: &Equivalence) -> Value {
-    let (unit, value, ci95) = equivalent(model, group);
-    let kind = if group.together == Together::Series { "series" } else { "parallel" };
-    let weights: Vec<f64> = group.members.iter().map(|(_, weight)| *weight).collect();
-    json!({"members": members(model, group), "kind": kind, "equivalent": value, "ci95": ci95, "unit": unit,
-           "weights": weights})
-}
-
-fn equivalence_text(model: &Model, groups: &[Equivalence]) -> String {
-    if groups.is_empty() {
-        return String::new();
-    }
-    let rows = groups.iter().map(|group| {
-        let (unit, value, ci95) = equivalent(model, group);
-        let how = if group.together == Together::Series { "in series" } else { "side by side" };
-        vec![members(model, group).join(", "), how.into(), format!("{value:.4e}"), format!("{ci95:.1e}"), unit.into()]
-    });
-    format!(
-        "\nsprings that these readings see as one\n{}",
-        table(&["members", "act", "as one of", "95 % +-", "unit"], rows)
-    )
 }
 
 fn strongest_correlations(model: &Model, found: &Calibration) -> Vec<String> {

@@ -6,5 +6,6 @@ pub mod diagnosis;
 pub mod identification;
 pub mod remarks;
 pub mod robot;
+pub mod springs;
 pub mod stiffness;
 pub mod table;

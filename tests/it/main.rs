@@ -11,6 +11,7 @@ mod effects;
 mod elastic_campaigns;
 mod elastic_derivatives;
 mod equilibrium;
+mod equivalences;
 mod estimation;
 mod generated;
 mod golden_elastic;

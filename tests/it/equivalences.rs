@@ -1,0 +1,217 @@
+//! Springs that readings see as one, against sums known beforehand; and springs that they do not see.
+
+use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
+use elastogeo::model::Model;
+use elastogeo::report::identification::{calibration_json, calibration_text};
+use elastogeo::simulation::{Plan, generator, simulate};
+
+use crate::support::model_of;
+
+/// A slide along z with a spring in its drive and another between the same two bodies; rates in N/mm.
+fn slide(drive: &str, spring: &str) -> Model {
+    model_of(&format!(
+        "units: {{length: m, angle: rad, stiffness: N/mm}}
+gravity: [0, 0, 0]
+frames: {{1: {{antecedent: 0, joint: prismatic, variable: q1, limits: [0.1, 0.5]}}, E: {{antecedent: 1, d: 0.3}}}}
+tool: {{frame: E}}
+joint_stiffness: {{1: {{ka: {{{drive}}}}}}}
+springs: {{s: {{bodies: [0, 1], anchors: [[0, 0, -1], [0, 0, 0]], rate: {{{spring}}}}}}}
+"
+    ))
+}
+
+const FORCES: [f64; 3] = [500.0, -300.0, 900.0];
+
+fn deflections(model: &Model, truth: &[(&str, f64)], along: &[usize], sigma: f64) -> (Campaign, Vec<f64>) {
+    let mut values = model.registry.nominal();
+    for (name, value) in truth {
+        values[model.registry.slot(name).expect("a parameter")] = *value;
+    }
+    let plan = Plan {
+        conditions: false,
+        configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k)]).collect(),
+        observes: Observes::Deflection,
+        markers: vec![None],
+        repeats: 1,
+        sigma,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+        wrenches: along
+            .iter()
+            .flat_map(|&along| FORCES.map(|force| std::array::from_fn(|k| if k == along { force } else { 0.0 })))
+            .collect(),
+    };
+    (simulate(model, &values, &plan, &mut generator(3)).expect("simulated"), values)
+}
+
+fn fitted(model: &Model, campaign: &Campaign, split: Split) -> Calibration {
+    let aside = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &aside, &Settings { split, ..Settings::default() }, &mut |_| {}).expect("calibrated")
+}
+
+#[test]
+fn a_spring_beside_a_drive_is_one_with_it() {
+    let (ka, rate, sigma) = (520e3, 90e3, 2e-6);
+    // Declared as either, and off by factors; the order of the columns decides which of the two is kept.
+    for (drive, spring) in [
+        ("value: 400, identifiable: true", "value: 100, identifiable: true"),
+        ("compliance: 0.0004, identifiable: true", "compliance: 1, identifiable: true"),
+        ("value: 4e6, identifiable: true", "value: 20, identifiable: true"),
+    ] {
+        let model = slide(drive, spring);
+        let (campaign, _) = deflections(&model, &[("joint1.ka", 1.0 / ka), ("s.stiffness", rate)], &[2], sigma);
+        let mean = |force: usize| {
+            let of = campaign.readings.iter().skip(force).step_by(FORCES.len());
+            of.map(|reading| reading.measured[2]).sum::<f64>() / 20.0
+        };
+        for (k, force) in FORCES.iter().enumerate() {
+            assert!((mean(k) - force / (ka + rate)).abs() < 4.0 * sigma / 20.0_f64.sqrt(), "{} {force}", mean(k));
+        }
+        // The estimate of 1/K of y = F/K + noise, and its interval, in closed form.
+        let forces = |reading: usize| FORCES[reading % FORCES.len()];
+        let readings: Vec<f64> = campaign.readings.iter().map(|reading| reading.measured[2]).collect();
+        let square: f64 = (0..readings.len()).map(|i| forces(i).powi(2)).sum();
+        let sum = square / (0..readings.len()).map(|i| forces(i) * readings[i]).sum::<f64>();
+        for split in [Split::Prior, Split::MinimumNorm] {
+            let found = fitted(&model, &campaign, split);
+            assert!(found.converged, "{}", found.ending);
+            let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
+            assert_eq!(group.together, Together::Parallel);
+            assert_eq!(group.members.len(), 2);
+            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+            assert!((group.value / sum - 1.0).abs() < 1e-6, "{} {sum}", group.value);
+            assert!((group.value - ka - rate).abs() < group.ci95 * 1.5, "{} +- {}", group.value, group.ci95);
+            let degrees = 3.0 * readings.len() as f64 - 1.0;
+            let t = 1.959_964 + (1.959_964_f64.powi(3) + 1.959_964) / (4.0 * degrees);
+            let half = t * found.noise_ratio * sigma * sum * sum / square.sqrt();
+            assert!((group.ci95 / half - 1.0).abs() < 1e-3, "{} {half}", group.ci95);
+            // Split back they add up to it again, and predict the same.
+            let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
+            assert!(((1.0 / value("joint1.ka") + value("s.stiffness")) / sum - 1.0).abs() < 1e-6);
+            assert!((found.noise_ratio - 1.0).abs() < 0.3, "{}", found.noise_ratio);
+            if split == Split::MinimumNorm {
+                assert!((value("joint1.ka") * value("s.stiffness") - 1.0).abs() < 1e-6, "halves");
+            }
+            let json = calibration_json(&model, &campaign, &found, 0.0);
+            let told = &json["equivalences"][0];
+            assert_eq!((told["kind"].as_str(), told["unit"].as_str()), (Some("parallel"), Some("N/m")), "{told}");
+            assert!(calibration_text(&model, &campaign, &found).contains("side by side"));
+        }
+    }
+}
+
+#[test]
+fn two_springs_between_the_same_points_are_one() {
+    let model = model_of(
+        "units: {length: m, angle: rad, stiffness: N/mm}
+gravity: [0, 0, 0]
+frames: {1: {antecedent: 0, joint: revolute, variable: q1, limits: [0.1, 0.5]}, E: {antecedent: 1, d: 0.8}}
+tool: {frame: E}
+joint_stiffness: {1: {kar: {value: 5e4}}}
+springs:
+  a: {bodies: [0, 1], anchors: [[0, -0.5, 0], [0.4, 0, 0]], rate: {value: 100, identifiable: true}}
+  b: {bodies: [0, 1], anchors: [[0, -0.5, 0], [0.4, 0, 0]], rate: {value: 300, identifiable: true}}
+",
+    );
+    let (campaign, _) = deflections(&model, &[("a.stiffness", 2.2e5), ("b.stiffness", 0.5e5)], &[1], 1e-6);
+    let found = fitted(&model, &campaign, Split::Prior);
+    let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
+    assert_eq!(group.together, Together::Parallel);
+    assert!((group.value - 2.7e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
+    let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
+    assert!((value("b.stiffness") / value("a.stiffness") - 3.0).abs() < 1e-9, "in the description's proportion");
+}
+
+/// Two drives about one axis, whose bodies are pinned together: torsional stiffnesses add, both held as compliances.
+#[test]
+fn two_drives_of_one_axis_are_side_by_side() {
+    let model = model_of(
+        "units: {length: m, angle: rad}
+gravity: [0, 0, 0]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [0.1, 0.5]}
+  2: {antecedent: 0, joint: revolute}
+  3: {antecedent: 1, joint: revolute, passive: true, d: 0.5}
+  4: {antecedent: 2, d: 0.5}
+  E: {antecedent: 1, d: 0.9}
+couplings: [\"2 = 1 * 1\"]
+loops: {pinned: {frames: [3, 4], kind: spatial, gap: 1e-6}}
+tool: {frame: E}
+joint_stiffness:
+  1: {kar: {value: 4e4, identifiable: true}}
+  2: {kar: {value: 9e4, identifiable: true}}
+",
+    );
+    let truth = [("joint1.kar", 1.0 / 3e4), ("joint2.kar", 1.0 / 7e4)];
+    let (campaign, _) = deflections(&model, &truth, &[1], 1e-6);
+    let found = fitted(&model, &campaign, Split::Prior);
+    let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
+    assert_eq!(group.together, Together::Parallel, "{:?}", group.members);
+    assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+    assert!((group.value - 1e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
+}
+
+/// A spring in series is told from one beside: twice the compliance leaves the ratio of the columns.
+#[test]
+fn springs_in_series_stay_in_series() {
+    let model = model_of(
+        "units: {length: m, angle: rad}
+gravity: [0, 0, 0]
+frames:
+  1: {antecedent: 0, joint: prismatic, variable: q1, limits: [0.1, 0.5]}
+  2: {antecedent: 1, joint: prismatic, variable: q2, limits: [0, 0.1]}
+tool: {frame: 2}
+joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5, identifiable: true}}}
+",
+    );
+    let mut values = model.registry.nominal();
+    values[model.registry.slot("joint1.ka").expect("a spring")] = 1.0 / 3e5;
+    let plan = Plan {
+        conditions: false,
+        configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k), 0.05]).collect(),
+        observes: Observes::Deflection,
+        markers: vec![None],
+        repeats: 1,
+        sigma: 1e-6,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+        wrenches: vec![[0.0, 0.0, 500.0, 0.0, 0.0, 0.0]],
+    };
+    let campaign = simulate(&model, &values, &plan, &mut generator(3)).expect("simulated");
+    let found = fitted(&model, &campaign, Split::Prior);
+    let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
+    assert_eq!(group.together, Together::Series);
+    assert!((group.value - 1.0 / 3e5 - 1.0 / 9e5).abs() < 1.5 * group.ci95, "{}", group.value);
+}
+
+#[test]
+fn a_spring_that_moves_nothing_is_told() {
+    // 900 N on 3e13 N/m: 3e-8 mm, and 9 mm on the other.
+    let text = "units: {length: m, angle: rad}
+gravity: [0, 0, 0]
+frames: {1: {antecedent: 0, joint: prismatic, variable: q1, limits: [0.1, 0.5]}, E: {antecedent: 1, d: 0.3}}
+tool: {frame: E}
+joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, identifiable: true}}}
+";
+    let model = model_of(text);
+    let (campaign, values) = deflections(&model, &[], &[2, 0], 1e-6);
+    let found = fitted(&model, &campaign, Split::Prior);
+    let json = calibration_json(&model, &campaign, &found, 0.0);
+    let of = |name: &str| {
+        let all = json["parameters"].as_array().expect("parameters");
+        all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+    };
+    assert_eq!(
+        (of("joint1.kr")["insensitive"].as_bool(), of("joint1.ka")["insensitive"].as_bool()),
+        (Some(true), Some(false))
+    );
+    let said = calibration_text(&model, &campaign, &found);
+    let row =
+        said.lines().find(|line| line.contains("joint1.kr") && line.contains("no reading by more than")).expect("told");
+    // The bound that is told: what would show by the noise, 2e-6 m / 900 N over sqrt(n).
+    let least: f64 =
+        row.split("above ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number").parse().expect("one");
+    assert!((1e8..1e11).contains(&least), "{row}");
+    assert!(values[model.registry.slot("joint1.kr").expect("a spring")] < 1e-13);
+}
