@@ -1,6 +1,11 @@
-//! Deflection of the IR663: condensed compliance with all derivatives by its springs, beside the same from a dense
+//! Deflection of the IR663: condensed compliance with the derivatives by all springs, sections and moduli, beside the same from a dense
 //! assembled stiffness of 66 degrees of freedom (nalgebra's Cholesky, penalty numbers, central differences); deflection of
-//! the tip, assembly of the linkage included; identification of seven springs from 126 readings. One thread.
+//! the tip, assembly of the linkage included, with derivatives by its seven springs and by every elastic parameter there
+//! is (own weight counted); identification of seven springs from 126 readings. One thread.
+//!
+//! Its beams and hinges, joints rigid, are also given to PyNite (`pip install PyNiteFEA scipy`; ELASTOGEO_PYTHON names the
+//! interpreter, `python3` unless said otherwise), and the two times stand beside each other. Where PyNite is not
+//! installed that row says so.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,9 +16,10 @@ use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::{Model, Spot};
-use elastogeo::parameter::Slot;
+use elastogeo::parameter::{Group, Kind, Slot};
 use elastogeo::simulation::{Plan, draw_errors, generator, simulate};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3, Vector6};
+use serde_json::{Value, json};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
@@ -23,14 +29,27 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test" || argument == "--list") {
         return;
     }
-    let row = |name: &str, here: f64, naive: f64| {
-        println!("{name:<44}{here:>10.2} us here{naive:>12.1} us dense, ratio {:.0}", naive / here);
+    let row_of = |name: &str, here: f64, whose: &str, theirs: f64| {
+        println!("{name:<44}{here:>10.2} us here{theirs:>12.1} us {whose}, ratio {:.0}", theirs / here);
     };
+    let row = |name: &str, here: f64, naive: f64| row_of(name, here, "dense", naive);
     println!();
-    row("compliance and its derivatives/ir663", time(case.derivatives()), time(case.dense_derivatives()));
+    let name = format!("compliance and {} derivatives of it/ir663", case.giving.len());
+    row(&name, time(case.derivatives()), time(case.dense_derivatives()));
     row("compliance/ir663", time(case.compliance()), time(case.dense()));
-    println!("tip deflection with assembly: {:.2} us (target 20)", time(case.tip(false)));
-    println!("tip deflection with every elastic derivative: {:.2} us (target 100)", time(case.tip(true)));
+    let tip = |slots: &[Slot], weight: bool| time(case.tip(&case.model.registry.nominal(), slots, weight));
+    println!("tip deflection with assembly: {:.2} us (target 20)", tip(&[], false));
+    println!("the same with own weight: {:.2} us", tip(&[], true));
+    println!("tip deflection with the derivatives by {} springs: {:.2} us", case.slots.len(), tip(&case.slots, false));
+    println!(
+        "tip deflection, own weight, with the derivatives by all {} elastic parameters: {:.2} us (target 100)",
+        case.all.len(),
+        tip(&case.all, true)
+    );
+    match case.pynite() {
+        Ok((here, there)) => row_of("tip deflection of its beams/ir663", here, "PyNite", there),
+        Err(why) => println!("beside PyNite: skipped, {why}"),
+    }
     println!("identification from 126 readings: {:.2} ms (target 30)", time(case.identification()) * 1e-3);
 }
 
@@ -41,6 +60,10 @@ struct Case {
     model: Model,
     q: Vec<f64>,
     slots: Vec<Slot>,
+    /// Every parameter of what gives and what loads it.
+    all: Vec<Slot>,
+    /// Those of them that the declared compliance depends on: springs, sections, moduli.
+    giving: Vec<Slot>,
     campaign: Campaign,
 }
 
@@ -65,7 +88,15 @@ impl Case {
         let mut random = generator(663);
         let truth = draw_errors(&model, 0.0, 0.5, &mut random);
         let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
-        Self { model, q: vec![0.3, 0.85, 0.77, 0.0, 0.0, 0.0], slots, campaign }
+        let registry = model.registry.all().iter().enumerate();
+        let all: Vec<Slot> =
+            registry.filter(|(_, parameter)| parameter.group == Group::Elastic).map(|(slot, _)| slot).collect();
+        let gives = |slot: &&Slot| {
+            let parameter = &model.registry[**slot];
+            parameter.nominal != 0.0 && parameter.kind != Kind::Other("kg/m3")
+        };
+        let giving = all.iter().filter(gives).copied().collect();
+        Self { giving, all, model, q: vec![0.3, 0.85, 0.77, 0.0, 0.0, 0.0], slots, campaign }
     }
 
     fn placed(&self) -> (Geometry<'_>, Placements) {
@@ -93,11 +124,11 @@ impl Case {
 
     fn derivatives(&self) -> impl FnMut() -> f64 {
         let (_, placements) = self.placed();
-        let elastics = Elastics::new(&self.model, &self.model.registry.nominal(), &self.slots);
-        let columns = ElasticColumns::new(&elastics, &self.slots);
+        let elastics = Elastics::new(&self.model, &self.model.registry.nominal(), &self.giving);
+        let columns = ElasticColumns::new(&elastics, &self.giving);
         let mut statics = Statics::new(false);
         let mut response = Response::new(&elastics, self.model.structure.carrier(self.wrist(), &Vector3::zeros()));
-        let mut out = vec![Vector6::zeros(); self.slots.len()];
+        let mut out = vec![Vector6::zeros(); self.giving.len()];
         move || {
             elastics.prepare(black_box(&placements), &mut statics).expect("no mechanism");
             response.evaluate(&elastics, &mut statics);
@@ -110,13 +141,12 @@ impl Case {
     }
 
     /// Deflection of the wrist under 900 N at slightly different configurations, the linkage assembled each time.
-    fn tip(&self, derivatives: bool) -> impl FnMut() -> f64 {
+    fn tip(&self, values: &[f64], slots: &[Slot], weight: bool) -> impl FnMut() -> f64 {
         let (geometry, mut placements) = self.placed();
-        let slots: Vec<Slot> = if derivatives { self.slots.clone() } else { Vec::new() };
-        let elastics = Elastics::new(&self.model, &self.model.registry.nominal(), &slots);
-        let columns = ElasticColumns::new(&elastics, &slots);
+        let elastics = Elastics::new(&self.model, values, slots);
+        let columns = ElasticColumns::new(&elastics, slots);
         let frame = self.wrist();
-        let mut statics = Statics::new(false);
+        let mut statics = Statics::new(weight);
         let mut response = Response::new(&elastics, self.model.structure.carrier(frame, &Vector3::zeros()));
         let mut out = vec![Vector6::zeros(); slots.len()];
         let (mut q, mut sign) = (self.q.clone(), 1e-3);
@@ -127,13 +157,69 @@ impl Case {
             elastics.prepare(&placements, &mut statics).expect("no mechanism");
             response.evaluate(&elastics, &mut statics);
             let at = placements.frames[frame].translation.vector;
-            let load = Vector3::new(0.0, 0.0, -900.0);
-            if derivatives {
+            let load = LOAD;
+            if !out.is_empty() {
                 let wrench = spatial(&at, &load, &Vector3::zeros());
-                columns.evaluate(&elastics, &placements, &statics, &response, &wrench, false, &mut out);
+                columns.evaluate(&elastics, &placements, &statics, &response, &wrench, weight, &mut out);
             }
-            response.displacement(&at, &load, &Vector3::zeros(), false).0.z + out.first().map_or(0.0, |o| o[0])
+            response.displacement(&at, &load, &Vector3::zeros(), weight).0.z + out.first().map_or(0.0, |o| o[0])
         }
+    }
+
+    /// Times (us) of the tip's deflection with its joints rigid, but for the passive ones: here, and by PyNite.
+    fn pynite(&self) -> Result<(f64, f64), String> {
+        let (_, placements) = self.placed();
+        let mut values = self.model.registry.nominal();
+        self.slots.iter().for_each(|&slot| values[slot] = 0.0);
+        let value = |name: &str| values[self.model.registry.slot(name).expect("a parameter")];
+        let young = value("steel.young");
+        let shear = young / (2.0 * (1.0 + value("steel.poisson")));
+        // Nodes that rigid and passive joints put on one point.
+        let one = |node: &'static str| match node {
+            "n2" | "n8" => "n1",
+            other => other.trim_end_matches('\''),
+        };
+        let points: Vec<(&str, [f64; 3])> = ["n0", "n1", "n3", "n10", "nE", "n9"]
+            .map(|name| {
+                let vertex = self.model.structure.nodes.iter().find(|(known, _)| known == name).expect("a node").1;
+                match self.model.structure.vertices[vertex].spot {
+                    Spot::At(frame, local) => (name, (placements.frames[frame] * Point3::from(local)).into()),
+                    Spot::Between(..) => unreachable!("no beam is cut"),
+                }
+            })
+            .to_vec();
+        let members: Vec<Value> = BEAMS
+            .iter()
+            .map(|&(from, to, section, normal)| {
+                let section = self.section(&values, section);
+                let frame = self.model.frame(normal).expect("a frame");
+                let z: [f64; 3] = placements.frames[frame].rotation.matrix().column(2).into_owned().into();
+                let hinges = [from, to].map(|end| end.ends_with('\''));
+                json!({"from": one(from), "to": one(to), "local_z": z, "E": young, "G": shear, "A": section.area,
+                       "Iy": section.iy, "Iz": section.iz, "J": section.j, "hinges": hinges})
+            })
+            .collect();
+        let frame = json!({"nodes": points, "members": members, "held": "n0", "loaded": "nE",
+                           "force": <[f64; 3]>::from(LOAD)});
+        let found = run_pynite(&frame)?;
+        let moved: Vec<f64> = found["moved"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
+        let vertex = self.model.structure.carrier(self.wrist(), &Vector3::zeros());
+        let elastics = Elastics::new(&self.model, &values, &[]);
+        let (mut statics, mut response) = (Statics::new(false), Response::new(&elastics, vertex));
+        elastics.prepare(&placements, &mut statics).map_err(|error| error.to_string())?;
+        response.evaluate(&elastics, &mut statics);
+        let end = Vector3::from(points[4].1);
+        let here = response.displacement(&end, &LOAD, &Vector3::zeros(), false).0;
+        let apart = (here - Vector3::from_vec(moved)).norm() / here.norm();
+        assert!(apart < 1e-8, "PyNite's tip moves otherwise: {apart:e} of {here}");
+        let there = found["seconds"].as_f64().ok_or("PyNite told no time")?;
+        Ok((time(self.tip(&values, &[], false)), there * 1e6))
+    }
+
+    fn section(&self, values: &[f64], name: &str) -> elastogeo::elastics::Properties<f64> {
+        properties(Some(elastogeo::description::raw::SectionShape::Box), |symbol| {
+            self.model.registry.slot(&format!("{name}.{symbol}")).map(|slot| values[slot])
+        })
     }
 
     fn identification(&self) -> impl FnMut() -> f64 {
@@ -155,7 +241,7 @@ impl Case {
         let mut values = self.model.registry.nominal();
         move || {
             let mut sum = self.assembled(black_box(&values), &placements)[(0, 0)];
-            for &slot in &self.slots {
+            for &slot in &self.giving {
                 let (nominal, step) = (values[slot], 1e-3 * values[slot]);
                 values[slot] = nominal + step;
                 let up = self.assembled(&values, &placements);
@@ -191,20 +277,9 @@ impl Case {
         };
         let young = value("steel.young");
         let shear = young / (2.0 * (1.0 + value("steel.poisson")));
-        let beams = [
-            ("n0", "n1", "column", "2"),
-            ("n2", "n3", "link", "2"),
-            ("n3'", "n10", "link", "3"),
-            ("n10", "nE", "arm", "3"),
-            ("n8", "n9", "crank", "8"),
-            ("n9'", "n10'", "coupler", "9"),
-        ];
-        for (from, to, section, normal) in beams {
+        for (from, to, section, normal) in BEAMS {
             let (i, j) = (node(from), node(to));
-            let shape = elastogeo::description::raw::SectionShape::Box;
-            let section = properties(Some(shape), |symbol| {
-                self.model.registry.slot(&format!("{section}.{symbol}")).map(|slot| values[slot])
-            });
+            let section = self.section(values, section);
             let (axes, length) = beam::axes(&points[i], &points[j], &frame(normal).column(2).into_owned());
             let flexibility = beam::flexibility(beam::inverse(&section, young, shear, false), length);
             let local = flexibility.apply_all(&Matrix6::identity()).try_inverse().expect("regular");
@@ -257,6 +332,45 @@ impl Case {
     }
 }
 
+/// Beams: nodes, section, frame whose z is the local z.
+const BEAMS: [(&str, &str, &str, &str); 6] = [
+    ("n0", "n1", "column", "2"),
+    ("n2", "n3", "link", "2"),
+    ("n3'", "n10", "link", "3"),
+    ("n10", "nE", "arm", "3"),
+    ("n8", "n9", "crank", "8"),
+    ("n9'", "n10'", "coupler", "9"),
+];
+
+/// Force on the wrist, N.
+const LOAD: Vector3<f64> = Vector3::new(0.0, 0.0, -900.0);
+
+/// What `pynite.py` makes of a frame: `moved`, m, and `seconds` for one analysis.
+fn run_pynite(frame: &Value) -> Result<Value, String> {
+    use std::io::Write;
+    use std::process::{Command, Stdio};
+    let python = std::env::var("ELASTOGEO_PYTHON").unwrap_or_else(|_| "python3".into());
+    let mut child = Command::new(&python)
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/pynite.py"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("`{python}` does not start: {error}"))?;
+    let mut input = child.stdin.take().ok_or("no way to tell it the frame")?;
+    // One that ended before it read says why itself.
+    let _ = input.write_all(frame.to_string().as_bytes());
+    drop(input);
+    let output = child.wait_with_output().map_err(|error| error.to_string())?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    match said.lines().last() {
+        Some(last) if !output.status.success() => Err(format!(
+            "`{python}` says: {last} (pip install PyNiteFEA scipy, and name its interpreter in ELASTOGEO_PYTHON)"
+        )),
+        _ => serde_json::from_slice(&output.stdout).map_err(|error| error.to_string()),
+    }
+}
+
 /// Stands for rigid in the dense assembly.
 const RIGID: f64 = 1e13;
 
@@ -301,13 +415,13 @@ mod ir663 {
     #[divan::bench]
     fn tip_deflection(bencher: divan::Bencher) {
         let case = Case::new();
-        bencher.bench_local(case.tip(false));
+        bencher.bench_local(case.tip(&case.model.registry.nominal(), &[], false));
     }
 
     #[divan::bench]
-    fn tip_deflection_with_derivatives(bencher: divan::Bencher) {
+    fn tip_deflection_with_all_derivatives(bencher: divan::Bencher) {
         let case = Case::new();
-        bencher.bench_local(case.tip(true));
+        bencher.bench_local(case.tip(&case.model.registry.nominal(), &case.all, true));
     }
 
     #[divan::bench]

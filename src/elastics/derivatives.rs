@@ -25,12 +25,20 @@ enum Part {
     Release(usize),
     /// Stiffness of a released direction of a closure.
     Soft { closing: usize, direction: usize },
-    /// A beam of the tree (by vertex) or a closure, and how its inverse rigidities and mass per length change.
-    Beam { vertex: Option<usize>, closing: Option<usize>, index: usize, inverse: Inverse, mass: f64 },
     /// A spring's rate, free length or anchor coordinate.
     Spring { closing: usize, which: usize },
     /// A mass, or a coordinate of its centre.
     Mass { mass: usize, which: usize },
+}
+
+/// A beam of the tree (by vertex) or a closure, and what its parameters change.
+#[derive(Debug, Clone)]
+struct BeamPart {
+    vertex: Option<usize>,
+    closing: usize,
+    index: usize,
+    /// Column, and how inverse rigidities and mass per length change by its parameter.
+    changes: Vec<(usize, Inverse, f64)>,
 }
 
 /// By what a compliance grows per unit of the parameter.
@@ -58,6 +66,7 @@ impl Through {
 #[derive(Debug, Clone)]
 pub struct ElasticColumns {
     parts: Vec<(usize, Part)>,
+    beams: Vec<BeamPart>,
     /// Number of columns.
     pub columns: usize,
 }
@@ -66,8 +75,16 @@ impl ElasticColumns {
     /// Columns by `slots`; what does not give or load gets zeros. The elastics must have been made for these slots.
     pub fn new(elastics: &Elastics, slots: &[Slot]) -> Self {
         let structure = &elastics.model.structure;
-        let mut parts = Vec::new();
+        let (mut parts, mut beams) = (Vec::new(), Vec::new());
         let column = |slot: Slot| slots.iter().position(|s| *s == slot);
+        let mut beam = |rigidity: &Rigidity, vertex: Option<usize>, closing: usize, index: usize| {
+            let changes = beam_derivatives(elastics, rigidity, slots);
+            let changes: Vec<_> =
+                changes.into_iter().filter_map(|(slot, inverse, mass)| Some((column(slot)?, inverse, mass))).collect();
+            if !changes.is_empty() {
+                beams.push(BeamPart { vertex, closing, index, changes });
+            }
+        };
         let mut add = |slot: Slot, part: Part| {
             if let Some(column) = column(slot) {
                 parts.push((column, part));
@@ -88,11 +105,7 @@ impl ElasticColumns {
                         }
                     }
                 }
-                Element::Beam(of) => {
-                    for (slot, inverse, mass) in beam_derivatives(elastics, &of.rigidity, slots) {
-                        add(slot, Part::Beam { vertex: Some(vertex), closing: None, index: vertex, inverse, mass });
-                    }
-                }
+                Element::Beam(of) => beam(&of.rigidity, Some(vertex), 0, vertex),
                 Element::Screw(_) => {}
             }
         }
@@ -117,12 +130,7 @@ impl ElasticColumns {
                         add(of.axial, Part::Closing { closing, direction: 0, through: Through::One });
                         add(of.own, Part::Closing { closing, direction: 0, through: Through::Lever(of.actuator) });
                     }
-                    Element::Beam(of) => {
-                        let index = structure.tree.len() + which;
-                        for (slot, inverse, mass) in beam_derivatives(elastics, &of.rigidity, slots) {
-                            add(slot, Part::Beam { vertex: None, closing: Some(closing), index, inverse, mass });
-                        }
-                    }
+                    Element::Beam(of) => beam(&of.rigidity, None, closing, structure.tree.len() + which),
                 },
                 ClosingKind::Spring(spring) => {
                     for (which, &slot) in structure.springs[spring].slots.iter().enumerate() {
@@ -139,7 +147,7 @@ impl ElasticColumns {
         for (mass, of) in structure.masses.iter().enumerate() {
             (0..4).for_each(|which| add(of.slot + which, Part::Mass { mass, which }));
         }
-        Self { parts, columns: slots.len() }
+        Self { parts, beams, columns: slots.len() }
     }
 
     /// Derivatives of the spatial twist of the response's vertex under a spatial wrench on it (and own weight, if
@@ -160,6 +168,9 @@ impl ElasticColumns {
         for (column, part) in &self.parts {
             out[*column] += self.part(elastics, placements, statics, response, wrench, weight, part);
         }
+        for beam in &self.beams {
+            beam.evaluate(elastics, statics, response, wrench, weight, out);
+        }
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -174,10 +185,6 @@ impl ElasticColumns {
         part: &Part,
     ) -> Vector6<f64> {
         let structure = &elastics.model.structure;
-        let carried = |vertex: usize| {
-            let force = response.forces[vertex] * wrench;
-            if weight { force + statics.weight.forces[vertex] } else { force }
-        };
         match *part {
             Part::Tree { vertex, direction, through } => {
                 let force = response.forces[vertex].row(direction).dot(&wrench.transpose())
@@ -198,39 +205,6 @@ impl ElasticColumns {
             Part::Soft { closing, direction } => {
                 let (gaps, gap) = gaps(elastics, statics, response, wrench, weight, closing);
                 gaps.row(direction).transpose() * -gap[direction]
-            }
-            Part::Beam { vertex, closing, index, inverse, mass } => {
-                let length = statics.lengths[index];
-                let change = beam::flexibility(inverse, length);
-                let edge = match (vertex, closing) {
-                    (Some(vertex), _) => &structure.tree[vertex],
-                    (_, Some(closing)) => match elastics.closings[closing].kind {
-                        ClosingKind::Element(which) => &structure.closures[which],
-                        ClosingKind::Spring(_) => return Vector6::zeros(),
-                    },
-                    _ => return Vector6::zeros(),
-                };
-                let (virtual_forces, forces, local, sign) = match (vertex, closing) {
-                    (Some(vertex), _) => (response.forces[vertex], carried(vertex), statics.local[vertex], 1.0),
-                    (_, Some(closing)) => {
-                        let (all, force) = closing_forces(elastics, statics, response, wrench, weight, closing);
-                        (all, force, statics.closings[closing].local, -1.0)
-                    }
-                    _ => return Vector6::zeros(),
-                };
-                let mut found = virtual_forces.tr_mul(&change.apply(&forces));
-                let own = elastics.beams[index].map_or(0.0, |beam| beam.mass);
-                if weight && (own != 0.0 || mass != 0.0) {
-                    let gravity = local.fixed_view::<3, 3>(0, 0) * structure.gravity;
-                    let state = elastics.beams[index].map_or([0.0; 6], |beam| beam.inverse);
-                    let bend = beam::under_own_load(inverse, length, &(gravity * own))
-                        + beam::under_own_load(state, length, &(gravity * mass));
-                    found += virtual_forces.tr_mul(&bend) * sign;
-                    let [a, b] = edge.ends.map(|end| statics.points[end]);
-                    let load = spatial(&(0.5 * (a + b)), &(structure.gravity * mass * length), &Vector3::zeros());
-                    found += virtual_work(elastics, statics, response, edge.ends[0], &load);
-                }
-                found
             }
             Part::Spring { closing, which } => {
                 let Some(spring) = statics.closings[closing].spring else { return Vector6::zeros() };
@@ -268,6 +242,57 @@ impl ElasticColumns {
                 };
                 virtual_work(elastics, statics, response, of.vertex, &load)
             }
+        }
+    }
+}
+
+impl BeamPart {
+    /// Adds the derivatives by the beam's parameters; what they share is computed once.
+    fn evaluate(
+        &self,
+        elastics: &Elastics,
+        statics: &Statics,
+        response: &Response,
+        wrench: &Vector6<f64>,
+        weight: bool,
+        out: &mut [Vector6<f64>],
+    ) {
+        let structure = &elastics.model.structure;
+        let length = statics.lengths[self.index];
+        let (by_unit, forces, local, sign) = match self.vertex {
+            Some(vertex) => {
+                let mut forces = response.forces[vertex] * wrench;
+                if weight {
+                    forces += statics.weight.forces[vertex];
+                }
+                (response.forces[vertex], forces, &statics.local[vertex], 1.0)
+            }
+            None => {
+                let (by_unit, forces) = closing_forces(elastics, statics, response, wrench, weight, self.closing);
+                (by_unit, forces, &statics.closings[self.closing].local, -1.0)
+            }
+        };
+        let (own, state) = elastics.beams[self.index].map_or((0.0, [0.0; 6]), |beam| (beam.mass, beam.inverse));
+        let gravity = local.fixed_view::<3, 3>(0, 0) * structure.gravity;
+        let heavier = weight && self.changes.iter().any(|(_, _, mass)| *mass != 0.0);
+        // What a kilogram per metre more does: it bends the beam, and hangs on its first node.
+        let by_mass = if heavier {
+            let edge = structure.tree.iter().chain(&structure.closures).nth(self.index);
+            let carried = edge.map_or_else(Vector6::zeros, |edge| {
+                let [a, b] = edge.ends.map(|end| statics.points[end]);
+                let load = spatial(&(0.5 * (a + b)), &(structure.gravity * length), &Vector3::zeros());
+                virtual_work(elastics, statics, response, edge.ends[0], &load)
+            });
+            by_unit.tr_mul(&beam::under_own_load(state, length, &gravity)) * sign + carried
+        } else {
+            Vector6::zeros()
+        };
+        for &(column, inverse, mass) in &self.changes {
+            let mut strain = beam::flexibility(inverse, length).apply(&forces);
+            if weight && own != 0.0 {
+                strain += beam::under_own_load(inverse, length, &(gravity * own)) * sign;
+            }
+            out[column] += by_unit.tr_mul(&strain) + by_mass * mass;
         }
     }
 }
