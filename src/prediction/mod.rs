@@ -67,6 +67,8 @@ pub struct Predictor<'a> {
     pub campaign: &'a Campaign,
     /// Parameters by which predictions are differentiated, in the order of columns.
     pub slots: Vec<Slot>,
+    /// Whether derivatives by the geometry and the joints count what they change in the deflection.
+    moves_deflection: bool,
     /// Runs of readings at one configuration.
     blocks: Vec<std::ops::Range<usize>>,
 }
@@ -88,7 +90,9 @@ struct Workspace {
 }
 
 impl<'a> Predictor<'a> {
-    /// Predictions of `campaign` by `model`, differentiated by `slots`.
+    /// Predictions of `campaign` by `model`, differentiated by `slots`. Where only own weight loads an absolute reading,
+    /// derivatives by the geometry leave out what they change in the sag: a thousandth of the column, which would make
+    /// frames that markers take up entirely look identifiable ([`Predictor::with_sag`] counts it).
     ///
     /// # Errors
     /// [`PredictionError::Empty`].
@@ -103,7 +107,15 @@ impl<'a> Predictor<'a> {
                 _ => blocks.push(reading..reading + 1),
             }
         }
-        Ok(Self { model, campaign, slots, blocks })
+        let is_loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+        let moves_deflection = is_loaded || campaign.observes == Observes::Deflection;
+        Ok(Self { model, campaign, slots, moves_deflection, blocks })
+    }
+
+    /// With all that the geometry changes, the sag under own weight too.
+    #[must_use]
+    pub fn with_sag(self) -> Self {
+        Self { moves_deflection: true, ..self }
     }
 
     /// Number of residuals.
@@ -138,7 +150,8 @@ impl<'a> Predictor<'a> {
         let pattern = Rates::new(self.model);
         let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
         let deflections = Deflections::new(self.model, values, self.campaign, slots);
-        let columns = Columns::new(&geometry, &pattern, self.campaign, slots, deflections.is_active());
+        let moves = self.moves_deflection && deflections.is_active();
+        let columns = Columns::new(&geometry, &pattern, self.campaign, slots, moves);
 
         let terms = Terms::new(&geometry, &pattern, self.campaign, switched_on);
         // Which term's column is which asked parameter's.
@@ -176,7 +189,7 @@ impl<'a> Predictor<'a> {
                     }
                     if derivatives {
                         columns.evaluate(&geometry, q, &work.placements, &mut work.rates, &mut work_columns);
-                        if deflections.is_active() {
+                        if moves {
                             deflections.prepare_motion(&mut loaded);
                         }
                     }
@@ -210,8 +223,13 @@ impl<'a> Predictor<'a> {
                         predicted.residual(self.campaign, reading, target);
                         if derivatives {
                             let rows = &mut jacobian[row * components * width..(row + 1) * components * width];
-                            columns.rows(&geometry, &work.placements, &work_columns, reading, &predicted, width, rows);
-                            if deflections.is_active() {
+                            let turning = if moves {
+                                predicted
+                            } else {
+                                predict(&geometry, self.campaign, &work.placements, reading, &Deflected::default())
+                            };
+                            columns.rows(&geometry, &work.placements, &work_columns, reading, &turning, width, rows);
+                            if moves {
                                 let change = |moved: &Vector3<f64>, motion: Option<(usize, &Motion)>| {
                                     deflections.by_motion(&mut loaded, &work.placements, reading, &point, moved, motion)
                                 };

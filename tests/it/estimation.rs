@@ -149,7 +149,7 @@ fn derivatives_agree_with_differences() {
             .chain(model.markers.iter().flat_map(|marker| marker.slot..marker.slot + 3))
             .chain(model.free_slots())
             .collect();
-        let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");
+        let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor").with_sag();
         let (mut exact, mut up, mut down) = Default::default();
         predictor.linearise(&values, true, &mut exact).expect("linearised");
         for (column, &slot) in slots.iter().enumerate() {
