@@ -7,6 +7,7 @@
 
 pub mod blind;
 pub mod cli;
+pub mod compensation;
 pub mod description;
 pub mod diagnosis;
 pub mod effects;
@@ -19,6 +20,7 @@ pub mod math;
 pub mod model;
 pub mod parameter;
 pub mod prediction;
+pub mod process;
 pub mod remark;
 pub mod report;
 pub mod simulation;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::ArgPredicate;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Calibrate declared robots: kinematics, what can be identified, calibration, proof on poses not seen.
@@ -66,6 +67,8 @@ pub enum Command {
     Residuals(OnCampaign),
     /// Make a campaign from a description with drawn or given errors.
     Simulate(Simulate),
+    /// Commands under which the real robot passes where it should: geometry, own weight, load and effects corrected.
+    Compensate(Compensate),
     /// Make sealed campaigns with withheld causes, or score the diagnosis on them.
     #[command(subcommand)]
     Blind(Blind),
@@ -341,6 +344,10 @@ pub struct Simulate {
     /// Folder to write campaign.yaml, measurements.csv and truth.json to.
     #[arg(long, value_name = "FOLDER")]
     pub into: PathBuf,
+    /// Process that pushes back as the tool moves, a YAML file or a bundled one: readings are taken in equilibrium with
+    /// it, and hold its wrench; --poses may be a path of poses. Without errors or noise unless they are given.
+    #[arg(long, value_name = "FILE")]
+    pub process: Option<String>,
     /// What a reading is.
     #[arg(long, value_enum, default_value_t = ObservesName::Position)]
     pub observes: ObservesName,
@@ -351,13 +358,13 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1)]
     pub repeats: usize,
     /// Noise of a coordinate, one sigma, mm.
-    #[arg(long, default_value_t = 0.03)]
+    #[arg(long, default_value_t = 0.03, default_value_if("process", ArgPredicate::IsPresent, "0"))]
     pub noise: f64,
     /// Noise of a component of the orientation, one sigma, deg.
-    #[arg(long, default_value_t = 0.003)]
+    #[arg(long, default_value_t = 0.003, default_value_if("process", ArgPredicate::IsPresent, "0"))]
     pub orientation_noise: f64,
     /// Geometry errors: normal, this many times each free parameter's tolerance.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, default_value_if("process", ArgPredicate::IsPresent, "0"))]
     pub errors: f64,
     /// Errors of springs: normal, this many times each identifiable spring's tolerance.
     #[arg(long, default_value_t = 0.0)]
@@ -402,6 +409,69 @@ pub enum ObservesName {
     Deflection,
 }
 
+/// `compensate`
+#[derive(Debug, Args)]
+pub struct Compensate {
+    /// The robot as calibrated: bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// CSV of points, or a bundled process whose path is meant: joints, or x, y, z and rx, ry, rz (rotation vector); and
+    /// fx to mz, marker, approach.<variable>, temperature, as in campaigns.
+    pub path: String,
+    /// The description that the controller works with: what joints of the path mean, and from which poses are told.
+    #[arg(long, value_name = "ROBOT")]
+    pub nominal: Option<String>,
+    /// Units of the path where they are not the description's: `length=mm,angle=deg`.
+    #[arg(long, value_name = "KIND=UNIT,..")]
+    pub units: Option<String>,
+    /// Marker that should pass; the tool centre point by default.
+    #[arg(long, value_name = "MARKER")]
+    pub at: Option<String>,
+    /// Frame of the path's poses.
+    #[arg(long, value_enum, default_value_t = FrameName::Base)]
+    pub frame: FrameName,
+    /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub from: Option<String>,
+    /// What of the targets is held; by default all that the robot's variables can.
+    #[arg(long, value_enum)]
+    pub hold: Option<HoldName>,
+    /// Process that pushes back as the tool moves: a YAML file, or a bundled one.
+    #[arg(long, value_name = "FILE")]
+    pub process: Option<String>,
+    /// Residual up to which a point counts as met, mm (and mm on a lever of 1 m).
+    #[arg(long, value_name = "MM", default_value_t = 1e-4)]
+    pub residual: f64,
+    /// Greatest correction of an angle, deg; of a stroke in proportion to half its range.
+    #[arg(long, value_name = "DEG", default_value_t = 5.0)]
+    pub largest: f64,
+    /// Write the corrected commands and the controller's poses of them (CSV); not if a point is refused.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Write the table without the points refused.
+    #[arg(long, requires = "table")]
+    pub keep_going: bool,
+}
+
+/// Frame of a path's poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FrameName {
+    /// The robot's base.
+    Base,
+    /// That in which the calibrated base has its pose.
+    Measurement,
+}
+
+/// What of a target is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum HoldName {
+    /// Position and orientation.
+    Pose,
+    /// Position and the tool's z axis.
+    Axis,
+    /// Position alone.
+    Position,
+}
+
 /// `schema`
 #[derive(Debug, Args)]
 pub struct Schema {
@@ -417,6 +487,8 @@ pub enum SchemaOf {
     Robot,
     /// Campaign.
     Campaign,
+    /// Process.
+    Process,
 }
 
 /// `completions`

@@ -94,3 +94,25 @@ pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a s
         .collect();
     if unknown.is_empty() { Ok(()) } else { Err(Failure::Input(unknown)) }
 }
+
+/// Units with some of them replaced: `length=mm,angle=deg`.
+pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Failure> {
+    let mut all = serde_json::to_value(units).map_err(Failure::computation)?;
+    for entry in text.unwrap_or_default().split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+        let Some((kind, unit)) = entry.split_once('=').map(|(kind, unit)| (kind.trim(), unit.trim())) else {
+            return Err(Failure::input(format!("--units `{entry}`"), "write kind=unit, as `length=mm`"));
+        };
+        let kinds: Vec<String> = all.as_object().map(|all| all.keys().cloned().collect()).unwrap_or_default();
+        if !kinds.iter().any(|known| known == kind) {
+            return Err(Failure::Input(vec![
+                Remark::error(format!("--units: unknown quantity `{kind}`"))
+                    .suggest(kind, kinds.iter().map(String::as_str)),
+            ]));
+        }
+        all[kind] = serde_json::Value::String(unit.into());
+        if let Err(error) = serde_json::from_value::<Units>(all.clone()) {
+            return Err(Failure::input(format!("--units `{entry}`: {error}"), "write kind=unit, as `length=mm`"));
+        }
+    }
+    serde_json::from_value(all).map_err(Failure::computation)
+}

@@ -6,6 +6,8 @@
 pub mod campaign;
 pub mod coupling;
 pub mod elastic;
+pub mod path;
+pub mod process;
 pub mod raw;
 pub mod resolve;
 pub mod robot;

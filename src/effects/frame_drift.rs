@@ -20,6 +20,10 @@ impl Effect for FrameDrift {
         SiteKind::Base
     }
 
+    fn is_of_the_measurement(&self) -> bool {
+        true
+    }
+
     fn signature(&self) -> &'static str {
         "all readings move together with time, steadily or at one moment, whatever the posture"
     }

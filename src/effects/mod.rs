@@ -142,6 +142,10 @@ pub trait Effect: Send + Sync {
     fn sites(&self, model: &Model) -> Vec<Site> {
         sites_of(model, self.sits_at())
     }
+    /// Whether it is the measurement that is wrong, and not the robot: nothing that a command could correct.
+    fn is_of_the_measurement(&self) -> bool {
+        self.sits_at() == SiteKind::Instrument
+    }
     /// Parameters of the model that it frees, where it is nothing but constants off nominal.
     fn constants(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<Slot> {
         Vec::new()

@@ -14,10 +14,10 @@ use crate::kinematics::Placements;
 use crate::model::{Axes, Edge, Element, Law, Spot, VertexIndex};
 use crate::parameter::Slot;
 
-/// How a robot moves with a geometric parameter.
+/// How a robot moves with a geometric parameter or a variable.
 pub struct Motion<'a> {
-    /// The parameter.
-    pub by: Slot,
+    /// The parameter; none for a variable.
+    pub by: Option<Slot>,
     /// Displacement of each frame's origin (m) and its rotation (rad), base axes.
     pub frames: &'a dyn Fn(FrameIndex) -> [f64; 6],
     /// How fast each joint's variable changes.

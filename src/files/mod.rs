@@ -1,12 +1,14 @@
-//! Robots and campaigns from disk or from the bundled set: the one place that opens files.
+//! Robots, campaigns, paths and processes from disk or from the bundled set: the one place that opens files.
 
 mod campaign;
 mod change;
+mod path;
 mod place;
 mod robot;
 mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
+pub use path::{load_path, load_process};
 pub use place::bundled_robots;
 pub use robot::{LoadedRobot, load_robot, load_robot_leaving_out};
 pub use write::{writable, write_whole};

@@ -10,6 +10,7 @@ use crate::remark::{Remark, nearest};
 
 static ROBOTS: Dir = include_dir!("$CARGO_MANIFEST_DIR/robots");
 pub(super) static CAMPAIGNS: Dir = include_dir!("$CARGO_MANIFEST_DIR/campaigns");
+pub(super) static PROCESSES: Dir = include_dir!("$CARGO_MANIFEST_DIR/processes");
 
 /// Most bytes of a description or campaign file.
 const MOST_BYTES: u64 = 20 << 20;
@@ -65,6 +66,7 @@ impl Place {
                 }
                 Self::Bundled(path) => {
                     let file = ROBOTS.get_file(path).or_else(|| CAMPAIGNS.get_file(path));
+                    let file = file.or_else(|| PROCESSES.get_file(path));
                     file.ok_or_else(|| vec![Remark::error(format!("`{name}` is not bundled"))])?.contents().to_vec()
                 }
             };
@@ -119,7 +121,7 @@ pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
             Ok(file) => Ok(Box::new(file)),
             Err(error) => Err(unreadable(path, &error)),
         },
-        Place::Bundled(path) => match CAMPAIGNS.get_file(path) {
+        Place::Bundled(path) => match CAMPAIGNS.get_file(path).or_else(|| PROCESSES.get_file(path)) {
             Some(found) => Ok(Box::new(found.contents())),
             None => Err(Remark::error(format!("`{}` is not bundled", place.name()))),
         },

@@ -207,7 +207,7 @@ impl Columns {
             let moved = shift(own, &arm);
             let driver = rates.driver(self.slots[k]);
             let joints = |joint| driver.map_or(0.0, |driver| rates.rate(joint, driver));
-            let motion = Motion { by: self.slots[k], frames: &|frame| frames[frame][k], joints: &joints };
+            let motion = Motion { by: Some(self.slots[k]), frames: &|frame| frames[frame][k], joints: &joints };
             put(column, change(&moved, Some((k, &motion))));
         }
         let tool = self.tool.iter().filter(|(k, _)| *k < 3 && reading.marker.is_none()).copied();

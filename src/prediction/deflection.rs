@@ -1,6 +1,6 @@
 //! What load and own weight add to a reading: h(q, F, ...) of eq. (39) of the IR663 calibration paper.
 
-use nalgebra::{Point3, Vector3, Vector6};
+use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::elastics::{
@@ -118,6 +118,18 @@ impl<'m> Deflections<'m> {
         let twist = response.twist(&Self::wrench(reading, &point.coords), self.weight && work.statics.is_loaded());
         let (displacement, rotation) = at_point(&twist, &point.coords);
         Deflected { displacement, rotation }
+    }
+
+    /// The same where wrenches are not known beforehand.
+    #[must_use]
+    pub fn under_any_wrench(mut self) -> Self {
+        self.active = self.elastics.gives_at_all();
+        self
+    }
+
+    /// Displacement and rotation of a reading's point (m, base frame) by force and moment there, base axes.
+    pub fn compliance(&self, work: &Work, reading: &Reading, point: &Point3<f64>) -> Matrix6<f64> {
+        if self.active { work.responses[self.port(reading)].compliance_at(&point.coords) } else { Matrix6::zeros() }
     }
 
     /// Whether anything deflects.

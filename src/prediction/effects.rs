@@ -45,7 +45,7 @@ pub fn effect_columns(
                     let reading = &campaign.readings[index];
                     let point = rest(&geometry, &placements, reading);
                     let applied = deflections.by_wrench(&loaded, reading, &point);
-                    terms.evaluate(&geometry, campaign, index, reading, &placements, &rates, &applied, &mut work);
+                    terms.evaluate(&geometry, campaign, index, reading, q, &placements, &rates, &applied, &mut work);
                     let direction = direction_to_anchor(campaign, reading, &(geometry.base() * point));
                     for component in 0..components {
                         rows.extend(work.columns.iter().map(|column| match campaign.observes {

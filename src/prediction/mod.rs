@@ -3,10 +3,12 @@
 mod columns;
 mod deflection;
 mod effects;
+mod single;
 mod terms;
 
 pub use deflection::{Deflected, Deflections};
 pub use effects::effect_columns;
+pub use single::{Seen, SingleError, SinglePredictor, SingleWork};
 pub use terms::{Declared, Term, TermWork, Terms, declared, survey};
 
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -206,6 +208,7 @@ impl<'a> Predictor<'a> {
                                 campaign,
                                 index,
                                 reading,
+                                q,
                                 &work.placements,
                                 &work.rates,
                                 &applied,

@@ -134,7 +134,7 @@ impl Terms {
         }
     }
 
-    /// Columns of one reading, into `work.columns`; the first `skip` components of `deflection` are the displacement by
+    /// Columns of one reading at the placed configuration `q`, into `work.columns`; `deflection` is the displacement by
     /// the applied wrench alone, base axes.
     #[allow(clippy::too_many_arguments)] // the whole state of one reading
     pub fn evaluate(
@@ -143,6 +143,7 @@ impl Terms {
         campaign: &Campaign,
         index: usize,
         reading: &Reading,
+        q: &[f64],
         placements: &Placements,
         rates: &Rates,
         deflection: &Vector3<f64>,
@@ -172,7 +173,7 @@ impl Terms {
                 .or_else(|| condition(&format!("temperature.{}", term.site.name.rsplit(':').next().unwrap_or(""))));
             let given = Moment {
                 model,
-                q: campaign.configuration(index),
+                q,
                 joints: &placements.joints,
                 load: &work.load,
                 own_load: &work.own_load,
@@ -351,7 +352,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
             terms.place(geometry, q, &placements, &mut rates, &mut work);
             last = Some(q);
         }
-        terms.evaluate(geometry, campaign, index, reading, &placements, &rates, &Vector3::zeros(), &mut work);
+        terms.evaluate(geometry, campaign, index, reading, q, &placements, &rates, &Vector3::zeros(), &mut work);
         let (load, own) = terms.loads(&work);
         let difference = campaign.observes == Observes::Deflection;
         for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {

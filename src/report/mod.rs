@@ -1,6 +1,7 @@
 //! What is shown to the user, as text and JSON; computes nothing new.
 
 pub mod blind;
+pub mod compensation;
 pub mod compensator;
 pub mod diagnosis;
 pub mod identification;

@@ -6,7 +6,7 @@ use std::path::Path;
 const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "remark", "estimation::least_squares"],
     &["description"],
-    &["model"],
+    &["model", "process"],
     &["kinematics"],
     &["elastics"],
     &["effects"],
@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["identifiability"],
     &["estimation"],
     &["simulation"],
-    &["diagnosis"],
+    &["diagnosis", "compensation"],
     &["blind"],
     &["snapshot"],
     &["report", "files"],

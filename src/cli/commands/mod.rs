@@ -2,6 +2,7 @@
 
 pub mod blind;
 pub mod check;
+pub mod compensate;
 pub mod compensator;
 pub mod completions;
 pub mod convert;

@@ -20,10 +20,10 @@ fn triangle(model: &Model, values: &[f64], actuator: usize, joints: &[f64]) -> [
     [kappa, lambda, l1, l3, joints[screw.joint] - zero]
 }
 
-/// How the triangle changes with a slot that turns the joint at `rate`.
-pub fn triangle_rate(model: &Model, actuator: usize, by: Slot, rate: f64) -> [f64; 5] {
+/// How the triangle changes with a slot (none: a variable) that turns the joint at `rate`.
+pub fn triangle_rate(model: &Model, actuator: usize, by: Option<Slot>, rate: f64) -> [f64; 5] {
     let screw = &model.actuators[actuator];
-    let unit = |slot: Slot| f64::from(u8::from(by == slot));
+    let unit = |slot: Slot| f64::from(u8::from(by == Some(slot)));
     let own = |k: usize| unit(screw.slot + k);
     [own(1), own(2), own(3), own(4), rate - unit(model.frames[screw.joint].moving_slot())]
 }

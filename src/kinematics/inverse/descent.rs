@@ -9,7 +9,7 @@ use super::super::rotation_vector;
 use super::Target;
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion};
-use crate::model::{Frame, Stage};
+use crate::model::{Frame, Model, Stage};
 
 type Matrix6 = SMatrix<f64, 6, 6>;
 type Vector6 = SVector<f64, 6>;
@@ -161,22 +161,7 @@ impl<'a> Problem<'a> {
 
     /// Whether the joints that no variable moves directly keep their limits at the configuration just placed.
     pub fn passive_within(&self, placements: &Placements) -> bool {
-        self.beyond_limits(placements).next().is_none()
-    }
-
-    /// The joints without a variable of their own that are beyond their limits at a placed configuration.
-    pub fn beyond_limits<'p>(&'p self, placements: &'p Placements) -> impl Iterator<Item = FrameIndex> + 'p {
-        let beyond = |frame: &Frame, joint: f64| {
-            let Some([low, high]) = frame.limits else { return false };
-            let middle = 0.5 * (low + high);
-            let turns = frame.motion == Motion::Passive && frame.joint == JointKind::Revolute && middle.is_finite();
-            let turn = std::f64::consts::TAU;
-            let joint = if turns { joint - turn * ((joint - middle) / turn).round() } else { joint };
-            !matches!(frame.motion, Motion::Variable { .. } | Motion::Fixed)
-                && !(low - 1e-9..=high + 1e-9).contains(&joint)
-        };
-        let joints = self.geometry.model.frames.iter().zip(&placements.joints);
-        joints.enumerate().filter(move |(_, (frame, joint))| beyond(frame, **joint)).map(|(index, _)| index)
+        beyond_limits(self.geometry.model, placements).next().is_none()
     }
 
     /// Levenberg's steps from `q`, in place; the errors where they end. None where `q` cannot be placed.
@@ -242,6 +227,20 @@ impl<'a> Problem<'a> {
         }
         Some(errors)
     }
+}
+
+/// The joints without a variable of their own that are beyond their limits at a placed configuration.
+pub fn beyond_limits<'p>(model: &'p Model, placements: &'p Placements) -> impl Iterator<Item = FrameIndex> + 'p {
+    let beyond = |frame: &Frame, joint: f64| {
+        let Some([low, high]) = frame.limits else { return false };
+        let middle = 0.5 * (low + high);
+        let turns = frame.motion == Motion::Passive && frame.joint == JointKind::Revolute && middle.is_finite();
+        let turn = std::f64::consts::TAU;
+        let joint = if turns { joint - turn * ((joint - middle) / turn).round() } else { joint };
+        !matches!(frame.motion, Motion::Variable { .. } | Motion::Fixed) && !(low - 1e-9..=high + 1e-9).contains(&joint)
+    };
+    let joints = model.frames.iter().zip(&placements.joints);
+    joints.enumerate().filter(move |(_, (frame, joint))| beyond(frame, **joint)).map(|(index, _)| index)
 }
 
 impl Errors {

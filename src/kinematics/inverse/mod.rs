@@ -7,6 +7,8 @@
 
 mod descent;
 
+pub use descent::beyond_limits;
+
 use nalgebra::{Point3, Rotation3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -414,7 +416,7 @@ impl Search<'_> {
             }
         }
         if self.problem.errors(q, memory).is_some() {
-            let beyond = self.problem.beyond_limits(&memory.placements);
+            let beyond = beyond_limits(model, &memory.placements);
             names.extend(beyond.map(|joint| model.frames[joint].name.clone()));
         }
         names

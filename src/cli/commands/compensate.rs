@@ -1,0 +1,200 @@
+//! `compensate`: commands under which the real robot passes where it should.
+
+use nalgebra::Rotation3;
+use serde_json::{Value, json};
+
+use crate::cli::args::{Compensate, FrameName, HoldName};
+use crate::cli::values::{joints, units_with};
+use crate::cli::{Failure, Output};
+use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
+use crate::description::path::Path;
+use crate::files::{LoadedRobot, load_path, load_process, load_robot, writable};
+use crate::kinematics::{Geometry, Placements, Transform};
+use crate::remark::Remark;
+use crate::report::compensation::Compensation;
+
+pub fn run(command: &Compensate) -> Result<Output, Failure> {
+    if let Some(table) = &command.table {
+        writable(table).map_err(|remark| Failure::Input(vec![remark]))?;
+    }
+    let within = |value: f64, most: f64| value > 0.0 && value <= most;
+    if !within(command.residual, 10.0) || !within(command.largest, 90.0) {
+        return Err(Failure::input(
+            "a number is out of range",
+            "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
+        ));
+    }
+    let loaded = load_robot(&command.robot)?;
+    let model = &loaded.model;
+    let units = units_with(&loaded.raw.units, command.units.as_deref())?;
+    let mut path = load_path(&command.path, &loaded, units)?;
+    at_marker(command.at.as_deref(), &loaded, &mut path)?;
+    let mut remarks = loaded.remarks.clone();
+    let process = match &command.process {
+        Some(file) => {
+            let (process, mut said) = load_process(file)?;
+            remarks.append(&mut said);
+            Some(process)
+        }
+        None => None,
+    };
+    let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path)?;
+    remarks.extend(controller.remarks.iter().cloned());
+    let mut settings = Settings::new(model.variables.len());
+    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
+        HoldName::Pose => Hold::Pose,
+        HoldName::Axis => Hold::Axis,
+        HoldName::Position => Hold::Position,
+    });
+    settings.residual = command.residual * 1e-3;
+    settings.largest = command.largest.to_radians();
+    let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
+    let values = model.registry.nominal();
+    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
+        .map_err(Failure::computation)?;
+    let nominal: Vec<Option<Vec<f64>>> =
+        desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
+    let poses: Vec<Option<[f64; 6]>> = outcome
+        .points
+        .iter()
+        .zip(&path.campaign.readings)
+        .map(|(point, reading)| {
+            let point = point.as_ref().ok()?;
+            shown.pose(&point.corrected.joints, reading.marker)
+        })
+        .collect();
+    let names: Vec<String> =
+        path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
+    let found = Compensation { model, names: &names, nominal: &nominal, outcome: &outcome, poses: &poses };
+    let refused = found.refused().count();
+    let mut output = Output::new(found.text(), found.json());
+    if let Some(process) = &process {
+        output.json["process"] = Value::String(process.name.clone());
+    }
+    if let Some(file) = &command.table {
+        if refused == 0 || command.keep_going {
+            output.files.push((file.clone(), found.csv(&units)));
+            output.text += &format!("commands, and the controller's poses of them: {}\n", file.display());
+        } else {
+            output.text += &format!(
+                "{} is not written, since points are refused; --keep-going writes the others\n",
+                file.display()
+            );
+        }
+    }
+    output.json["table"] = json!(output.files.first().map(|(file, _)| file.display().to_string()));
+    output.failed = refused > 0;
+    output.remarks = remarks;
+    Ok(output)
+}
+
+/// `--at` for a path that does not say which marker passes.
+pub(super) fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Failure> {
+    let Some(name) = at else { return Ok(()) };
+    let Some(marker) = loaded.model.marker(name) else {
+        let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
+        return Err(Failure::Input(vec![
+            Remark::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
+        ]));
+    };
+    if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
+        return Err(Failure::input("--at, and the path has a column `marker`", "give one of them"));
+    }
+    path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(marker));
+    Ok(())
+}
+
+/// The description that the controller works with.
+pub(super) struct ControllerFile {
+    loaded: Option<LoadedRobot>,
+    markers: Vec<usize>,
+    remarks: Vec<Remark>,
+}
+
+/// The controller's geometry, for poses of commands.
+pub(super) struct Shown<'a> {
+    geometry: Geometry<'a>,
+    markers: &'a [usize],
+}
+
+impl Shown<'_> {
+    fn pose(&self, q: &[f64], marker: Option<usize>) -> Option<[f64; 6]> {
+        let controller = Controller { geometry: &self.geometry, markers: self.markers };
+        controller.pose(q, marker, &mut Placements::default()).ok().map(|pose| six(&pose))
+    }
+}
+
+impl ControllerFile {
+    pub fn new(name: Option<&str>, loaded: &LoadedRobot, path: &Path) -> Result<Self, Failure> {
+        let own: Vec<usize> = (0..loaded.model.markers.len()).collect();
+        let Some(name) = name else {
+            let mut remarks = Vec::new();
+            if path.joints && !path.position {
+                let text = "the path gives joints, and the description itself says where they lead without load: \
+                            what load and effects do is corrected, geometry errors are not";
+                remarks.push(Remark::warning(text).remedy("give --nominal, the description the controller works with"));
+            }
+            return Ok(Self { loaded: None, markers: own, remarks });
+        };
+        let nominal = load_robot(name)?;
+        let of = |l: &LoadedRobot| -> Vec<String> { l.model.variables.iter().map(|v| v.name.clone()).collect() };
+        if of(&nominal) != of(loaded) {
+            return Err(Failure::input(
+                format!("--nominal `{name}` has the variables {}, and the robot {}", of(&nominal).join(", "), of(loaded).join(", ")),
+                "give the uncalibrated description of the same robot",
+            ));
+        }
+        let mut markers = Vec::new();
+        for marker in &loaded.model.markers {
+            let found = nominal.model.marker(&marker.name);
+            let used = path.campaign.readings.iter().any(|r| r.marker == Some(markers.len()));
+            match found {
+                Some(found) => markers.push(found),
+                None if used => {
+                    return Err(Failure::input(
+                        format!("--nominal `{name}` has no marker `{}`", marker.name),
+                        "give the uncalibrated description of the same robot",
+                    ));
+                }
+                None => markers.push(0),
+            }
+        }
+        let remarks = nominal.remarks.clone();
+        Ok(Self { loaded: Some(nominal), markers, remarks })
+    }
+
+    /// Targets and nominal commands of a path.
+    pub fn desired<'a>(
+        &'a self,
+        loaded: &'a LoadedRobot,
+        path: &Path,
+        from: Option<&str>,
+        frame: FrameName,
+    ) -> Result<(Vec<Result<Desired, Refusal>>, Shown<'a>), Failure> {
+        let model = self.loaded.as_ref().map_or(&loaded.model, |nominal| &nominal.model);
+        let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+        let asked = Asked { joints: path.joints, position: path.position, orientation: path.orientation };
+        let from = from.map(|text| joints(&loaded.model, &loaded.raw.units, text)).transpose()?;
+        let controller = Controller { geometry: &geometry, markers: &self.markers };
+        let axes: Option<Rotation3<f64>> = match (&from, asked.joints || asked.orientation) {
+            (Some(q), false) if model.variables.len() >= 6 => {
+                let pose = controller.pose(q, None, &mut Placements::default()).map_err(Failure::computation)?;
+                Some(pose.rotation)
+            }
+            (None, false) if model.variables.len() >= 6 => {
+                return Err(Failure::input(
+                    "the path gives positions, and nothing says how the tool should stand",
+                    "add columns rx, ry, rz or the joints, or give --from, a configuration whose orientation is kept",
+                ));
+            }
+            _ => None,
+        };
+        let measured = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
+        let frame = match frame {
+            FrameName::Base => Transform::identity(),
+            FrameName::Measurement => measured.base().inverse(),
+        };
+        let desired = desire(&controller, &path.campaign, asked, &frame, axes, from.as_deref());
+        Ok((desired, Shown { geometry, markers: &self.markers }))
+    }
+}

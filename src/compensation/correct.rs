@@ -1,0 +1,221 @@
+//! One point: Newton's steps from the nominal commands until the prediction meets the target.
+
+use nalgebra::{Cholesky, Const, Matrix6, Vector6};
+
+use super::{Desired, Hold, Refusal, Settings};
+use crate::kinematics::{Transform, beyond_limits};
+use crate::model::Model;
+use crate::prediction::{SinglePredictor, SingleWork};
+
+/// Steps after which a point is given up.
+const MOST: usize = 40;
+/// A step that leaves more of the error than this is followed by new derivatives, those of the deflection included.
+/// Before, the rigid robot's serve: they leave about what the arm deflects over its length, a thousandth.
+const SLOW: f64 = 0.05;
+/// Greatest condition number of a point that is not singular.
+const WORST_CONDITION: f64 = 1e3;
+
+/// Commands that meet a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Corrected {
+    /// Commands, rad and m.
+    pub joints: Vec<f64>,
+    /// Distance from the target that the prediction keeps at them, m.
+    pub position: f64,
+    /// Angle from what is held of the target's axes, rad.
+    pub orientation: f64,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Condition number at the nominal commands: greatest over least singular value, m and rad on levers of 1 m.
+    pub condition: f64,
+}
+
+/// Finds the commands at which the reading `index`, under a wrench (N and N.m, base axes), is predicted at its target.
+///
+/// # Errors
+/// [`Refusal`].
+pub fn correct(
+    predictor: &SinglePredictor,
+    index: usize,
+    desired: &Desired,
+    wrench: &[f64; 6],
+    settings: &Settings,
+    work: &mut SingleWork,
+) -> Result<Corrected, Refusal> {
+    let model = predictor.geometry.model;
+    let target = &desired.target;
+    let held = Held { hold: settings.hold, target };
+    let mut q = desired.nominal.clone();
+    let mut trial = q.clone();
+    predictor.place(&q, work)?;
+    let mut seen = predictor.see(index, wrench, work)?;
+    let mut error = held.of(&seen.to(target));
+    predictor.differentiate(index, wrench, &seen, false, work);
+    let (mut steps, condition) = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular {
+        condition: f64::INFINITY,
+    })?;
+    if condition > WORST_CONDITION {
+        return Err(Refusal::Singular { condition });
+    }
+    let met = |error: &Vector6<f64>| {
+        error.fixed_rows::<3>(0).norm() <= settings.residual && error.fixed_rows::<3>(3).norm() <= settings.residual
+    };
+    let (mut iterations, mut is_new) = (0, false);
+    while !met(&error) {
+        let mut share = 1.0;
+        let mut left = f64::INFINITY;
+        while share > 1e-2 {
+            steps.step(&held, &work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
+            // A trial that cannot be assembled is too long a step.
+            let reached = predictor.place(&trial, work).and_then(|()| predictor.see(index, wrench, work));
+            if let Ok(found) = reached {
+                let now = held.of(&found.to(target));
+                if now.norm() < error.norm() {
+                    left = now.norm() / error.norm();
+                    (seen, error) = (found, now);
+                    q.copy_from_slice(&trial);
+                    break;
+                }
+            }
+            share *= 0.5;
+        }
+        iterations += 1;
+        if iterations == MOST || left.is_infinite() && is_new {
+            let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+            return Err(Refusal::Stuck { position, orientation, iterations });
+        }
+        is_new = left > SLOW && !met(&error);
+        if is_new {
+            predictor.place(&q, work)?;
+            seen = if left.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
+            predictor.differentiate(index, wrench, &seen, true, work);
+            steps = Steps::new(model, &held, &work.jacobian)
+                .ok_or(Refusal::Singular { condition: f64::INFINITY })?
+                .0;
+        }
+    }
+    within_limits(model, &q, work)?;
+    for (k, variable) in model.variables.iter().enumerate() {
+        let (moved, scale) = ((q[k] - desired.nominal[k]).abs(), scale(model, k));
+        if moved > settings.largest * scale {
+            let unit = if variable.is_angle { "deg" } else { "mm" };
+            let shown = if variable.is_angle { moved.to_degrees() } else { moved * 1e3 };
+            let by = format!("{shown:.3} {unit}");
+            return Err(Refusal::TooFar { variable: variable.name.clone(), by, condition });
+        }
+    }
+    let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+    Ok(Corrected { joints: q, position, orientation, iterations, condition })
+}
+
+/// A unit of a variable: 1 rad, or half of what its limits leave it (1 m without).
+fn scale(model: &Model, k: usize) -> f64 {
+    let variable = &model.variables[k];
+    match variable.limits {
+        Some([low, high]) if !variable.is_angle && (high - low).is_finite() && high > low => 0.5 * (high - low),
+        _ => 1.0,
+    }
+}
+
+/// Variables and passive joints at the configuration just placed.
+fn within_limits(model: &Model, q: &[f64], work: &SingleWork) -> Result<(), Refusal> {
+    let shown = |value: f64, is_angle: bool| {
+        if is_angle { format!("{:.3} deg", value.to_degrees()) } else { format!("{:.3} mm", value * 1e3) }
+    };
+    let mut beyond = Vec::new();
+    for (value, variable) in q.iter().zip(&model.variables) {
+        let Some([low, high]) = variable.limits else { continue };
+        if !(low..=high).contains(value) {
+            let [value, low, high] = [*value, low, high].map(|v| shown(v, variable.is_angle));
+            beyond.push(format!("{} would be {value}, from {low} to {high} are allowed", variable.name));
+        }
+    }
+    beyond.extend(
+        beyond_limits(model, &work.placements)
+            .map(|joint| format!("joint {} would leave its limits", model.frames[joint].name)),
+    );
+    if beyond.is_empty() { Ok(()) } else { Err(Refusal::Limits(beyond)) }
+}
+
+/// What is held of a target: rows of zeros for the rest.
+struct Held<'a> {
+    hold: Hold,
+    target: &'a Transform,
+}
+
+impl Held<'_> {
+    /// Displacement (base axes) and rotation vector (axes of the target), without what is not held.
+    fn of(&self, motion: &Vector6<f64>) -> Vector6<f64> {
+        let mut held = *motion;
+        let turn = self.target.rotation.inverse() * motion.fixed_rows::<3>(3);
+        held.fixed_rows_mut::<3>(3).copy_from(&turn);
+        match self.hold {
+            Hold::Pose => {}
+            Hold::Axis => held[5] = 0.0,
+            Hold::Position => held.fixed_rows_mut::<3>(3).fill(0.0),
+        }
+        held
+    }
+
+    fn count(&self) -> usize {
+        match self.hold {
+            Hold::Pose => 6,
+            Hold::Axis => 5,
+            Hold::Position => 3,
+        }
+    }
+}
+
+/// Least steps that bring a motion about: J^T (J J^T)^-1, or (J^T J)^-1 J^T of robots with too few variables.
+struct Steps {
+    few: bool,
+    scales: Vec<f64>,
+    factor: Cholesky<f64, Const<6>>,
+}
+
+impl Steps {
+    /// Of the derivatives by the variables, with the condition number; none where a direction is lost altogether.
+    fn new(model: &Model, held: &Held, jacobian: &[[f64; 6]]) -> Option<(Self, f64)> {
+        let few = jacobian.len() < held.count();
+        let scales: Vec<f64> = (0..jacobian.len()).map(|k| scale(model, k)).collect();
+        let columns = jacobian.iter().zip(&scales).map(|(column, scale)| held.of(&Vector6::from(*column)) * *scale);
+        let mut gram = Matrix6::zeros();
+        let used = if few {
+            let columns: Vec<Vector6<f64>> = columns.collect();
+            for (i, a) in columns.iter().enumerate() {
+                for (j, b) in columns.iter().enumerate() {
+                    gram[(i, j)] = a.dot(b);
+                }
+            }
+            (0..6).map(|k| k < columns.len()).collect::<Vec<bool>>()
+        } else {
+            columns.for_each(|column| gram += column * column.transpose());
+            (0..6).map(|k| k < 3 || held.hold == Hold::Pose || held.hold == Hold::Axis && k < 5).collect()
+        };
+        let greatest = gram.symmetric_eigenvalues().max();
+        if !(greatest > 0.0 && greatest.is_finite()) {
+            return None;
+        }
+        for (k, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
+            gram[(k, k)] = greatest;
+        }
+        let least = gram.symmetric_eigenvalues().min();
+        let condition = if least > 0.0 { (greatest / least).sqrt() } else { f64::INFINITY };
+        Some((Self { few, scales, factor: gram.cholesky()? }, condition))
+    }
+
+    /// The step for an error, variable by variable.
+    fn step(&self, held: &Held, jacobian: &[[f64; 6]], error: &Vector6<f64>, mut put: impl FnMut(usize, f64)) {
+        let column = |k: usize| held.of(&Vector6::from(jacobian[k])) * self.scales[k];
+        let mut right = *error;
+        if self.few {
+            right = Vector6::zeros();
+            (0..jacobian.len()).for_each(|k| right[k] = column(k).dot(error));
+        }
+        let y = self.factor.solve(&right);
+        for k in 0..jacobian.len() {
+            let step = if self.few { y[k] } else { column(k).dot(&y) };
+            put(k, step * self.scales[k]);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! What a path asks for: targets, and the commands that a robot without errors would need.
+
+use nalgebra::{Rotation3, Translation3, Vector3};
+
+use super::{Desired, Refusal};
+use crate::description::campaign::Campaign;
+use crate::kinematics::{Geometry, InverseSettings, Placements, Target, Transform, rotation_vector, solve};
+
+/// What the rows of a path give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Asked {
+    /// Joints: commands whose nominal pose is wanted, or the branch to take where positions are given too.
+    pub joints: bool,
+    /// Positions.
+    pub position: bool,
+    /// Orientations.
+    pub orientation: bool,
+}
+
+/// The robot as its controller knows it: nominal, rigid. Its variables are those of the calibrated robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Controller<'a> {
+    /// Nominal geometry.
+    pub geometry: &'a Geometry<'a>,
+    /// For each marker of the calibrated robot: the nominal one.
+    pub markers: &'a [usize],
+}
+
+impl Controller<'_> {
+    /// Pose of a marker (none: the tool centre point) at commands, base frame; axes of the tool. What a controller that
+    /// takes poses must be told for these commands.
+    ///
+    /// # Errors
+    /// The loops cannot be closed there.
+    pub fn pose(&self, q: &[f64], marker: Option<usize>, placements: &mut Placements) -> Result<Transform, Refusal> {
+        let placed = self.geometry.place(q, placements);
+        placed.map_err(|error| Refusal::Unreachable(error.to_string()))?;
+        let tool = self.geometry.tool();
+        let (frame, point) = self.point(marker);
+        let frame = placements.frames[frame];
+        Ok(Transform::from_parts(Translation3::from((frame * point).coords), frame.rotation * tool.rotation))
+    }
+
+    fn point(&self, marker: Option<usize>) -> (usize, nalgebra::Point3<f64>) {
+        match marker {
+            Some(marker) => {
+                let marker = self.markers[marker];
+                (self.geometry.model.markers[marker].frame, self.geometry.marker(marker))
+            }
+            None => (self.geometry.model.tool.0, self.geometry.tool().translation.vector.into()),
+        }
+    }
+}
+
+/// Targets and nominal commands of a path's rows. `axes` are the tool's where a path gives positions alone; poses given
+/// stand in `frame` (in the base frame). `from` is where the search of the first row's commands starts.
+pub fn desire(
+    controller: &Controller,
+    path: &Campaign,
+    asked: Asked,
+    frame: &Transform,
+    axes: Option<Rotation3<f64>>,
+    from: Option<&[f64]>,
+) -> Vec<Result<Desired, Refusal>> {
+    let mut placements = Placements::default();
+    let mut last: Option<Vec<f64>> = from.map(<[f64]>::to_vec);
+    let rows = path.readings.iter().enumerate();
+    rows.map(|(row, reading)| {
+        let v = &reading.measured;
+        let position = frame * nalgebra::Point3::new(v[0], v[1], v[2]);
+        let turned = frame.rotation * Rotation3::new(Vector3::new(v[3], v[4], v[5]));
+        let at = |rotation| Transform::from_parts(Translation3::from(position.coords), rotation);
+        if asked.joints {
+            let nominal = path.configuration(row).to_vec();
+            let pose = controller.pose(&nominal, reading.marker, &mut placements)?;
+            let target = match (asked.position, asked.orientation) {
+                (true, true) => at(turned),
+                (true, false) => at(pose.rotation),
+                _ => pose,
+            };
+            return Ok(Desired { nominal, target });
+        }
+        let rotation = if asked.orientation { Some(turned) } else { axes };
+        let nominal = inverse(controller, reading.marker, &position.coords, rotation, last.as_deref())?;
+        last = Some(nominal.clone());
+        let pose = controller.pose(&nominal, reading.marker, &mut placements)?;
+        Ok(Desired { nominal, target: at(rotation.unwrap_or(pose.rotation)) })
+    })
+    .collect()
+}
+
+/// Nominal commands for a point, nearest to the last.
+fn inverse(
+    controller: &Controller,
+    marker: Option<usize>,
+    position: &Vector3<f64>,
+    rotation: Option<Rotation3<f64>>,
+    last: Option<&[f64]>,
+) -> Result<Vec<f64>, Refusal> {
+    let geometry = controller.geometry;
+    let (frame, point) = controller.point(marker);
+    let tool = geometry.tool();
+    // The tool centre point that goes with the marker.
+    let target = match rotation {
+        Some(rotation) => {
+            let turned = rotation * tool.rotation.inverse();
+            Target { position: (position + turned * (tool.translation.vector - point.coords)).into(), rotation: Some(rotation) }
+        }
+        None => Target { position: (*position).into(), rotation: None },
+    };
+    if marker.is_some() && (frame != geometry.model.tool.0 || rotation.is_none()) {
+        let why = "joints are needed for a marker that does not sit on the tool, or whose orientation is free";
+        return Err(Refusal::Unreachable(why.into()));
+    }
+    let near = InverseSettings { restarts: 0, from: last.map(<[f64]>::to_vec), ..InverseSettings::default() };
+    let anywhere = InverseSettings { restarts: 192, ..near.clone() };
+    let found = if last.is_some() { solve(geometry, &target, &near).or_else(|_| solve(geometry, &target, &anywhere)) } else { solve(geometry, &target, &anywhere) };
+    match found {
+        Ok(found) => found.into_iter().next().map(|solution| solution.joints).ok_or_else(|| Refusal::Unreachable("no solution".into())),
+        Err(error) => Err(Refusal::Unreachable(error.to_string())),
+    }
+}
+
+/// Position (m) and rotation vector (rad) of a pose.
+pub fn six(pose: &Transform) -> [f64; 6] {
+    let (p, r) = (pose.translation.vector, rotation_vector(&pose.rotation));
+    [p.x, p.y, p.z, r.x, r.y, r.z]
+}

@@ -1,0 +1,146 @@
+//! Compensation: the commands under which the real robot passes where it should.
+//!
+//! The inverse of the calibrated elasto-geometric model: the point that is predicted with geometry errors, own weight,
+//! applied wrench and effects ([`crate::prediction::SinglePredictor`]) is brought to its target by Newton's steps on
+//! analytic derivatives, and the residual that is told is the prediction's at the commands found. A process that pushes
+//! back as the tool moves is brought to equilibrium with the arm ([`settle`]).
+
+mod correct;
+mod coupling;
+mod desired;
+mod path;
+
+pub use correct::{Corrected, correct};
+pub use coupling::settle;
+pub use desired::{Asked, Controller, desire, six};
+pub use path::{Outcome, Point, Sides, compensate, derive_sides};
+
+use nalgebra::Vector3;
+
+use crate::kinematics::Transform;
+use crate::prediction::SingleError;
+use crate::process::ProcessError;
+
+/// What of the target is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// Position and orientation.
+    Pose,
+    /// Position and the direction of the tool's z axis: a spindle may turn about it.
+    Axis,
+    /// Position alone.
+    Position,
+}
+
+impl Hold {
+    /// What a robot of so many variables can hold.
+    pub fn of(variables: usize) -> Self {
+        match variables {
+            6.. => Self::Pose,
+            5 => Self::Axis,
+            _ => Self::Position,
+        }
+    }
+}
+
+/// How compensation proceeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// What of the target is held.
+    pub hold: Hold,
+    /// Residual up to which a point counts as met: m, and rad on a lever of 1 m.
+    pub residual: f64,
+    /// Greatest correction of an angle, rad; of a length, this share of half its limits (of 1 m without).
+    pub largest: f64,
+}
+
+impl Settings {
+    /// For a robot of so many variables: what it can hold, to 0.1 um, by corrections up to 5 deg.
+    pub fn new(variables: usize) -> Self {
+        Self { hold: Hold::of(variables), residual: 1e-7, largest: 5.0_f64.to_radians() }
+    }
+}
+
+/// A point of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Desired {
+    /// Commands of a robot without errors, rad and m.
+    pub nominal: Vec<f64>,
+    /// Where the point should be, base frame; axes of the tool.
+    pub target: Transform,
+}
+
+/// Why a point is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The robot without errors cannot be there.
+    #[error("unreachable: {0}")]
+    Unreachable(String),
+    /// Limits.
+    #[error("out of limits: {}", .0.join(", "))]
+    Limits(Vec<String>),
+    /// A direction is lost.
+    #[error("singular: the tool cannot move in one direction (condition number {condition:.0})")]
+    Singular {
+        /// Greatest over least singular value, m and rad on levers of 1 m.
+        condition: f64,
+    },
+    /// The correction is no correction any more.
+    #[error(
+        "the correction would be too large: {variable} by {by} (condition number {condition:.0}); the point is near a singularity, or the model far from the robot"
+    )]
+    TooFar {
+        /// The variable.
+        variable: String,
+        /// How far, with its unit.
+        by: String,
+        /// Condition number at the nominal commands.
+        condition: f64,
+    },
+    /// The steps end elsewhere.
+    #[error(
+        "no convergence: after {iterations} iterations {:.4} mm and {:.5} deg are left",
+        position * 1e3,
+        orientation.to_degrees()
+    )]
+    Stuck {
+        /// Distance left, m.
+        position: f64,
+        /// Angle left, rad.
+        orientation: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// The robot cannot be put together or loaded there.
+    #[error(transparent)]
+    Model(#[from] SingleError),
+    /// The process cannot be where the point is.
+    #[error("process: {0}")]
+    Process(#[from] ProcessError),
+    /// No balance between arm and process.
+    #[error("no equilibrium of arm and process: {:.4} mm stay open", gap * 1e3)]
+    Unsettled {
+        /// Gap left, m.
+        gap: f64,
+    },
+    /// The balance tips over.
+    #[error("the arm gives way under the process like a column that buckles: the equilibrium is not stable")]
+    Unstable,
+}
+
+/// Why the robot, uncorrected, misses the target: displacements from it, m, base axes. They sum to [`Deviation::all`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// All together.
+    pub all: Vector3<f64>,
+    /// Geometry: what the calibrated constants differ from the controller's.
+    pub geometry: Vector3<f64>,
+    /// Own weight and preloads.
+    pub weight: Vector3<f64>,
+    /// The wrench applied, the process's included.
+    pub wrench: Vector3<f64>,
+    /// Effects.
+    pub effects: Vector3<f64>,
+    /// Angle between the tool's axes and the target's, rad.
+    pub turned: f64,
+}

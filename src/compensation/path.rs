@@ -1,0 +1,202 @@
+//! A path: all points in parallel, sides of approach from the way the commands go, and why the robot would miss.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::correct::{Corrected, correct};
+use super::coupling::settle;
+use super::{Desired, Deviation, Refusal, Settings};
+use crate::description::campaign::Campaign;
+use crate::kinematics::AssemblyError;
+use crate::model::Model;
+use crate::prediction::{Seen, SinglePredictor, SingleWork};
+use crate::process::Process;
+
+/// Rounds after which sides of approach are taken as they are.
+const ROUNDS: usize = 5;
+/// A variable that moves by less (rad or m) keeps its side.
+const STANDS: f64 = 1e-6;
+
+/// A compensated point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Commands and residual.
+    pub corrected: Corrected,
+    /// How the robot would miss, uncorrected; none where the process allows no such place.
+    pub before: Option<Deviation>,
+    /// Wrench on the tool at the target, the process's included, N and N.m, base axes.
+    pub wrench: [f64; 6],
+    /// With a process: distance from the target of the equilibrium found from the commands alone, m.
+    pub settled: Option<f64>,
+}
+
+/// What became of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Its points, in order.
+    pub points: Vec<Result<Point, Refusal>>,
+    /// Where sides of approach came from.
+    pub sides: Sides,
+    /// Effects of the measurement, left out.
+    pub left_out: Vec<String>,
+}
+
+/// Where sides of approach came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// The path's own columns.
+    Given,
+    /// The way the corrected commands go.
+    Derived,
+    /// As derived; but corrections turn some back and forth, and the last round was taken.
+    Unsettled,
+}
+
+/// Compensates a path for a model with its values (all slots, SI). `path` holds markers, wrenches and conditions of the
+/// points, `desired` what is wanted of each.
+///
+/// # Errors
+/// The model cannot be assembled with these values.
+pub fn compensate(
+    model: &Model,
+    values: &[f64],
+    path: &Campaign,
+    desired: &[Result<Desired, Refusal>],
+    process: Option<&Process>,
+    settings: &Settings,
+) -> Result<Outcome, AssemblyError> {
+    let mut path = path.clone();
+    let derived = model.variables.iter().any(|v| !path.conditions.contains_key(&format!("approach.{}", v.name)));
+    let own: Vec<String> = path.conditions.keys().filter(|name| name.starts_with("approach.")).cloned().collect();
+    let mut commands: Vec<Option<Vec<f64>>> =
+        desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
+    let mut sides = if derived { Sides::Derived } else { Sides::Given };
+    let travel = travel(desired);
+    let mut round = 0;
+    loop {
+        round += 1;
+        if derived {
+            derive_sides(model, &commands, &own, &mut path);
+        }
+        let predictor = SinglePredictor::new(model, values, &path)?;
+        let points: Vec<Result<Point, Refusal>> = desired
+            .par_iter()
+            .enumerate()
+            .map_init(
+                || predictor.work(),
+                |work, (index, desired)| {
+                    let desired = desired.as_ref().map_err(Clone::clone)?;
+                    point(&predictor, index, desired, process, &travel[index], settings, work)
+                },
+            )
+            .collect();
+        let found: Vec<Option<Vec<f64>>> =
+            points.iter().map(|p| p.as_ref().ok().map(|p| p.corrected.joints.clone())).collect();
+        let left_out = predictor.left_out.clone();
+        let before = path.conditions.clone();
+        // Only an effect that looks at the side makes another round worth while.
+        let settled = !derived || !model.effects.iter().any(|e| e.effect.as_deref() == Some("backlash")) || {
+            derive_sides(model, &found, &own, &mut path);
+            path.conditions == before
+        };
+        if settled || round == ROUNDS {
+            sides = if settled { sides } else { Sides::Unsettled };
+            return Ok(Outcome { points, sides, left_out });
+        }
+        commands = found;
+    }
+}
+
+fn point(
+    predictor: &SinglePredictor,
+    index: usize,
+    desired: &Desired,
+    process: Option<&Process>,
+    travel: &Vector3<f64>,
+    settings: &Settings,
+    work: &mut SingleWork,
+) -> Result<Point, Refusal> {
+    let given = predictor.campaign.readings[index].wrench;
+    let target = desired.target.translation.vector;
+    let mut wrench = given;
+    if let Some(process) = process {
+        // Compensated, the tool is where it should be, and the process pushes as it does there.
+        let push = process.push(&target, travel)?;
+        (0..3).for_each(|k| wrench[k] += push.force[k]);
+    }
+    predictor.place(&desired.nominal, work)?;
+    let before = match process {
+        None => Some(predictor.see(index, &given, work)?),
+        Some(process) => settle(predictor, index, process, (&given, travel), &target, work).ok().map(|(seen, _)| seen),
+    };
+    let before = before.map(|seen| deviation(&seen, desired));
+    let corrected = correct(predictor, index, desired, &wrench, settings, work)?;
+    let settled = match process {
+        None => None,
+        Some(process) => {
+            predictor.place(&corrected.joints, work)?;
+            // From where the arm stands under what it carries alone, and else from the target.
+            let free = predictor.see(index, &given, work)?.real.translation.vector;
+            let settle = |from: &Vector3<f64>, work: &mut SingleWork| {
+                settle(predictor, index, process, (&given, travel), from, work)
+            };
+            let (seen, _) = settle(&free, work).or_else(|_| settle(&target, work))?;
+            Some((seen.real.translation.vector - target).norm())
+        }
+    };
+    Ok(Point { corrected, before, wrench, settled })
+}
+
+fn deviation(seen: &Seen, desired: &Desired) -> Deviation {
+    let target = desired.target.translation.vector;
+    Deviation {
+        all: seen.real.translation.vector - target,
+        geometry: seen.rigid.translation.vector - target,
+        weight: seen.by_weight,
+        wrench: seen.by_wrench,
+        effects: seen.by_effects(),
+        turned: seen.to(&desired.target).fixed_rows::<3>(3).norm(),
+    }
+}
+
+/// Direction in which each target is reached; of the first, in which it is left.
+fn travel(desired: &[Result<Desired, Refusal>]) -> Vec<Vector3<f64>> {
+    let at = |row: usize| desired.get(row).and_then(|d| d.as_ref().ok()).map(|d| d.target.translation.vector);
+    (0..desired.len())
+        .map(|row| {
+            let (from, to) = if row == 0 { (at(0), at(1)) } else { (at(row - 1), at(row)) };
+            from.zip(to).map_or(Vector3::zeros(), |(from, to)| to - from)
+        })
+        .collect()
+}
+
+/// Writes the side from which each variable reaches each point (of the first: as if coming the way it leaves) into the
+/// conditions of a path, except those among `own`. A variable that stands keeps its side; 0 before it first moves.
+pub fn derive_sides(model: &Model, commands: &[Option<Vec<f64>>], own: &[String], path: &mut Campaign) {
+    for (k, variable) in model.variables.iter().enumerate() {
+        let name = format!("approach.{}", variable.name);
+        if own.contains(&name) {
+            continue;
+        }
+        let mut sides = vec![0.0; commands.len()];
+        let mut side = 0.0;
+        let mut last: Option<f64> = None;
+        for (row, q) in commands.iter().enumerate() {
+            let Some(now) = q.as_ref().map(|q| q[k]) else {
+                sides[row] = side;
+                continue;
+            };
+            if let Some(last) = last
+                && (now - last).abs() > STANDS
+            {
+                side = (now - last).signum();
+            }
+            sides[row] = side;
+            last = Some(now);
+        }
+        if let Some(first) = sides.iter().copied().find(|side| *side != 0.0) {
+            sides.iter_mut().take_while(|side| **side == 0.0).for_each(|side| *side = first);
+        }
+        path.conditions.insert(name, sides);
+    }
+}

@@ -1,0 +1,143 @@
+//! Image of a process file: what pushes back on the tool, as a function of where the tool really is.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::resolve::{GREATEST, Locate};
+use super::units::Units;
+use crate::remark::Remark;
+
+/// A process. Everything is in the robot's base frame; what is listed acts together.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RawProcess {
+    /// Display name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub process: Option<String>,
+    /// Where the figures come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// Units of this file; SI where absent.
+    pub units: Units,
+    /// Force on the tool at all times: a weight that it carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carried: Option<[f64; 3]>,
+    /// An elastic strip that the tool bends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strip: Option<RawStrip>,
+    /// Linear springs from fixed points to the tool.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<RawAnchored>,
+}
+
+/// A cantilever strip, bent in its plane by the tip of the tool, which slides on its surface.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RawStrip {
+    /// Point of the surface that the tool touches, in the middle of its width, where the strip leaves its clamp.
+    pub clamp: [f64; 3],
+    /// Direction from the clamp to the free end.
+    pub along: [f64; 3],
+    /// Direction in which the tool pushes; what of it lies along the strip is dropped.
+    pub push: [f64; 3],
+    /// From the clamp to the free end.
+    pub length: f64,
+    /// Across the plane of bending.
+    pub width: f64,
+    /// In the plane of bending.
+    pub height: f64,
+    /// Young's modulus.
+    pub young: f64,
+    /// How its deflection is computed.
+    #[serde(default)]
+    pub theory: Theory,
+    /// Coefficient of friction between tool and strip, against the tool's travel.
+    #[serde(default)]
+    pub friction: f64,
+}
+
+/// Theory of bending.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Theory {
+    /// Small slopes: the force stands across the straight strip.
+    EulerBernoulli,
+    /// Geometrically exact: the strip bends as an elastica, and the force stands across it where it is touched.
+    #[default]
+    Large,
+}
+
+/// A spring between a fixed point and the tool.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RawAnchored {
+    /// Where it does not pull.
+    pub at: [f64; 3],
+    /// Force per displacement along the axes of the base; negative where it pushes away.
+    pub stiffness: [f64; 3],
+}
+
+/// Values that no process has.
+pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    let mut tell = |path: &[&str], message: String, remedy: &str| {
+        remarks.push(Remark::error(message).at(locate(path)).remedy(remedy));
+    };
+    let finite = |v: &[f64], factor: f64| v.iter().all(|v| (v * factor).abs() <= GREATEST);
+    if raw.carried.is_none() && raw.strip.is_none() && raw.springs.is_empty() {
+        tell(&[], "the process does nothing to the tool".into(), "give `strip`, `springs` or `carried`");
+    }
+    if raw.carried.is_some_and(|carried| !finite(&carried, raw.units.force.factor())) {
+        tell(&["carried"], "the force carried is not finite, or too great".into(), "give three components");
+    }
+    let length = raw.units.length.factor();
+    if let Some(strip) = &raw.strip {
+        let pressure = raw.units.pressure.factor();
+        for (key, value, factor) in [
+            ("length", strip.length, length),
+            ("width", strip.width, length),
+            ("height", strip.height, length),
+            ("young", strip.young, pressure),
+        ] {
+            let greatest = if key == "young" { 1e13 } else { 1e3 };
+            if !(value > 0.0 && value * factor <= greatest) {
+                let message = format!("`{key}` of the strip is {value}, and must be a number above 0 that a strip has");
+                tell(&["strip", key], message, "check the value and `units:`");
+            }
+        }
+        if strip.height > 0.2 * strip.length {
+            let message = format!("the strip is {} high and {} long: no slender strip", strip.height, strip.length);
+            tell(&["strip", "height"], message, "beam theory holds for a height below a fifth of the length");
+        }
+        if !(0.0..=2.0).contains(&strip.friction) {
+            let message = format!("`friction` is {}, and must be from 0 to 2", strip.friction);
+            tell(&["strip", "friction"], message, "leave it out for none");
+        }
+        if !finite(&strip.clamp, length) {
+            tell(&["strip", "clamp"], "`clamp` is not finite, or too far".into(), "give three coordinates");
+        }
+        let unit = |v: [f64; 3]| {
+            let v = nalgebra::Vector3::from(v);
+            (v.norm().is_finite() && v.norm() > 0.0).then(|| v.normalize())
+        };
+        match (unit(strip.along), unit(strip.push)) {
+            (None, _) => tell(&["strip", "along"], "`along` is no direction".into(), "give three components, not all 0"),
+            (_, None) => tell(&["strip", "push"], "`push` is no direction".into(), "give three components, not all 0"),
+            (Some(along), Some(push)) if along.dot(&push).abs() > 0.99 => {
+                let remedy = "the tool pushes across the strip";
+                tell(&["strip", "push"], "`push` is parallel to `along`".into(), remedy);
+            }
+            _ => {}
+        }
+    }
+    for (index, spring) in raw.springs.iter().enumerate() {
+        let index = index.to_string();
+        if !finite(&spring.at, length) {
+            tell(&["springs", &index, "at"], "`at` is not finite, or too far".into(), "give three coordinates");
+        }
+        if !spring.stiffness.iter().all(|k| (k * raw.units.stiffness.factor()).abs() <= 1e12) {
+            tell(&["springs", &index, "stiffness"], "the stiffness is no number that a spring has".into(), "give three");
+        }
+    }
+    remarks
+}

@@ -1,0 +1,73 @@
+//! Paths and processes from disk or from the bundled set.
+
+use std::collections::BTreeMap;
+use std::path::{Path as FilePath, PathBuf};
+
+use super::place::{PROCESSES, Place, open};
+use super::robot::LoadedRobot;
+use crate::description::path::{Path, expected_columns, read};
+use crate::description::process::{RawProcess, faults};
+use crate::description::table::{Dialect, read_table};
+use crate::description::units::Units;
+use crate::description::yaml;
+use crate::process::Process;
+use crate::remark::{Remark, nearest};
+
+/// Most points of a path.
+const MOST_POINTS: usize = 1_000_000;
+
+/// The file of that name, or the one of a bundled process.
+fn found(name: &str, file: &str) -> Place {
+    let bundled = PathBuf::from(name).join(file);
+    let path = FilePath::new(name);
+    if path.is_dir() {
+        Place::Disk(path.join(file))
+    } else if !path.exists() && PROCESSES.get_file(&bundled).is_some() {
+        Place::Bundled(bundled)
+    } else {
+        Place::Disk(path.to_path_buf())
+    }
+}
+
+/// A process left as it was said of it, with the nearest bundled name.
+fn or_bundled(mut said: Vec<Remark>, name: &str) -> Vec<Remark> {
+    let known: Vec<&str> = PROCESSES.dirs().filter_map(|dir| dir.path().to_str()).collect();
+    if let Some(first) = said.first_mut()
+        && first.remedy.is_none()
+        && !FilePath::new(name).exists()
+    {
+        first.remedy = Some(match nearest(name, known.iter().copied()) {
+            Some(near) => format!("did you mean the bundled `{near}`?"),
+            None => format!("give a file, or one of the bundled: {}", known.join(", ")),
+        });
+    }
+    said
+}
+
+/// Reads a path of a robot: a CSV, or the path of a bundled process; in the units given.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
+    let place = found(name, "path.csv");
+    let bytes = open(&place).map_err(|remark| or_bundled(vec![remark], name))?;
+    let expected = expected_columns(&robot.robot);
+    let table =
+        read_table(&place.name(), bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
+    read(&table, &robot.robot, units)
+}
+
+/// Reads a process: a YAML file, or a bundled one.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_process(name: &str) -> Result<(Process, Vec<Remark>), Vec<Remark>> {
+    let place = found(name, "process.yaml");
+    let text = place.text().map_err(|said| or_bundled(said, name))?;
+    let (raw, document, mut remarks) = yaml::read::<RawProcess>(&place.name(), &text);
+    let Some(raw) = raw else { return Err(remarks) };
+    if !remarks.iter().any(Remark::is_error) {
+        remarks.extend(faults(&raw, &|path| document.place_of_value(path)));
+    }
+    if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((Process::new(&raw), remarks)) }
+}
