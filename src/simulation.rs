@@ -145,6 +145,22 @@ pub fn simulate(
     if plan.conditions {
         conditions(model, &mut campaign, random);
     }
+    measure(model, values, campaign, [plan.sigma, plan.sigma_orientation], random)
+}
+
+/// A campaign measured anew: its readings are what a robot of these `values` would give, with noise of one sigma (m of a
+/// coordinate, rad of a component of the orientation).
+///
+/// # Errors
+/// As [`simulate`].
+pub fn measure(
+    model: &Model,
+    values: &[f64],
+    mut campaign: Campaign,
+    sigma: [f64; 2],
+    random: &mut ChaCha8Rng,
+) -> Result<Campaign, PredictionError> {
+    campaign.readings.iter_mut().for_each(|reading| reading.measured = [0.0; 6]);
     // Measured less predicted, nothing being measured yet, is less the prediction.
     let mut found = Linearised::default();
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
@@ -153,7 +169,7 @@ pub fn simulate(
         for (measured, left) in reading.measured.iter_mut().zip(left) {
             *measured = -left;
         }
-        disturb(&mut reading.measured, plan, random);
+        disturb(&mut reading.measured, campaign.observes, sigma, random);
     }
     Ok(campaign)
 }
@@ -181,14 +197,14 @@ fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
 const BLANK: Reading =
     Reading { row: 0, pose: 0, marker: None, measured: [0.0; 6], anchor: 0, wrench: [0.0; 6], check: None };
 
-fn disturb(measured: &mut [f64; 6], plan: &Plan, random: &mut ChaCha8Rng) {
+fn disturb(measured: &mut [f64; 6], observes: Observes, sigma: [f64; 2], random: &mut ChaCha8Rng) {
     let mut normal = || -> f64 { StandardNormal.sample(random) };
-    let components = if plan.observes == Observes::Distance { 1 } else { 3 };
+    let components = if observes == Observes::Distance { 1 } else { 3 };
     for value in &mut measured[..components] {
-        *value += plan.sigma * normal();
+        *value += sigma[0] * normal();
     }
-    if plan.observes == Observes::Pose {
-        let noise = Vector3::from_fn(|_, _| plan.sigma_orientation * normal());
+    if observes == Observes::Pose {
+        let noise = Vector3::from_fn(|_, _| sigma[1] * normal());
         let turn = Rotation3::new(noise) * Rotation3::new(Vector3::new(measured[3], measured[4], measured[5]));
         measured[3..].copy_from_slice(rotation_vector(&turn).as_slice());
     }

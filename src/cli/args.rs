@@ -439,10 +439,10 @@ pub struct Compensate {
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,
     /// Residual up to which a point counts as met, mm (and mm on a lever of 1 m).
-    #[arg(long, value_name = "MM", default_value_t = 1e-4)]
+    #[arg(long, value_name = "MM", default_value_t = 1e-4, allow_hyphen_values = true)]
     pub residual: f64,
     /// Greatest correction of an angle, deg; of a stroke in proportion to half its range.
-    #[arg(long, value_name = "DEG", default_value_t = 5.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 5.0, allow_hyphen_values = true)]
     pub largest: f64,
     /// Write the corrected commands and the controller's poses of them (CSV); not if a point is refused.
     #[arg(long, value_name = "FILE")]

@@ -51,9 +51,8 @@ pub fn correct(
     let mut seen = predictor.see(index, wrench, work)?;
     let mut error = held.of(&seen.to(target));
     predictor.differentiate(index, wrench, &seen, false, work);
-    let (mut steps, condition) = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular {
-        condition: f64::INFINITY,
-    })?;
+    let (mut steps, condition) =
+        Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?;
     if condition > WORST_CONDITION {
         return Err(Refusal::Singular { condition });
     }
@@ -89,9 +88,7 @@ pub fn correct(
             predictor.place(&q, work)?;
             seen = if left.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
             predictor.differentiate(index, wrench, &seen, true, work);
-            steps = Steps::new(model, &held, &work.jacobian)
-                .ok_or(Refusal::Singular { condition: f64::INFINITY })?
-                .0;
+            steps = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?.0;
         }
     }
     within_limits(model, &q, work)?;

@@ -15,9 +15,17 @@ const MOST: usize = 60;
 /// A gap below this counts as closed, m.
 const CLOSED: f64 = 1e-12;
 
+/// A point of the arm and what loads it there.
+#[derive(Debug, Clone, Copy)]
+pub struct Balance {
+    /// The point as predicted.
+    pub seen: Seen,
+    /// The whole wrench on it, N and N.m, base axes.
+    pub wrench: [f64; 6],
+}
+
 /// The reading `index` at the configuration just placed, in equilibrium with a process beside a given wrench (N and N.m,
-/// base axes), reached by travelling in a direction; sought from a point (m, base frame). Returns the reading and the
-/// whole wrench.
+/// base axes), reached by travelling in a direction; sought from a point (m, base frame).
 ///
 /// # Errors
 /// [`Refusal`] if the process cannot be there, or there is no stable equilibrium.
@@ -28,7 +36,7 @@ pub fn settle(
     (given, travel): (&[f64; 6], &Vector3<f64>),
     from: &Vector3<f64>,
     work: &mut SingleWork,
-) -> Result<(Seen, [f64; 6]), Refusal> {
+) -> Result<Balance, Refusal> {
     let by_force: Matrix3<f64> = predictor.compliance(index, work).fixed_view::<3, 3>(0, 0).into_owned();
     let mut at = |x: &Vector3<f64>| -> Result<(Push, Seen, [f64; 6], Vector3<f64>), Refusal> {
         let push = process.push(x, travel)?;
@@ -43,7 +51,7 @@ pub fn settle(
     for _ in 0..MOST {
         let matrix = Matrix3::identity() - by_force * push.gradient;
         if gap.norm() < CLOSED {
-            return if matrix.determinant() > 0.0 { Ok((seen, wrench)) } else { Err(Refusal::Unstable) };
+            return if matrix.determinant() > 0.0 { Ok(Balance { seen, wrench }) } else { Err(Refusal::Unstable) };
         }
         let Some(step) = matrix.try_inverse().map(|inverse| inverse * gap) else { return Err(Refusal::Unstable) };
         let mut share = 1.0;
@@ -62,7 +70,7 @@ pub fn settle(
             share *= 0.5;
             if share < 1e-6 {
                 return if gap.norm() < 1e3 * CLOSED {
-                    Ok((seen, wrench))
+                    Ok(Balance { seen, wrench })
                 } else if matrix.determinant() <= 0.0 {
                     Err(Refusal::Unstable)
                 } else {

@@ -104,7 +104,10 @@ fn inverse(
     let target = match rotation {
         Some(rotation) => {
             let turned = rotation * tool.rotation.inverse();
-            Target { position: (position + turned * (tool.translation.vector - point.coords)).into(), rotation: Some(rotation) }
+            Target {
+                position: (position + turned * (tool.translation.vector - point.coords)).into(),
+                rotation: Some(rotation),
+            }
         }
         None => Target { position: (*position).into(), rotation: None },
     };
@@ -114,9 +117,17 @@ fn inverse(
     }
     let near = InverseSettings { restarts: 0, from: last.map(<[f64]>::to_vec), ..InverseSettings::default() };
     let anywhere = InverseSettings { restarts: 192, ..near.clone() };
-    let found = if last.is_some() { solve(geometry, &target, &near).or_else(|_| solve(geometry, &target, &anywhere)) } else { solve(geometry, &target, &anywhere) };
+    let found = if last.is_some() {
+        solve(geometry, &target, &near).or_else(|_| solve(geometry, &target, &anywhere))
+    } else {
+        solve(geometry, &target, &anywhere)
+    };
     match found {
-        Ok(found) => found.into_iter().next().map(|solution| solution.joints).ok_or_else(|| Refusal::Unreachable("no solution".into())),
+        Ok(found) => found
+            .into_iter()
+            .next()
+            .map(|solution| solution.joints)
+            .ok_or_else(|| Refusal::Unreachable("no solution".into())),
         Err(error) => Err(Refusal::Unreachable(error.to_string())),
     }
 }

@@ -11,9 +11,9 @@ mod desired;
 mod path;
 
 pub use correct::{Corrected, correct};
-pub use coupling::settle;
+pub use coupling::{Balance, settle};
 pub use desired::{Asked, Controller, desire, six};
-pub use path::{Outcome, Point, Sides, compensate, derive_sides};
+pub use path::{Outcome, Point, Sides, compensate, derive_sides, predict_path};
 
 use nalgebra::Vector3;
 

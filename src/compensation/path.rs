@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::correct::{Corrected, correct};
-use super::coupling::settle;
+use super::coupling::{Balance, settle};
 use super::{Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
@@ -95,7 +95,7 @@ pub fn compensate(
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
         // Only an effect that looks at the side makes another round worth while.
-        let settled = !derived || !model.effects.iter().any(|e| e.effect.as_deref() == Some("backlash")) || {
+        let settled = !derived || !model.effects.iter().any(|e| e.entry.effect.as_deref() == Some("backlash")) || {
             derive_sides(model, &found, &own, &mut path);
             path.conditions == before
         };
@@ -105,6 +105,41 @@ pub fn compensate(
         }
         commands = found;
     }
+}
+
+/// Where the robot passes under uncorrected commands, in equilibrium with a process: the reading and the whole wrench of
+/// each point. Sides of approach that the path does not give are derived from its commands, and written into it.
+///
+/// # Errors
+/// The model cannot be assembled with these values.
+pub fn predict_path(
+    model: &Model,
+    values: &[f64],
+    path: &mut Campaign,
+    desired: &[Result<Desired, Refusal>],
+    process: Option<&Process>,
+) -> Result<Vec<Result<Balance, Refusal>>, AssemblyError> {
+    let own: Vec<String> = path.conditions.keys().filter(|name| name.starts_with("approach.")).cloned().collect();
+    let commands: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
+    derive_sides(model, &commands, &own, path);
+    let predictor = SinglePredictor::new(model, values, path)?;
+    let travel = travel(desired);
+    let settled = desired.par_iter().enumerate().map_init(
+        || predictor.work(),
+        |work, (index, desired)| {
+            let desired = desired.as_ref().map_err(Clone::clone)?;
+            let given = predictor.campaign.readings[index].wrench;
+            predictor.place(&desired.nominal, work)?;
+            match process {
+                None => Ok(Balance { seen: predictor.see(index, &given, work)?, wrench: given }),
+                Some(process) => {
+                    let target = desired.target.translation.vector;
+                    settle(&predictor, index, process, (&given, &travel[index]), &target, work)
+                }
+            }
+        },
+    );
+    Ok(settled.collect())
 }
 
 fn point(
@@ -127,7 +162,7 @@ fn point(
     predictor.place(&desired.nominal, work)?;
     let before = match process {
         None => Some(predictor.see(index, &given, work)?),
-        Some(process) => settle(predictor, index, process, (&given, travel), &target, work).ok().map(|(seen, _)| seen),
+        Some(process) => settle(predictor, index, process, (&given, travel), &target, work).ok().map(|b| b.seen),
     };
     let before = before.map(|seen| deviation(&seen, desired));
     let corrected = correct(predictor, index, desired, &wrench, settings, work)?;
@@ -140,8 +175,8 @@ fn point(
             let settle = |from: &Vector3<f64>, work: &mut SingleWork| {
                 settle(predictor, index, process, (&given, travel), from, work)
             };
-            let (seen, _) = settle(&free, work).or_else(|_| settle(&target, work))?;
-            Some((seen.real.translation.vector - target).norm())
+            let found = settle(&free, work).or_else(|_| settle(&target, work))?;
+            Some((found.seen.real.translation.vector - target).norm())
         }
     };
     Ok(Point { corrected, before, wrench, settled })

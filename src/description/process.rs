@@ -121,7 +121,9 @@ pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
             (v.norm().is_finite() && v.norm() > 0.0).then(|| v.normalize())
         };
         match (unit(strip.along), unit(strip.push)) {
-            (None, _) => tell(&["strip", "along"], "`along` is no direction".into(), "give three components, not all 0"),
+            (None, _) => {
+                tell(&["strip", "along"], "`along` is no direction".into(), "give three components, not all 0")
+            }
             (_, None) => tell(&["strip", "push"], "`push` is no direction".into(), "give three components, not all 0"),
             (Some(along), Some(push)) if along.dot(&push).abs() > 0.99 => {
                 let remedy = "the tool pushes across the strip";
@@ -136,7 +138,11 @@ pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
             tell(&["springs", &index, "at"], "`at` is not finite, or too far".into(), "give three coordinates");
         }
         if !spring.stiffness.iter().all(|k| (k * raw.units.stiffness.factor()).abs() <= 1e12) {
-            tell(&["springs", &index, "stiffness"], "the stiffness is no number that a spring has".into(), "give three");
+            tell(
+                &["springs", &index, "stiffness"],
+                "the stiffness is no number that a spring has".into(),
+                "give three",
+            );
         }
     }
     remarks

@@ -52,8 +52,7 @@ pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, 
     let place = found(name, "path.csv");
     let bytes = open(&place).map_err(|remark| or_bundled(vec![remark], name))?;
     let expected = expected_columns(&robot.robot);
-    let table =
-        read_table(&place.name(), bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
+    let table = read_table(&place.name(), bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
     read(&table, &robot.robot, units)
 }
 

@@ -14,7 +14,7 @@ mod slider_crank;
 mod spatial;
 
 pub use geometry::{AssemblyError, Geometry, Placements};
-pub use inverse::{InverseError, beyond_limits, InverseSettings, Solution, Target, solve};
+pub use inverse::{InverseError, InverseSettings, Solution, Target, beyond_limits, solve};
 pub use jacobian::{By, ErrorColumns, shift};
 pub use rates::Rates;
 pub use slider_crank::slider_crank;

@@ -131,10 +131,7 @@ impl<'a> Predictor<'a> {
     /// The first configuration (in the order of rows) that cannot be assembled.
     pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
         let Declared { terms: switched_on, amounts: amount_slots, shifts } = declared(self.model);
-        let amounts: Vec<f64> = amount_slots
-            .iter()
-            .map(|slot| slot.and_then(|slot| values.get(slot).copied()).unwrap_or_default())
-            .collect();
+        let amounts = terms::amounts_of(&amount_slots, values);
         let shifted: Vec<f64>;
         let values = if shifts.is_empty() {
             values

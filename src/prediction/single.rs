@@ -4,7 +4,7 @@
 use nalgebra::{Matrix6, Point3, Rotation3, Translation3, Vector3, Vector6};
 
 use super::deflection::{Deflected, Deflections, Work};
-use super::terms::{TermWork, Terms, declared};
+use super::terms::{Declared, TermWork, Terms, amounts_of, declared};
 use super::{measured_point, predict, rest};
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::elastics::{Mechanism, Motion};
@@ -83,7 +83,8 @@ impl<'a> SinglePredictor<'a> {
     /// The loops cannot be assembled with these values.
     pub fn new(model: &'a Model, values: &[f64], campaign: &'a Campaign) -> Result<Self, AssemblyError> {
         debug_assert_eq!(campaign.observes, Observes::Pose);
-        let (all, all_amounts, shifts) = declared(model);
+        let Declared { terms: all, amounts: slots, shifts } = declared(model);
+        let all_amounts = amounts_of(&slots, values);
         let mut values = values.to_vec();
         shifts.iter().for_each(|&(slot, amount)| values[slot] += amount);
         let (mut terms, mut amounts, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,8 +104,7 @@ impl<'a> SinglePredictor<'a> {
         let deflections = Deflections::new(model, &values, campaign, &[]).under_any_wrench();
         let terms = Terms::new(&geometry, &pattern, campaign, terms);
         let by: Vec<By> = (0..model.variables.len()).map(By::Variable).collect();
-        let plans =
-            (0..model.frames.len()).map(|frame| ErrorColumns::new(&geometry, &pattern, frame, &by)).collect();
+        let plans = (0..model.frames.len()).map(|frame| ErrorColumns::new(&geometry, &pattern, frame, &by)).collect();
         let to_base = geometry.base().inverse();
         Ok(Self { geometry, campaign, left_out, deflections, terms, amounts, pattern, plans, to_base })
     }
@@ -171,7 +171,8 @@ impl<'a> SinglePredictor<'a> {
         let (frame, _) = measured_point(&self.geometry, &reading);
         let axes = work.placements.frames[frame].rotation * self.geometry.tool().rotation;
         Ok(Seen {
-            real: self.to_base * Transform::from_parts(Translation3::from(predicted.position.coords), predicted.rotation),
+            real: self.to_base
+                * Transform::from_parts(Translation3::from(predicted.position.coords), predicted.rotation),
             rigid: Transform::from_parts(Translation3::from(point.coords), axes),
             by_weight: deflected.displacement - by_wrench,
             by_wrench,
@@ -209,14 +210,8 @@ impl<'a> SinglePredictor<'a> {
                 let frames = |frame: usize| columns[frame][variable];
                 let joints = |joint: usize| rates.rate(joint, variable);
                 let motion = Motion { by: None, frames: &frames, joints: &joints };
-                let change: Deflected = self.deflections.by_motion(
-                    loaded,
-                    placements,
-                    &reading,
-                    &point,
-                    &moved,
-                    Some((variable, &motion)),
-                );
+                let change: Deflected =
+                    self.deflections.by_motion(loaded, placements, &reading, &point, &moved, Some((variable, &motion)));
                 moved += change.displacement;
                 turn += jacobian * change.rotation;
             }

@@ -259,6 +259,11 @@ pub fn declared(model: &Model) -> Declared {
     declared
 }
 
+/// Amounts by their slots; zero where a parameter is not given.
+pub(super) fn amounts_of(slots: &[Option<Slot>], values: &[f64]) -> Vec<f64> {
+    slots.iter().map(|slot| slot.and_then(|slot| values.get(slot).copied()).unwrap_or_default()).collect()
+}
+
 /// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.
 fn joint_rate(model: &Model, rates: &Rates, variable: usize) -> f64 {
     use crate::description::robot::Motion;

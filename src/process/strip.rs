@@ -110,10 +110,7 @@ impl Strip {
         // Across and along the strip where it is touched.
         let unit = Vector2::new(-sine + f * cosine, cosine + f * sine);
         let turned = Vector2::new(-cosine - f * sine, -sine + f * cosine);
-        let by_unknowns = Matrix2::from_columns(&[
-            unit + turned * (n * by_slope.x),
-            turned * (n * by_slope.y),
-        ]);
+        let by_unknowns = Matrix2::from_columns(&[unit + turned * (n * by_slope.x), turned * (n * by_slope.y)]);
         let inverse = by.try_inverse().ok_or_else(failed)?;
         Ok((unit * (n * self.rigidity), by_unknowns * inverse * self.rigidity))
     }

@@ -149,8 +149,10 @@ impl Compensation<'_> {
         if self.outcome.sides == Sides::Unsettled {
             out += "the side of approach of some points flips with the correction itself: those may miss by the backlash\n";
         }
-        let refused: Vec<String> =
-            self.refused().map(|(index, why)| format!("point {index} ({}) refused: {why}", self.names[index])).collect();
+        let refused: Vec<String> = self
+            .refused()
+            .map(|(index, why)| format!("point {index} ({}) refused: {why}", self.names[index]))
+            .collect();
         for line in refused.iter().take(MOST_SHOWN) {
             let _ = writeln!(out, "{line}");
         }

@@ -115,6 +115,7 @@ fn json_is_all_that_is_printed() {
         &["identify", "c", "--compare"],
         &["residuals", "arm.yaml", "c"],
         &["convert", "arm.yaml", "other.yaml"],
+        &["compensate", "kuka-ir663", "ir663-strip", "--process", "ir663-strip"],
         &["schema", "robot"],
         &["completions", "bash"],
     ];

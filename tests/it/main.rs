@@ -3,6 +3,7 @@
 mod architecture;
 mod blind;
 mod cli;
+mod compensation;
 mod compensator;
 mod derivatives;
 mod diagnosis;
@@ -23,6 +24,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod process;
 mod random_robots;
 mod real_data;
 mod recovery;

@@ -52,8 +52,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     let values = model.registry.nominal();
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
         .map_err(Failure::computation)?;
-    let nominal: Vec<Option<Vec<f64>>> =
-        desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
+    let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let poses: Vec<Option<[f64; 6]>> = outcome
         .points
         .iter()
@@ -140,7 +139,11 @@ impl ControllerFile {
         let of = |l: &LoadedRobot| -> Vec<String> { l.model.variables.iter().map(|v| v.name.clone()).collect() };
         if of(&nominal) != of(loaded) {
             return Err(Failure::input(
-                format!("--nominal `{name}` has the variables {}, and the robot {}", of(&nominal).join(", "), of(loaded).join(", ")),
+                format!(
+                    "--nominal `{name}` has the variables {}, and the robot {}",
+                    of(&nominal).join(", "),
+                    of(loaded).join(", ")
+                ),
                 "give the uncalibrated description of the same robot",
             ));
         }

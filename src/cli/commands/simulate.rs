@@ -1,8 +1,11 @@
 //! `simulate`: a campaign with known truth.
 
+mod process;
+
 use indexmap::IndexMap;
 use rand::RngExt;
 use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Map, Value, json};
 
@@ -57,6 +60,10 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         }
     }
     let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
+    if let Some(file) = &command.process {
+        let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
+        return process::run(&scene, file, seed, &mut random);
+    }
     let configurations = match command.poses.parse::<usize>() {
         Ok(0) => return Err(Failure::input("--poses 0", "give at least one configuration")),
         Ok(count) if count > 100_000 => {
@@ -99,9 +106,25 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         sigma_orientation: command.orientation_noise.to_radians(),
         estimate: [command.unknown_base, command.unknown_tool],
     };
-    let mut campaign = simulate(model, &values, &plan, &mut random).map_err(Failure::computation)?;
+    let campaign = simulate(model, &values, &plan, &mut random).map_err(Failure::computation)?;
+    delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)
+}
+
+/// What a campaign was made with.
+struct Made<'a> {
+    command: &'a Simulate,
+    loaded: &'a LoadedRobot,
+    values: &'a [f64],
+    plan: &'a Plan,
+    seed: u64,
+}
+
+/// A campaign and its truth as files.
+fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Result<Output, Failure> {
+    let Made { command, loaded, values, plan, seed } = *made;
+    let model = &loaded.model;
     let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
-    order.shuffle(&mut random);
+    order.shuffle(random);
     order.truncate((command.check * order.len() as f64).round() as usize);
     campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
 
@@ -109,12 +132,13 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         .registry
         .all()
         .iter()
-        .zip(&values)
+        .zip(values)
         .filter(|(parameter, value)| parameter.nominal != **value)
         .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
         .collect();
-    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": model.effects.iter().map(|effect| &effect.entry).collect::<Vec<_>>()});
-    let header = raw_campaign(command, &loaded, &campaign, &plan, seed);
+    let effects: Vec<_> = model.effects.iter().map(|effect| &effect.entry).collect();
+    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": effects});
+    let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let mut output = Output::new(
         format!(
             "{} readings at {} configurations: {}\n",
@@ -129,7 +153,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         Failure::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
     output.files = vec![
-        (command.into.join("measurements.csv"), csv(&loaded, &campaign)),
+        (command.into.join("measurements.csv"), csv(loaded, &campaign)),
         (command.into.join("truth.json"), format!("{truth:#}\n")),
         (command.into.join("campaign.yaml"), yaml::write(&header).map_err(Failure::Computation)?),
     ];

@@ -1,0 +1,105 @@
+//! `simulate --process`: readings along a path, the arm in equilibrium with what pushes back.
+
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use super::{Made, delivered};
+use crate::cli::args::{FrameName, ObservesName, Simulate};
+use crate::cli::commands::compensate::ControllerFile;
+use crate::cli::{Failure, Output};
+use crate::compensation::predict_path;
+use crate::description::campaign::Observes;
+use crate::files::{LoadedRobot, load_path, load_process};
+use crate::report::table::{mm, table};
+use crate::simulation::{Plan, measure};
+
+/// The robot and the command, as far as `simulate` has them.
+pub struct Scene<'a> {
+    pub command: &'a Simulate,
+    pub loaded: &'a LoadedRobot,
+    pub values: &'a [f64],
+    pub markers: &'a [Option<usize>],
+}
+
+pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Result<Output, Failure> {
+    let Scene { command, loaded, values, markers } = *scene;
+    let observes = match command.observes {
+        ObservesName::Position => Observes::Position,
+        ObservesName::Pose => Observes::Pose,
+        ObservesName::Distance | ObservesName::Deflection => {
+            return Err(Failure::input(
+                "--process: what is read along a path are positions or poses",
+                "give --observes position or pose",
+            ));
+        }
+    };
+    let [marker] = markers else {
+        return Err(Failure::input(
+            "--process: the process pushes on one point",
+            "give one marker, or none for the tool",
+        ));
+    };
+    if !command.wrench.is_empty() || command.repeats != 1 {
+        return Err(Failure::input(
+            "--process with --wrench or --repeats",
+            "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
+        ));
+    }
+    let (process, mut remarks) = load_process(file)?;
+    let mut path = load_path(&command.poses, loaded, loaded.raw.units)?;
+    if let Some(marker) = marker {
+        path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
+    }
+    let controller = ControllerFile::new(None, loaded, &path)?;
+    let (desired, _) = controller.desired(loaded, &path, None, FrameName::Base)?;
+    let (model, mut campaign) = (&loaded.model, path.campaign);
+    let found = predict_path(model, values, &mut campaign, &desired, Some(&process)).map_err(Failure::computation)?;
+    let (mut rows, mut points) = (Vec::new(), Vec::new());
+    for (index, (balance, desired)) in found.iter().zip(&desired).enumerate() {
+        let name = campaign.poses[campaign.readings[index].pose].clone();
+        let refused =
+            |why: &crate::compensation::Refusal| Failure::Computation(format!("point {index} ({name}): {why}"));
+        let (desired, balance) = (desired.as_ref().map_err(refused)?, balance.as_ref().map_err(refused)?);
+        let wrench = &balance.wrench;
+        let missed = balance.seen.real.translation.vector - desired.target.translation.vector;
+        let shown = |v: f64| format!("{:.4}", mm(v));
+        let mut row = vec![index.to_string(), name.clone()];
+        row.extend(missed.iter().map(|v| shown(*v)));
+        row.push(shown(missed.norm()));
+        row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
+        rows.push(row);
+        points.push(json!({"index": index, "name": name, "missed": [missed.x, missed.y, missed.z], "wrench": wrench}));
+        let variables = campaign.variables;
+        campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
+        campaign.readings[index].wrench = *wrench;
+    }
+    campaign.name = format!("{}, {}, simulated", model.name, process.name);
+    campaign.observes = observes;
+    campaign.sigma = (command.noise > 0.0).then_some([command.noise * 1e-3; 3]);
+    let sigma = [command.noise * 1e-3, command.orientation_noise.to_radians()];
+    campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
+    if model.effects.is_empty() && !command.conditions {
+        campaign.conditions.retain(|name, _| !name.starts_with("approach."));
+    }
+    let campaign = measure(model, values, campaign, sigma, random).map_err(Failure::computation)?;
+    let plan = Plan {
+        configurations: Vec::new(),
+        markers: markers.to_vec(),
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes,
+        sigma: sigma[0],
+        sigma_orientation: sigma[1],
+        estimate: [command.unknown_base, command.unknown_tool],
+    };
+    let made = Made { command, loaded, values, plan: &plan, seed };
+    let mut output = delivered(&made, campaign, random)?;
+    let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
+    output.text =
+        format!("{} under `{}`, in equilibrium\n\n{}\n{}", model.name, process.name, table(&header, rows), output.text);
+    output.json["points"] = Value::Array(points);
+    remarks.append(&mut output.remarks);
+    output.remarks = remarks;
+    Ok(output)
+}

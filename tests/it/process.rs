@@ -1,0 +1,189 @@
+//! The elastic strip against published solutions of the elastica, and the arm in equilibrium with what pushes back.
+
+use elastogeo::compensation::{Desired, Refusal, predict_path};
+use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::process::{RawProcess, Theory};
+use elastogeo::kinematics::{Geometry, Placements};
+use elastogeo::process::{Process, ProcessError, bend};
+use elastogeo::simulation::{Plan, generator, simulate};
+use nalgebra::Vector3;
+
+use crate::support::model_of;
+
+/// A cantilever of length 1 under a force P across its undeformed axis that keeps its direction, P L^2 / EI = load:
+/// vertical and horizontal displacement of the tip, and its slope. Found by the slope, in whose axes the force is known.
+fn dead_load(load: f64) -> [f64; 3] {
+    let reached = |slope: f64| bend(load * slope.cos(), slope.tan(), 0.0, 1.0);
+    let (mut low, mut high) = (0.0, 0.5 * std::f64::consts::PI - 1e-9);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if reached(middle).slope > middle { low = middle } else { high = middle }
+    }
+    let slope = 0.5 * (low + high);
+    let [x, y] = reached(slope).at;
+    let (sine, cosine) = slope.sin_cos();
+    [sine * x + cosine * y, 1.0 - (cosine * x - sine * y), slope]
+}
+
+/// Mattiasson 1981, Table 1 (elliptic integrals); Bisshopp and Drucker 1945 draw the same curves.
+#[test]
+fn tip_deflections_are_those_of_the_published_elastica() {
+    let table = [
+        (1.0, [0.30172, 0.05643, 0.46135]),
+        (2.0, [0.49346, 0.16064, 0.78175]),
+        (5.0, [0.71379, 0.38763, 1.21537]),
+        (10.0, [0.81061, 0.55500, 1.43029]),
+    ];
+    for (load, published) in table {
+        let found = dead_load(load);
+        println!("PL2/EI {load}: w/L {:.6}, u/L {:.6}, slope {:.6}", found[0], found[1], found[2]);
+        for (found, published) in found.iter().zip(published) {
+            assert!((found - published).abs() < 5.1e-6, "{load}: {found} {published}");
+        }
+    }
+}
+
+fn strip(theory: Theory, friction: f64) -> Process {
+    let text = format!(
+        "units: {{length: mm, pressure: GPa}}
+strip: {{clamp: [2230, 100, 1425], along: [-1, 0.2, 0], push: [0.1, 0, -1], length: 585, width: 50, height: 14,
+        young: 69.5, theory: {}, friction: {friction}}}",
+        if theory == Theory::Large { "large" } else { "euler-bernoulli" }
+    );
+    Process::new(&serde_yaml::from_str::<RawProcess>(&text).expect("a process"))
+}
+
+/// A place on the strip: along and into it, m.
+fn place(process: &Process, along: f64, depth: f64) -> Vector3<f64> {
+    let strip = process.strip.as_ref().expect("a strip");
+    strip.clamp + strip.along * along + strip.push * depth
+}
+
+#[test]
+fn small_bends_are_euler_and_bernoullis_and_large_ones_push_sideways() {
+    let (small, large) = (strip(Theory::EulerBernoulli, 0.0), strip(Theory::Large, 0.0));
+    let own = large.strip.as_ref().expect("a strip");
+    let rigidity = 69.5e9 * 0.05 * 0.014_f64.powi(3) / 12.0;
+    assert!((own.rigidity - rigidity).abs() < 1e-6);
+    let push = |process: &Process, along, depth| {
+        let force = process.push(&place(process, along, depth), &Vector3::zeros()).expect("a push").force;
+        [force.dot(&own.along), force.dot(&own.push)]
+    };
+    let expected = 3.0 * rigidity * 1e-5 / 0.5_f64.powi(3);
+    let [along, across] = push(&large, 0.5, 1e-5);
+    assert!((across / -expected - 1.0).abs() < 1e-5 && along.abs() < 1e-3 * expected, "{along} {across} {expected}");
+    assert!((push(&small, 0.5, 1e-5)[1] / -expected - 1.0).abs() < 1e-10);
+    // At 25 mm, near the clamp, both components count.
+    let [along, across] = push(&large, 0.38, 0.025);
+    println!("25 mm at 380 mm: {across:.1} N across, {along:.1} N along; {:.1} N", push(&small, 0.38, 0.025)[1]);
+    assert!(along > 0.05 * -across, "towards the free end: {along} {across}");
+    assert_eq!(push(&large, 0.5, -1e-3), [0.0, 0.0]);
+}
+
+#[test]
+fn gradients_of_the_push_are_those_of_differences() {
+    for (theory, friction) in [(Theory::EulerBernoulli, 0.2), (Theory::Large, 0.0), (Theory::Large, 0.3)] {
+        let process = strip(theory, friction);
+        let own = process.strip.as_ref().expect("a strip").clone();
+        for (along, depth) in [(0.55, 0.002), (0.4, 0.025), (0.45, 0.12)] {
+            let (at, travel) = (place(&process, along, depth), -own.along);
+            let gradient = process.push(&at, &travel).expect("a push").gradient;
+            for axis in 0..3 {
+                let step = Vector3::ith(axis, 1e-6);
+                let [up, down] = [at + step, at - step].map(|at| process.push(&at, &travel).expect("a push").force);
+                let difference = (up - down) / 2e-6;
+                let away = (gradient.column(axis) - difference).norm() / gradient.norm();
+                assert!(away < 1e-6, "{theory:?} {friction} {along} {depth}: {away:e}");
+            }
+            if friction == 0.0 {
+                assert!((gradient - gradient.transpose()).norm() < 1e-9 * gradient.norm(), "no work is lost");
+            } else {
+                let free = strip(theory, 0.0).push(&at, &travel).expect("a push").force;
+                let dragged = process.push(&at, &travel).expect("a push").force;
+                assert!((dragged - free).dot(&travel) < 0.0, "friction holds the tool back");
+            }
+        }
+    }
+}
+
+#[test]
+fn places_that_the_strip_does_not_have_are_told() {
+    let process = strip(Theory::Large, 0.0);
+    let push = |along, depth| process.push(&place(&process, along, depth), &Vector3::zeros());
+    assert!(matches!(push(0.585, 0.2), Err(ProcessError::Off { .. })));
+    assert!(matches!(push(0.01, 0.02), Err(ProcessError::Clamp { .. })));
+    assert!(push(0.58, 0.025).is_ok());
+}
+
+const PRESS: &str = "units: {length: mm, angle: deg}
+variables: [q1]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-90, 90]}
+  E: {antecedent: 1, d: 1000}
+tool: {frame: E}
+joint_stiffness:
+  1: {kar: {value: 1e5}}
+";
+
+/// A lever of 1 m on a torsional spring of 1e5 N.m/rad, at rest along x: 1e5 N/m in y at its end.
+fn lever(spring: f64) -> Result<(f64, f64), Refusal> {
+    let model = model_of(PRESS);
+    let process = Process {
+        name: "spring".into(),
+        carried: Vector3::new(0.0, 100.0, 0.0),
+        strip: None,
+        springs: vec![(Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, spring, 0.0))],
+    };
+    let mut path = points(&model, vec![vec![0.0]]);
+    let target = pose(&model, &[0.0]);
+    let desired = [Ok(Desired { nominal: vec![0.0], target })];
+    let values = model.registry.nominal();
+    let found = predict_path(&model, &values, &mut path, &desired, Some(&process)).expect("assembled").remove(0)?;
+    Ok((found.seen.real.translation.y, found.wrench[1]))
+}
+
+fn pose(model: &elastogeo::model::Model, q: &[f64]) -> elastogeo::kinematics::Transform {
+    let geometry = Geometry::nominal(model).expect("assembled");
+    let mut placements = Placements::default();
+    geometry.place(q, &mut placements).expect("placed");
+    placements.frames[model.tool.0] * geometry.tool()
+}
+
+fn points(model: &elastogeo::model::Model, configurations: Vec<Vec<f64>>) -> Campaign {
+    let plan = Plan {
+        conditions: false,
+        wrenches: Vec::new(),
+        configurations,
+        markers: vec![None],
+        repeats: 1,
+        observes: Observes::Pose,
+        sigma: 0.0,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    };
+    simulate(model, &model.registry.nominal(), &plan, &mut generator(1)).expect("simulated")
+}
+
+/// Arm and spring side by side hold 100 N; a spring that pushes away harder than the arm holds has no stable balance.
+#[test]
+fn arm_and_process_share_the_load_or_buckle() {
+    let (moved, force) = lever(3e5).expect("settled");
+    assert!((moved - 100.0 / 4e5).abs() < 1e-12 && (force - 25.0).abs() < 1e-6, "{moved:e} {force}");
+    let (moved, _) = lever(-0.5e5).expect("settled");
+    assert!((moved - 100.0 / 0.5e5).abs() < 1e-12, "{moved:e}");
+    assert_eq!(lever(-2e5), Err(Refusal::Unstable));
+}
+
+/// Section 4 of the IR663 paper. What its robot misses by grows from 0.4 to 1.5 mm along the path, 3.75 times; the strip
+/// alone, of known section and alloy, says by how much the force grows.
+#[test]
+fn the_force_of_the_forming_path_grows_as_the_papers_deviations() {
+    let process = strip(Theory::Large, 0.0);
+    let own = process.strip.as_ref().expect("a strip");
+    let across = |along| -> f64 {
+        -process.push(&place(&process, along, 0.025), &Vector3::zeros()).expect("a push").force.dot(&own.push)
+    };
+    let growth = across(0.38) / across(0.58);
+    println!("{:.1} N to {:.1} N: {growth:.2} times", across(0.58), across(0.38));
+    assert!((3.0..4.5).contains(&growth), "{growth}");
+}
