@@ -2,7 +2,8 @@
 //!
 //! One way in, one way through: a [`description`] (YAML, URDF, CSV) is resolved and compiled into an immutable
 //! [`model`]; [`kinematics`] places its frames and differentiates them; [`elastics`] says how it gives under load;
-//! [`prediction`] says what each reading should be; [`identifiability`] says what the readings can tell; [`estimation`] fits it; [`report`] words the result.
+//! [`prediction`] says what each reading should be; [`identifiability`] says what the readings can tell; [`estimation`] fits it;
+//! [`compensation`] inverts it; [`report`] words the result.
 //! Inside, every quantity is SI (m, rad, N, kg, s).
 
 pub mod blind;

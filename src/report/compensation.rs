@@ -174,8 +174,10 @@ impl Compensation<'_> {
             let mut row = vec![quoted(&self.names[index])];
             let joints = point.corrected.joints.iter().zip(&self.model.variables);
             row.extend(joints.map(|(q, v)| format!("{:.9}", q / if v.is_angle { angle } else { length })));
-            let pose = self.poses[index].unwrap_or([f64::NAN; 6]);
-            row.extend((0..6).map(|k| format!("{:.9}", pose[k] / if k < 3 { length } else { angle })));
+            // Empty where the controller's own geometry has no pose for the commands.
+            let unit = |k: usize| if k < 3 { length } else { angle };
+            let pose = self.poses[index];
+            row.extend((0..6).map(|k| pose.map_or(String::new(), |pose| format!("{:.9}", pose[k] / unit(k)))));
             text += &row.join(",");
             text += "\n";
         }

@@ -454,7 +454,7 @@ fn what_a_new_user_gets_wrong_is_told() {
         (&[kr, "marked.csv"], "unknown marker `m9`"),
         (&[kr, "nan.csv"], "nan.csv:2"),
         (&[kr, "empty.csv"], "empty.csv"),
-        (&[kr, "points.csv"], "give --from"),
+        (&[kr, "points.csv"], "compensate --from"),
         (&[kr, "good.csv", "--at", "m7"], "no marker is called `m7`"),
         (&[kr, "good.csv", "--nominal", "kuka-ir663"], "has the variables q1, stroke2"),
         (&[kr, "good.csv", "--units", "lenght=mm"], "did you mean `length`?"),

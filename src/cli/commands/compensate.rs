@@ -38,6 +38,15 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
         }
         None => None,
     };
+    let has = |name: &str| model.effects.iter().any(|entry| entry.effect.as_deref() == Some(name));
+    if has("thermal-expansion") && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature")) {
+        let text = "the description has `thermal-expansion`, and the path no temperature: it is not corrected";
+        remarks.push(Remark::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
+    }
+    if has("backlash") && path.campaign.readings.len() < 2 {
+        let text = "the description has `backlash`, and one point does not say from which side it is reached";
+        remarks.push(Remark::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
+    }
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path)?;
     remarks.extend(controller.remarks.iter().cloned());
     let mut settings = Settings::new(model.variables.len());
@@ -187,7 +196,7 @@ impl ControllerFile {
             (None, false) if model.variables.len() >= 6 => {
                 return Err(Failure::input(
                     "the path gives positions, and nothing says how the tool should stand",
-                    "add columns rx, ry, rz or the joints, or give --from, a configuration whose orientation is kept",
+                    "add columns rx, ry, rz or the joints, or give `compensate --from`, a configuration whose orientation is kept",
                 ));
             }
             _ => None,
