@@ -232,6 +232,12 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     let path = load_path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
+    // The true arm lies on the flank it came from, told here by the commands' own steps.
+    for k in 0..campaign.variables {
+        let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
+        let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
+        campaign.conditions.insert(format!("approach.{}", arm.variables[k].name), sides);
+    }
     let desired: Vec<Result<Desired, Refusal>> = targets
         .iter()
         .enumerate()
