@@ -20,6 +20,7 @@ pub mod kinematics;
 pub mod math;
 pub mod model;
 pub mod parameter;
+pub mod planning;
 pub mod prediction;
 pub mod process;
 pub mod remark;

@@ -34,9 +34,64 @@ pub struct Plan {
     pub estimate: [bool; 2],
 }
 
+/// A configuration (rad, m) and the load on it (N, N.m, base axes).
+pub type Loaded = (Vec<f64>, [f64; 6]);
+
 /// The generator of a seed; the stream does not change between versions.
 pub fn generator(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
+}
+
+/// The middle `share` of each variable's limits (of a turn where it has none), rad and m.
+pub fn joint_box(model: &Model, share: f64) -> Vec<[f64; 2]> {
+    let turn = std::f64::consts::PI;
+    let side = |variable: &crate::description::robot::Variable| {
+        let [low, high] = variable.limits.filter(|l| l.iter().all(|v| v.is_finite())).unwrap_or([-turn, turn]);
+        let (middle, half) = (0.5 * (low + high), 0.5 * share * (high - low));
+        [middle - half, middle + half]
+    };
+    model.variables.iter().map(side).collect()
+}
+
+/// Whether placed joints that no variable moves keep their limits too.
+pub fn within_limits(model: &Model, placements: &Placements) -> bool {
+    model
+        .frames
+        .iter()
+        .zip(&placements.joints)
+        .all(|(frame, joint)| frame.limits.is_none_or(|[low, high]| (low..=high).contains(joint) || !frame.moves()))
+}
+
+/// Configurations drawn uniformly from a box of the variables (rad, m), as far as they can be assembled, keep the limits
+/// of joints and are accepted: fewer than `count` if too few do, and the last assembly error if there was one.
+pub fn draw_in_box(
+    geometry: &Geometry,
+    within: &[[f64; 2]],
+    count: usize,
+    random: &mut ChaCha8Rng,
+    mut accepted: impl FnMut(&[f64], &Placements) -> bool,
+) -> (Vec<Vec<f64>>, Option<AssemblyError>) {
+    let mut placements = Placements::default();
+    let mut drawn = Vec::with_capacity(count);
+    let mut last = None;
+    for _ in 0..1000 * count.max(1) {
+        if drawn.len() == count {
+            break;
+        }
+        let q: Vec<f64> = within
+            .iter()
+            .map(|[low, high]| 0.5 * (low + high) + (high - low) * (random.random::<f64>() - 0.5))
+            .collect();
+        match geometry.place(&q, &mut placements) {
+            Ok(()) => {
+                if within_limits(geometry.model, &placements) && accepted(&q, &placements) {
+                    drawn.push(q);
+                }
+            }
+            Err(error) => last = Some(error),
+        }
+    }
+    (drawn, last)
 }
 
 /// Configurations drawn uniformly from the middle `share` of each variable's limits (a turn where it has none), as far
@@ -50,38 +105,9 @@ pub fn draw_configurations(
     share: f64,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Vec<f64>>, AssemblyError> {
-    let model = geometry.model;
-    let turn = std::f64::consts::PI;
-    let mut placements = Placements::default();
-    let mut drawn = Vec::with_capacity(count);
-    let mut last = None;
-    for _ in 0..1000 * count.max(1) {
-        if drawn.len() == count {
-            break;
-        }
-        let q: Vec<f64> = model
-            .variables
-            .iter()
-            .map(|variable| {
-                let [low, high] = variable.limits.filter(|l| l.iter().all(|v| v.is_finite())).unwrap_or([-turn, turn]);
-                0.5 * (low + high) + share * (high - low) * (random.random::<f64>() - 0.5)
-            })
-            .collect();
-        match geometry.place(&q, &mut placements) {
-            Ok(()) => {
-                let inside = model.frames.iter().zip(&placements.joints).all(|(frame, joint)| {
-                    frame.limits.is_none_or(|[low, high]| (low..=high).contains(joint) || !frame.moves())
-                });
-                if inside {
-                    drawn.push(q);
-                }
-            }
-            Err(error) => last = Some(error),
-        }
-    }
-    match last {
-        Some(error) if drawn.len() < count => Err(error),
-        _ => Ok(drawn),
+    match draw_in_box(geometry, &joint_box(geometry.model, share), count, random, |_, _| true) {
+        (drawn, Some(error)) if drawn.len() < count => Err(error),
+        (drawn, _) => Ok(drawn),
     }
 }
 
@@ -98,16 +124,8 @@ pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaC
     values
 }
 
-/// The campaign that a robot of these `values` would give; effects that the model has switched on are in it.
-///
-/// # Errors
-/// A configuration that cannot be assembled, or a structure that can move without force.
-pub fn simulate(
-    model: &Model,
-    values: &[f64],
-    plan: &Plan,
-    random: &mut ChaCha8Rng,
-) -> Result<Campaign, PredictionError> {
+/// A plan as a campaign in which nothing is measured yet.
+pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
     let mut campaign = Campaign {
         name: format!("{}, simulated", model.name),
         observes: plan.observes,
@@ -142,6 +160,33 @@ pub fn simulate(
             }
         }
     }
+    campaign
+}
+
+/// The campaign that a robot of these `values` would give; effects that the model has switched on are in it.
+///
+/// # Errors
+/// A configuration that cannot be assembled, or a structure that can move without force.
+pub fn simulate(
+    model: &Model,
+    values: &[f64],
+    plan: &Plan,
+    random: &mut ChaCha8Rng,
+) -> Result<Campaign, PredictionError> {
+    carry_out(model, values, plan, unmeasured(model, plan), random)
+}
+
+/// The same for the readings of a campaign made by [`unmeasured`], of which some may have been taken out.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn carry_out(
+    model: &Model,
+    values: &[f64],
+    plan: &Plan,
+    mut campaign: Campaign,
+    random: &mut ChaCha8Rng,
+) -> Result<Campaign, PredictionError> {
     if plan.conditions {
         conditions(model, &mut campaign, random);
     }
@@ -194,7 +239,8 @@ fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
     }
 }
 
-const BLANK: Reading =
+/// A reading of nothing.
+pub const BLANK: Reading =
     Reading { row: 0, pose: 0, marker: None, measured: [0.0; 6], anchor: 0, wrench: [0.0; 6], check: None };
 
 fn disturb(measured: &mut [f64; 6], observes: Observes, sigma: [f64; 2], random: &mut ChaCha8Rng) {

@@ -69,6 +69,8 @@ pub enum Command {
     Simulate(Simulate),
     /// Commands under which the real robot passes where it should: geometry, own weight, load and effects corrected.
     Compensate(Compensate),
+    /// Choose the configurations (and loads) to measure that leave the smallest error after compensation.
+    Plan(Plan),
     /// Make sealed campaigns with withheld causes, or score the diagnosis on them.
     #[command(subcommand)]
     Blind(Blind),
@@ -394,6 +396,82 @@ pub struct Simulate {
     /// Record side of approach, time and temperature.
     #[arg(long)]
     pub conditions: bool,
+}
+
+/// `plan`
+#[derive(Debug, Args)]
+pub struct Plan {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Number of configurations to choose.
+    #[arg(long, value_name = "N")]
+    pub poses: usize,
+    /// What is to be identified: geometric, elastic, or both; by default stiffness from deflections and geometry from
+    /// all other readings.
+    #[arg(long, value_delimiter = ',')]
+    pub what: Vec<String>,
+    /// What a reading is; by default a deflection where only stiffness is to be identified, else a position.
+    #[arg(long, value_enum)]
+    pub observes: Option<ObservesName>,
+    /// Markers read at each configuration; the tool centre point by default.
+    #[arg(long, value_delimiter = ',')]
+    pub markers: Vec<String>,
+    /// Readings of each marker at each configuration.
+    #[arg(long, default_value_t = 1)]
+    pub repeats: usize,
+    /// Noise of a coordinate, one sigma, mm.
+    #[arg(long, default_value_t = 0.03)]
+    pub noise: f64,
+    /// Noise of a component of the orientation, one sigma, deg.
+    #[arg(long, default_value_t = 0.003)]
+    pub orientation_noise: f64,
+    /// The robot's place in the measurement frame is unknown.
+    #[arg(long)]
+    pub unknown_base: bool,
+    /// Markers or tool are unknown.
+    #[arg(long)]
+    pub unknown_tool: bool,
+    /// Load that can be applied, base axes, in the description's units; may be given several times. Each configuration
+    /// gets the one that serves best.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Vec<String>,
+    /// CSV of the configurations at which accuracy counts: one column a variable, and loads fx, .., mz, in the
+    /// description's units; by default 100 drawn in the box.
+    #[arg(long, value_name = "FILE")]
+    pub test: Option<PathBuf>,
+    /// What is to be best: test-error (position error after compensation at the test poses), D, A, E, O1 to O5.
+    #[arg(long, default_value = "test-error")]
+    pub criterion: String,
+    /// Where the instrument stands in the robot's base frame, in the description's units.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub instrument: Option<String>,
+    /// Half opening of the cone from which a reflector is seen, deg.
+    #[arg(long, value_name = "DEG", requires = "instrument", default_value_t = 60.0)]
+    pub cone: f64,
+    /// Direction to which reflectors open, in the frame that carries them; its z axis by default.
+    #[arg(long, value_name = "X,Y,Z", requires = "instrument", allow_hyphen_values = true)]
+    pub facing: Option<String>,
+    /// Narrower limits of variables, in the description's units: name=low:high.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
+    pub range: Vec<String>,
+    /// Share of each variable's limits to stay in.
+    #[arg(long, default_value_t = 1.0)]
+    pub share: f64,
+    /// Box in which the measured points stay, base frame, in the description's units.
+    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", allow_hyphen_values = true)]
+    pub workspace: Option<String>,
+    /// Least distance between the tool centre points of two configurations, in the description's units.
+    #[arg(long, default_value_t = 0.0)]
+    pub apart: f64,
+    /// Add to the readings of this campaign, which says what is observed, how well, and what is unknown.
+    #[arg(long, value_name = "CAMPAIGN", conflicts_with_all = ["observes", "unknown_base", "unknown_tool"])]
+    pub add_to: Option<String>,
+    /// Write the configurations (and loads) as a CSV.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
 }
 
 /// What a reading is.

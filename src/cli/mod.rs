@@ -132,6 +132,7 @@ fn run(arguments: &Arguments) -> Result<Output, Failure> {
         Command::Residuals(command) => commands::residuals::run(command),
         Command::Simulate(command) => commands::simulate::run(command, arguments.seed),
         Command::Compensate(command) => commands::compensate::run(command),
+        Command::Plan(command) => commands::plan::run(command, arguments.seed),
         Command::Blind(command) => commands::blind::run(command, arguments.seed),
         Command::Schema(command) => commands::schema::run(command),
         Command::Completions(command) => commands::completions::run(command),

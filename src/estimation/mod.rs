@@ -17,7 +17,7 @@ mod statistics;
 
 pub use calibration::{calibrate, compare};
 pub use equivalence::{Equivalence, Split, Together};
-pub use observation::{Observation, observe};
+pub use observation::{Observation, candidates, observe};
 pub use problem::row_sigmas;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 pub use settings::{Scheme, Settings, Weights, What};

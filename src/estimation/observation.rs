@@ -41,7 +41,10 @@ pub fn observe(
 
 /// What is to be estimated: base, tool and markers where the campaign asks for them, then the geometry that the
 /// description frees and the springs that it declares identifiable.
-pub(super) fn candidates(model: &Model, campaign: &Campaign, what: What) -> Result<Vec<Slot>, CalibrationError> {
+///
+/// # Errors
+/// [`CalibrationError::NothingElastic`], [`CalibrationError::NothingFree`].
+pub fn candidates(model: &Model, campaign: &Campaign, what: What) -> Result<Vec<Slot>, CalibrationError> {
     let mut slots = arrangement(model, campaign);
     if what.geometric {
         slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));

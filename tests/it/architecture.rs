@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["identifiability"],
     &["estimation"],
     &["simulation"],
-    &["diagnosis", "compensation"],
+    &["diagnosis", "compensation", "planning"],
     &["blind"],
     &["snapshot"],
     &["report", "files"],

@@ -24,6 +24,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod planning;
 mod process;
 mod random_robots;
 mod real_data;

@@ -38,7 +38,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
         }
         None => None,
     };
-    let has = |name: &str| model.effects.iter().any(|entry| entry.effect.as_deref() == Some(name));
+    let has = |name: &str| model.effects.iter().any(|entry| entry.entry.effect.as_deref() == Some(name));
     if has("thermal-expansion") && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature")) {
         let text = "the description has `thermal-expansion`, and the path no temperature: it is not corrected";
         remarks.push(Remark::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));

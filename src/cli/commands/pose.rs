@@ -13,6 +13,7 @@ use crate::elastics::{Elastics, Response, Statics, equilibrium};
 use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
 use crate::report::table::{deg, mm, table};
+use crate::simulation::Loaded;
 
 pub fn run(command: &Pose) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
@@ -90,25 +91,40 @@ fn deflected(
 
 /// Configurations of a CSV with one column a variable, in the description's units.
 pub fn configurations(loaded: &LoadedRobot, path: &std::path::Path) -> Result<Vec<Vec<f64>>, Failure> {
+    Ok(read(loaded, path, &[])?.into_iter().map(|(q, _)| q).collect())
+}
+
+/// The same with the load of each row: columns fx, fy, fz, mx, my, mz, which may be absent, and so may `pose`.
+pub fn loaded_configurations(loaded: &LoadedRobot, path: &std::path::Path) -> Result<Vec<Loaded>, Failure> {
+    let also = LOAD.map(|name| (name, ColumnKind::Number));
+    read(loaded, path, &[&also[..], &[("pose", ColumnKind::Text)]].concat())
+}
+
+/// Columns of a load.
+pub const LOAD: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[(&str, ColumnKind)]) -> Result<Vec<Loaded>, Failure> {
     let name = path.display().to_string();
     let file = std::fs::File::open(path).map_err(|error| {
         Failure::input(format!("`{name}` cannot be read: {error}"), "give a CSV with one column a variable")
     })?;
-    let expected: Vec<ExpectedColumn> = loaded
-        .model
-        .variables
-        .iter()
-        .map(|variable| ExpectedColumn { name: variable.name.clone(), kind: ColumnKind::Number, required: true })
+    let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), ColumnKind::Number, true));
+    let also = also.iter().map(|&(name, kind)| (name, kind, false));
+    let expected: Vec<ExpectedColumn> = variables
+        .chain(also)
+        .map(|(name, kind, required)| ExpectedColumn { name: name.into(), kind, required })
         .collect();
     let table = read_table(&name, file, &expected, &BTreeMap::new(), &[], &Dialect::default(), 1_000_000)?;
     let units = &loaded.raw.units;
     let factor = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
+    let at = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
     let row = |row: usize| {
-        let value = |variable: &crate::description::robot::Variable| {
-            table.numbers(&variable.name).and_then(|all| all.get(row)).copied().unwrap_or(0.0)
-                * factor(variable.is_angle)
-        };
-        loaded.model.variables.iter().map(value).collect()
+        let value =
+            |variable: &crate::description::robot::Variable| at(&variable.name, row) * factor(variable.is_angle);
+        let load = std::array::from_fn(|k| {
+            at(LOAD[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }
+        });
+        (loaded.model.variables.iter().map(value).collect(), load)
     };
     Ok((0..table.row_count()).map(row).collect())
 }

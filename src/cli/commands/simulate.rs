@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Map, Value, json};
 
-use super::pose::configurations;
+use super::pose::loaded_configurations;
 use crate::cli::args::{ObservesName, Simulate};
 use crate::cli::values::{known_parameters, wrench};
 use crate::cli::{Failure, Output};
@@ -23,7 +23,7 @@ use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::remark::Remark;
-use crate::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
 
 pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
@@ -64,31 +64,38 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
         return process::run(&scene, file, seed, &mut random);
     }
+    let mut row_loads: Vec<[f64; 6]> = Vec::new();
     let configurations = match command.poses.parse::<usize>() {
         Ok(0) => return Err(Failure::input("--poses 0", "give at least one configuration")),
         Ok(count) if count > 100_000 => {
             return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
         }
         Ok(count) => draw_configurations(&geometry, count, command.share, &mut random).map_err(Failure::computation)?,
-        Err(_) => configurations(&loaded, std::path::Path::new(&command.poses))?,
+        Err(_) => {
+            let rows = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
+            if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
+                row_loads = rows.iter().map(|(_, load)| *load).collect();
+            }
+            rows.into_iter().map(|(q, _)| q).collect()
+        }
     };
-    let observes = match command.observes {
-        ObservesName::Position => Observes::Position,
-        ObservesName::Pose => Observes::Pose,
-        ObservesName::Distance => Observes::Distance,
-        ObservesName::Deflection => Observes::Deflection,
-    };
-    if observes == Observes::Distance && model.anchors.is_empty() {
-        return Err(Failure::input(
-            "--observes distance: the description has no anchors",
-            "add `anchors: {name: [x, y, z]}` to the description",
-        ));
-    }
-    let wrenches = command
+    let observes = observed(model, command.observes)?;
+    let mut wrenches = command
         .wrench
         .iter()
         .map(|text| wrench(&loaded.raw.units, text))
         .collect::<Result<Vec<[f64; 6]>, Failure>>()?;
+    if !row_loads.is_empty() {
+        if !wrenches.is_empty() {
+            return Err(Failure::input(
+                format!("`{}` has loads of its own", command.poses),
+                "leave --wrench out, or the columns fx, .., mz",
+            ));
+        }
+        wrenches.clone_from(&row_loads);
+        wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        wrenches.dedup();
+    }
     if observes == Observes::Deflection && wrenches.is_empty() {
         return Err(Failure::input(
             "--observes deflection: nothing loads the robot",
@@ -106,7 +113,12 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         sigma_orientation: command.orientation_noise.to_radians(),
         estimate: [command.unknown_base, command.unknown_tool],
     };
-    let campaign = simulate(model, &values, &plan, &mut random).map_err(Failure::computation)?;
+    let mut blank = unmeasured(model, &plan);
+    if !row_loads.is_empty() {
+        blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
+        blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
+    }
+    let campaign = carry_out(model, &values, &plan, blank, &mut random).map_err(Failure::computation)?;
     delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)
 }
 
@@ -158,6 +170,23 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
         (command.into.join("campaign.yaml"), yaml::write(&header).map_err(Failure::Computation)?),
     ];
     Ok(output)
+}
+
+/// What a reading is; distances need anchors.
+pub(super) fn observed(model: &Model, name: ObservesName) -> Result<Observes, Failure> {
+    let observes = match name {
+        ObservesName::Position => Observes::Position,
+        ObservesName::Pose => Observes::Pose,
+        ObservesName::Distance => Observes::Distance,
+        ObservesName::Deflection => Observes::Deflection,
+    };
+    if observes == Observes::Distance && model.anchors.is_empty() {
+        return Err(Failure::input(
+            "--observes distance: the description has no anchors",
+            "add `anchors: {name: [x, y, z]}` to the description",
+        ));
+    }
+    Ok(observes)
 }
 
 /// `EFFECT@SITE:parameter=value,...`, SI.
@@ -230,7 +259,7 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
     Ok(())
 }
 
-fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Failure> {
+pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Failure> {
     if names.is_empty() {
         return Ok(vec![None]);
     }

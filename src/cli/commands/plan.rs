@@ -1,0 +1,241 @@
+//! `plan`: which configurations to measure.
+
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use nalgebra::{Point3, Vector3};
+
+use super::identifiability::{reduction, what};
+use super::pose::{LOAD, loaded_configurations};
+use super::simulate::{markers, observed};
+use crate::cli::args::{ObservesName, Plan};
+use crate::cli::values::{known_parameters, numbers, wrench};
+use crate::cli::{Failure, Output};
+use crate::description::campaign::Observes;
+use crate::estimation::What;
+use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
+use crate::model::Model;
+use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
+use crate::remark::Remark;
+use crate::report::plan::{plan_json, plan_text};
+use crate::simulation::joint_box;
+
+pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
+    check(command)?;
+    let Some(criterion) = Optimality::named(&command.criterion) else {
+        let remark = Remark::error(format!("--criterion: unknown `{}`", command.criterion));
+        return Err(Failure::Input(vec![remark.suggest(&command.criterion, Optimality::NAMES)]));
+    };
+    let (scaling, tolerance) = reduction(&command.reduction)?;
+    let asked = what(&command.what)?;
+    let robot = load_robot(&command.robot)?;
+    let measured = command.add_to.as_deref().map(|name| load_campaign(name, Some(&command.robot))).transpose()?;
+    // A campaign may leave elements out.
+    let loaded = measured.as_ref().map_or(&robot, |measured| &measured.robot);
+    let (model, units) = (&loaded.model, &loaded.raw.units);
+    known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
+    let measured = measured.as_ref().map(|measured| &measured.campaign);
+    let length = units.length.factor();
+    let point = |flag: &str, text: &str| -> Result<Vector3<f64>, Failure> {
+        Ok(Vector3::from_column_slice(&numbers(flag, text, &[3])?))
+    };
+    let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Failure>>()?;
+    let tests = match &command.test {
+        Some(path) => loaded_configurations(loaded, path)?,
+        None => Vec::new(),
+    };
+    if command.test.is_some() && tests.is_empty() {
+        return Err(Failure::input("--test: the file has no rows", "give at least one configuration"));
+    }
+    let observes = match (measured, command.observes) {
+        (Some(measured), _) => measured.observes,
+        (None, Some(name)) => observed(model, name)?,
+        (None, None) if asked.is_some_and(|what| what.elastic && !what.geometric) => {
+            observed(model, ObservesName::Deflection)?
+        }
+        (None, None) => Observes::Position,
+    };
+    let what = asked
+        .unwrap_or(What { geometric: observes != Observes::Deflection, elastic: observes == Observes::Deflection });
+    if observes == Observes::Deflection && loads.is_empty() {
+        return Err(Failure::input("deflections: nothing loads the robot", "give --wrench FX,FY,FZ,MX,MY,MZ"));
+    }
+    let used = |measured: &crate::description::campaign::Campaign| {
+        let mut used: Vec<Option<usize>> = measured.readings.iter().map(|reading| reading.marker).collect();
+        used.sort_unstable();
+        used.dedup();
+        used
+    };
+    let sight = match &command.instrument {
+        Some(text) => {
+            let facing = command.facing.as_deref().map(|text| point("--facing", text)).transpose()?;
+            let facing = facing.unwrap_or_else(Vector3::z);
+            if facing.norm() == 0.0 {
+                return Err(Failure::input("--facing 0,0,0", "give a direction"));
+            }
+            Some(Sight {
+                instrument: Point3::from(point("--instrument", text)? * length),
+                cone: command.cone.to_radians(),
+                facing: facing.normalize(),
+            })
+        }
+        None => None,
+    };
+    let workspace = match &command.workspace {
+        Some(text) => {
+            let n = numbers("--workspace", text, &[6])?;
+            if (0..3).any(|k| n[2 * k] >= n[2 * k + 1]) {
+                return Err(Failure::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
+            }
+            Some(std::array::from_fn(|k| [n[2 * k] * length, n[2 * k + 1] * length]))
+        }
+        None => None,
+    };
+    let request = Request {
+        count: command.poses,
+        what,
+        observes,
+        markers: match measured {
+            Some(measured) if command.markers.is_empty() => used(measured),
+            _ => markers(loaded, &command.markers)?,
+        },
+        loads,
+        repeats: command.repeats,
+        sigma: measured
+            .and_then(|m| m.sigma)
+            .map_or(command.noise * 1e-3, |sigma| sigma.into_iter().fold(0.0, f64::max)),
+        sigma_orientation: measured
+            .and_then(|measured| measured.sigma_orientation)
+            .unwrap_or(command.orientation_noise.to_radians()),
+        estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
+        criterion,
+        sight,
+        within: ranges(loaded, command)?,
+        workspace,
+        apart: command.apart * length,
+        tests,
+        measured: measured.cloned(),
+        hold: command.reduction.hold.iter().filter_map(|name| model.registry.slot(name)).collect(),
+        scaling,
+        tolerance,
+        seed,
+    };
+    let started = Instant::now();
+    let bar = if std::io::stderr().is_terminal() { ProgressBar::new(100) } else { ProgressBar::hidden() };
+    if let Ok(style) = ProgressStyle::with_template("{spinner} choosing configurations {bar:30} {percent} %") {
+        bar.set_style(style);
+    }
+    let planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
+    bar.finish_and_clear();
+    let seconds = started.elapsed().as_secs_f64();
+    let mut output = Output::new(plan_text(model, &request, &planned), plan_json(model, &request, &planned, seconds));
+    output.remarks = loaded.remarks.clone();
+    if let Some(path) = &command.table {
+        output.text += &format!("configurations to measure: {}\n", path.display());
+        output.files.push((path.clone(), csv(loaded, &planned)));
+    }
+    Ok(output)
+}
+
+fn check(command: &Plan) -> Result<(), Failure> {
+    let refuse = |what: String, remedy: &str| Err(Failure::input(what, remedy));
+    if command.poses == 0 || command.poses > 1000 {
+        return refuse(format!("--poses {}", command.poses), "give a number from 1 to 1000");
+    }
+    if !(1..=1000).contains(&command.repeats) {
+        return refuse(format!("--repeats {}", command.repeats), "give a number from 1 to 1000");
+    }
+    if !(command.noise > 0.0 && command.noise <= 1e6) {
+        return refuse(format!("--noise `{}`", command.noise), "give a number of mm above 0");
+    }
+    if !(command.orientation_noise > 0.0 && command.orientation_noise <= 360.0) {
+        return refuse(format!("--orientation-noise `{}`", command.orientation_noise), "give a number of deg above 0");
+    }
+    if !(command.share > 0.0 && command.share <= 1.0) {
+        return refuse(format!("--share `{}`", command.share), "give a number above 0, at most 1");
+    }
+    if !(command.cone > 0.0 && command.cone <= 180.0) {
+        return refuse(format!("--cone `{}`", command.cone), "give the half opening in deg, above 0, at most 180");
+    }
+    if !(0.0..=1e9).contains(&command.apart) {
+        return refuse(format!("--apart `{}`", command.apart), "give a distance from 0");
+    }
+    if let Some(path) = &command.table {
+        writable(path).map_err(|remark| Failure::Input(vec![remark]))?;
+    }
+    Ok(())
+}
+
+/// The box of the variables: a share of their limits, and narrower ones.
+fn ranges(loaded: &LoadedRobot, command: &Plan) -> Result<Vec<[f64; 2]>, Failure> {
+    let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
+    let mut within = joint_box(model, command.share);
+    for entry in &command.range {
+        let parsed = entry.split_once('=').and_then(|(name, range)| {
+            let (low, high) = range.split_once(':')?;
+            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
+        });
+        let Some((name, low, high)) = parsed.filter(|(_, low, high)| low < high && (high - low).is_finite()) else {
+            return Err(Failure::input(format!("--range `{entry}`"), "write name=low:high"));
+        };
+        let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
+            let known = model.variables.iter().map(|variable| variable.name.as_str());
+            return Err(Failure::Input(vec![
+                Remark::error(format!("--range: unknown variable `{name}`")).suggest(name, known),
+            ]));
+        };
+        let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
+        let narrowed = [within[k][0].max(low * factor), within[k][1].min(high * factor)];
+        if narrowed[0] >= narrowed[1] {
+            let [low, high] = within[k].map(|v| v / factor);
+            return Err(Failure::input(
+                format!("--range `{entry}` is outside the variable's limits"),
+                format!("`{name}` goes from {low:.4} to {high:.4}"),
+            ));
+        }
+        within[k] = narrowed;
+    }
+    Ok(within)
+}
+
+fn refused(error: PlanningError) -> Failure {
+    let remedy = match &error {
+        PlanningError::TooFew { least, .. } => format!("give --poses {least} or more, or hold parameters with --hold"),
+        PlanningError::NoRoom { .. } => "widen --cone, --workspace, --range or --share, or move the instrument".into(),
+        PlanningError::TooNear { .. } => "lower --apart, or ask for fewer".into(),
+        PlanningError::NothingSeen => "load the robot with --wrench, or plan other readings".into(),
+        PlanningError::Test { .. } => "give test poses that the robot can take".into(),
+        _ => return Failure::computation(error),
+    };
+    Failure::input(error.to_string(), remedy)
+}
+
+/// One row a configuration, in the description's units; loads where there are any.
+fn csv(loaded: &LoadedRobot, planned: &Planned) -> String {
+    let (model, units) = (&loaded.model, &loaded.raw.units);
+    let mut header = vec!["pose"];
+    header.extend(model.variables.iter().map(|variable| variable.name.as_str()));
+    let under_load = planned.stations.iter().any(|station| station.load != [0.0; 6]);
+    if under_load {
+        header.extend(LOAD);
+    }
+    let mut text = header.join(",") + "\n";
+    for (k, station) in planned.stations.iter().enumerate() {
+        let mut row = vec![format!("p{:03}", k + 1)];
+        row.extend(station.q.iter().zip(&model.variables).map(|(q, variable)| {
+            format!("{:.4}", q / if variable.is_angle { units.angle.factor() } else { units.length.factor() })
+        }));
+        if under_load {
+            row.extend(
+                station
+                    .load
+                    .iter()
+                    .enumerate()
+                    .map(|(k, w)| format!("{}", w / if k < 3 { units.force.factor() } else { units.torque.factor() })),
+            );
+        }
+        text += &(row.join(",") + "\n");
+    }
+    text
+}

@@ -1,0 +1,225 @@
+//! What each station tells: rows of its readings by the identifiable parameters, made comparable by those of a pool.
+
+use nalgebra::DMatrix;
+
+use super::criterion::Target;
+use super::place::Station;
+use super::{Optimality, PlanningError, Request};
+use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::estimation::{candidates, row_sigmas};
+use crate::identifiability::{Column, Identifiability, reduce};
+use crate::model::Model;
+use crate::parameter::Slot;
+use crate::prediction::{Linearised, Predictor};
+use crate::simulation::{BLANK, Loaded, Plan, unmeasured};
+
+/// Added to the information matrix, of which a reading of the pool holds 1 in the mean: keeps it invertible while
+/// stations are too few.
+const RIDGE: f64 = 1e-9;
+/// Least information about any combination, on the same scale, with which it counts as seen.
+const SEEN: f64 = 1e-7;
+
+/// Derivatives of readings by identifiable parameters in the coordinates in which the mean candidate's information is
+/// the identity: parameters are `unwhiten` times the coordinates.
+pub struct Information<'a> {
+    model: &'a Model,
+    values: Vec<f64>,
+    blank: Campaign,
+    repeats: f64,
+    /// Parameters by column.
+    pub slots: Vec<Slot>,
+    /// The reduction on all candidates (and what is measured already).
+    pub identifiability: Identifiability,
+    /// (p x p).
+    pub unwhiten: DMatrix<f64>,
+    /// Information of what is measured already, with the ridge (p x p).
+    pub known: DMatrix<f64>,
+}
+
+impl<'a> Information<'a> {
+    pub fn new(model: &'a Model, request: &Request, pool: &[Station]) -> Result<Self, PlanningError> {
+        let plan = Plan {
+            configurations: Vec::new(),
+            markers: Vec::new(),
+            repeats: 1,
+            wrenches: Vec::new(),
+            conditions: false,
+            observes: request.observes,
+            sigma: request.sigma,
+            sigma_orientation: request.sigma_orientation,
+            estimate: request.estimate,
+        };
+        let blank = unmeasured(model, &plan);
+        let values = model.registry.nominal();
+        let campaign = measured_at(&blank, pool);
+        let mut slots = candidates(model, &campaign, request.what)?;
+        if let Some(measured) = &request.measured {
+            let also = candidates(model, measured, request.what)?;
+            slots.extend(also.into_iter().filter(|slot| !slots.contains(slot)).collect::<Vec<_>>());
+        }
+        let repeats = request.repeats as f64;
+        let mut rows = weighted(model, &values, &campaign, &slots, repeats)?;
+        let known = match &request.measured {
+            Some(measured) => weighted(model, &values, measured, &slots, 1.0)?,
+            None => Vec::new(),
+        };
+        let pool_rows = rows.len() / slots.len();
+        rows.extend_from_slice(&known);
+        let identifiability = reduce(&rows, &about(model, &slots, request), request.scaling, request.tolerance);
+        let kept = &identifiability.kept;
+        if kept.is_empty() {
+            return Err(PlanningError::NothingSeen);
+        }
+        let (width, p) = (slots.len(), kept.len());
+        let all = DMatrix::from_fn(rows.len() / width, p, |i, j| rows[i * width + kept[j]]);
+        let norms: Vec<f64> = all.column_iter().map(|column| column.norm()).collect();
+        let scaled =
+            DMatrix::from_fn(all.nrows().max(p), p, |i, j| if i < all.nrows() { all[(i, j)] / norms[j] } else { 0.0 });
+        let r = scaled.qr().r() / (pool.len() as f64).sqrt();
+        let inverse = r.try_inverse().ok_or(PlanningError::NothingSeen)?;
+        let unwhiten = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]);
+        let told = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
+        let known = told.tr_mul(&told) + DMatrix::identity(p, p) * RIDGE;
+        Ok(Self { model, values, blank, repeats, slots, identifiability, unwhiten, known })
+    }
+
+    /// Rows of each station's readings over their noise, as columns (p x rows).
+    pub fn blocks(&self, stations: &[Station]) -> Result<Vec<DMatrix<f64>>, PlanningError> {
+        let campaign = measured_at(&self.blank, stations);
+        let rows = weighted(self.model, &self.values, &campaign, &self.slots, self.repeats)?;
+        let whitened = self.whitened(&rows);
+        let mut first = 0;
+        Ok(stations
+            .iter()
+            .map(|station| {
+                let count = station.markers.len() * campaign.components() * self.anchors();
+                let block = whitened.columns(first, count).into_owned();
+                first += count;
+                block
+            })
+            .collect())
+    }
+
+    /// The campaign that stations make.
+    pub fn campaign(&self, stations: &[Station]) -> Campaign {
+        measured_at(&self.blank, stations)
+    }
+
+    /// The reduction on planned readings and those already made.
+    pub fn reduced(&self, request: &Request, planned: &Campaign) -> Result<Identifiability, PlanningError> {
+        let mut rows = weighted(self.model, &self.values, planned, &self.slots, self.repeats)?;
+        if let Some(measured) = &request.measured {
+            rows.extend(weighted(self.model, &self.values, measured, &self.slots, 1.0)?);
+        }
+        Ok(reduce(&rows, &about(self.model, &self.slots, request), request.scaling, request.tolerance))
+    }
+
+    fn anchors(&self) -> usize {
+        anchors_of(&self.blank)
+    }
+
+    fn whitened(&self, rows: &[f64]) -> DMatrix<f64> {
+        let (width, kept) = (self.slots.len(), &self.identifiability.kept);
+        let picked = DMatrix::from_fn(kept.len(), rows.len() / width, |i, j| rows[j * width + kept[i]]);
+        self.unwhiten.tr_mul(&picked)
+    }
+
+    /// W with which tr(W M^-1) is the mean square position error (m^2) at the tests, in the frame of measurement.
+    pub fn tests(&self, markers: &[Option<usize>], tests: &[Loaded]) -> Result<DMatrix<f64>, PlanningError> {
+        let observes =
+            if self.blank.observes == Observes::Deflection { Observes::Deflection } else { Observes::Position };
+        let blank = Campaign { observes, sigma: Some([1.0; 3]), sigma_orientation: None, ..self.blank.clone() };
+        let station = |(q, load): &Loaded| Station {
+            q: q.clone(),
+            load: *load,
+            markers: markers.to_vec(),
+            at: nalgebra::Point3::origin(),
+        };
+        let stations: Vec<Station> = tests.iter().map(station).collect();
+        let campaign = measured_at(&blank, &stations);
+        let rows = weighted(self.model, &self.values, &campaign, &self.slots, 1.0)?;
+        let whitened = self.whitened(&rows);
+        Ok(&whitened * whitened.transpose() / campaign.readings.len() as f64)
+    }
+
+    /// The criterion; `tests` as [`Information::tests`].
+    pub fn target(&self, criterion: Optimality, tests: &DMatrix<f64>) -> Target {
+        let tolerances = self.kept().map(|slot| {
+            let tolerance = self.model.registry[slot].tolerance;
+            if tolerance > 0.0 && tolerance.is_finite() { tolerance } else { 1.0 }
+        });
+        let tolerances: Vec<f64> = tolerances.collect();
+        match criterion {
+            Optimality::TestError => Target::Trace(tests.clone()),
+            Optimality::D => Target::Determinant,
+            Optimality::A => {
+                let scaled =
+                    DMatrix::from_fn(tolerances.len(), tolerances.len(), |i, j| self.unwhiten[(i, j)] / tolerances[i]);
+                Target::Trace(scaled.tr_mul(&scaled))
+            }
+            other => {
+                // The coordinates of one tolerance of each parameter.
+                let n = tolerances.len();
+                let whiten = self.unwhiten.clone().try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
+                Target::Singular(other, DMatrix::from_fn(n, n, |i, j| whiten[(i, j)] * tolerances[j]))
+            }
+        }
+    }
+
+    /// Kept parameters.
+    pub fn kept(&self) -> impl Iterator<Item = Slot> + '_ {
+        self.identifiability.kept.iter().map(|&column| self.slots[column])
+    }
+
+    /// One sigma of each kept parameter, SI.
+    pub fn deviations(&self, m: &DMatrix<f64>) -> Vec<f64> {
+        let n = m.nrows();
+        let Some(factor) = m.clone().cholesky() else { return vec![f64::NAN; n] };
+        let spread = factor.solve(&self.unwhiten.transpose());
+        (0..n).map(|k| self.unwhiten.row(k).transpose().dot(&spread.column(k)).max(0.0).sqrt()).collect()
+    }
+
+    /// Whether every combination of the parameters is seen.
+    pub fn is_whole(m: &DMatrix<f64>) -> bool {
+        m.symmetric_eigenvalues().min() > SEEN
+    }
+}
+
+fn about(model: &Model, slots: &[Slot], request: &Request) -> Vec<Column> {
+    slots.iter().map(|slot| Column::about(&model.registry[*slot], request.hold.contains(slot))).collect()
+}
+
+fn anchors_of(blank: &Campaign) -> usize {
+    if blank.observes == Observes::Distance { blank.anchors.len().max(1) } else { 1 }
+}
+
+fn measured_at(blank: &Campaign, stations: &[Station]) -> Campaign {
+    let mut campaign = blank.clone();
+    for (pose, station) in stations.iter().enumerate() {
+        campaign.poses.push(format!("p{:03}", pose + 1));
+        for &marker in &station.markers {
+            for anchor in 0..anchors_of(blank) {
+                let row = campaign.readings.len() + 1;
+                campaign.readings.push(Reading { row, pose, marker, anchor, wrench: station.load, ..BLANK });
+                campaign.joints.extend_from_slice(&station.q);
+            }
+        }
+    }
+    campaign
+}
+
+/// Derivatives of a campaign's readings over their sigmas, row-major.
+fn weighted(
+    model: &Model,
+    values: &[f64],
+    campaign: &Campaign,
+    slots: &[Slot],
+    repeats: f64,
+) -> Result<Vec<f64>, PlanningError> {
+    let mut found = Linearised::default();
+    Predictor::new(model, campaign, slots.to_vec())?.linearise(values, true, &mut found)?;
+    for (row, sigma) in found.jacobian.chunks_mut(slots.len()).zip(row_sigmas(campaign)) {
+        row.iter_mut().for_each(|value| *value *= repeats.sqrt() / sigma);
+    }
+    Ok(found.jacobian)
+}

@@ -1,0 +1,88 @@
+//! Where one can measure: limits, workspace, line of sight.
+
+use nalgebra::{Point3, Vector3};
+
+use super::Request;
+use crate::kinematics::{Geometry, Placements};
+use crate::simulation::within_limits;
+
+/// An instrument that sees a reflector only from the side to which it opens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// The instrument, m, in the robot's base frame.
+    pub instrument: Point3<f64>,
+    /// Half opening of a reflector's cone, rad.
+    pub cone: f64,
+    /// Axis of the cone in the frame that carries the reflector, a unit vector.
+    pub facing: Vector3<f64>,
+}
+
+impl Sight {
+    /// Whether a reflector at `point` (m, base frame) whose cone opens along `axis` is seen.
+    pub fn sees(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> bool {
+        let towards = self.instrument - point;
+        towards.norm() > 0.0 && axis.angle(&towards) <= self.cone
+    }
+}
+
+/// A configuration to measure at, under a load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Station {
+    /// Variables, rad and m.
+    pub q: Vec<f64>,
+    /// Load, N and N.m, base axes.
+    pub load: [f64; 6],
+    /// Points that can be measured there; `None` is the tool centre point.
+    pub markers: Vec<Option<usize>>,
+    /// Tool centre point, m, base frame.
+    pub at: Point3<f64>,
+}
+
+impl Station {
+    /// Whether both may be measured: neither the same nor too near.
+    pub fn goes_with(&self, other: &Self, apart: f64) -> bool {
+        let same = self.q.iter().zip(&other.q).all(|(a, b)| (a - b).abs() < 1e-9);
+        if same { self.load != other.load } else { apart == 0.0 || (self.at - other.at).norm() >= apart }
+    }
+}
+
+/// What can be measured at placed frames; nothing where a rule is broken.
+pub fn seen(request: &Request, geometry: &Geometry, placements: &Placements) -> Option<Vec<Option<usize>>> {
+    if !within_limits(geometry.model, placements) {
+        return None;
+    }
+    let mut found = Vec::with_capacity(request.markers.len());
+    for &marker in &request.markers {
+        let (frame, local) = match marker {
+            Some(m) => (geometry.model.markers[m].frame, geometry.marker(m)),
+            None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
+        };
+        let placed = &placements.frames[frame];
+        let point = placed * local;
+        let outside = |space: &[[f64; 2]; 3]| (0..3).any(|k| !(space[k][0]..=space[k][1]).contains(&point[k]));
+        if request.workspace.as_ref().is_some_and(outside) {
+            return None;
+        }
+        if request.sight.is_none_or(|sight| sight.sees(&point, &(placed.rotation * sight.facing))) {
+            found.push(marker);
+        }
+    }
+    (!found.is_empty()).then_some(found)
+}
+
+/// The station of a configuration under a load, if it can be measured.
+pub fn station(
+    request: &Request,
+    geometry: &Geometry,
+    placements: &mut Placements,
+    q: &[f64],
+    load: [f64; 6],
+) -> Option<Station> {
+    let inside = q.iter().zip(&request.within).all(|(q, [low, high])| (*low..=*high).contains(q));
+    if !inside || geometry.place(q, placements).is_err() {
+        return None;
+    }
+    let markers = seen(request, geometry, placements)?;
+    let at = placements.frames[geometry.model.tool.0] * Point3::from(geometry.tool().translation.vector);
+    Some(Station { q: q.to_vec(), load, markers, at })
+}

@@ -1,0 +1,67 @@
+//! The joints of chosen stations moved while that helps: a pattern search, one station after the other.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::criterion::Target;
+use super::exchange::{Candidate, Design, WORTH};
+use super::information::Information;
+use super::place::station;
+use super::{PlanningError, Request};
+use crate::kinematics::{Geometry, Placements};
+
+/// Steps as parts of the box.
+const STEPS: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
+/// Directions drawn beside those of single variables.
+const DRAWN: usize = 6;
+/// Moves of one station before the next has its turn.
+const MOVES: usize = 3;
+
+/// Moves the stations of a design; the loss at the end.
+pub fn refine(
+    request: &Request,
+    geometry: &Geometry,
+    information: &Information,
+    target: &Target,
+    design: &mut Design,
+    random: &mut ChaCha8Rng,
+) -> Result<f64, PlanningError> {
+    let mut placements = Placements::default();
+    let mut loss = target.loss(&design.information());
+    for step in STEPS {
+        for k in 0..design.chosen.len() {
+            let m = design.without(k);
+            for _ in 0..MOVES {
+                let current = &design.chosen[k].station;
+                let mut directions: Vec<Vec<f64>> = Vec::new();
+                for variable in 0..current.q.len() {
+                    for sign in [1.0, -1.0] {
+                        directions.push((0..current.q.len()).map(|j| if j == variable { sign } else { 0.0 }).collect());
+                    }
+                }
+                for _ in 0..DRAWN {
+                    directions.push(current.q.iter().map(|_| 2.0 * random.random::<f64>() - 1.0).collect());
+                }
+                let mut trials = Vec::new();
+                for direction in directions {
+                    let moved = current.q.iter().zip(&direction).zip(&request.within);
+                    let q: Vec<f64> =
+                        moved.map(|((q, d), [low, high])| (q + step * d * (high - low)).clamp(*low, *high)).collect();
+                    trials.extend(station(request, geometry, &mut placements, &q, current.load));
+                }
+                let blocks = information.blocks(&trials);
+                let Ok(blocks) = blocks else { break };
+                let pool: Vec<Candidate> =
+                    trials.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect();
+                match design.best(target, &m, &pool, k) {
+                    Some((better, new)) if new < loss - WORTH => {
+                        design.chosen[k] = pool[better].clone();
+                        loss = new;
+                    }
+                    _ => break,
+                }
+            }
+        }
+    }
+    Ok(loss)
+}
