@@ -27,3 +27,4 @@ pub mod remark;
 pub mod report;
 pub mod simulation;
 pub mod snapshot;
+pub mod surrogate;

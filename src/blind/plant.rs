@@ -110,7 +110,7 @@ impl Plant<'_> {
             let (frame, point) = (model.markers[marker].frame, geometry.marker(marker));
             let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
             geometry.place(q, &mut still)?;
-            deflections.place(&still, &mut elastic).map_err(|source| PredictionError::Mechanism {
+            deflections.place(&geometry, q, &still, &mut elastic).map_err(|source| PredictionError::Mechanism {
                 row: reading.row,
                 pose: String::new(),
                 source,

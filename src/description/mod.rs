@@ -6,6 +6,7 @@
 pub mod campaign;
 pub mod coupling;
 pub mod elastic;
+pub mod fuzzy;
 pub mod path;
 pub mod process;
 pub mod raw;

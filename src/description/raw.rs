@@ -80,6 +80,8 @@ raw! {
         springs: IndexMap<String, RawSpring>,
         /// Effects that have been switched on.
         effects: Vec<RawEffect>,
+        /// Takagi-Sugeno compliance of the tool, in place of what gives above or added to it.
+        fuzzy: Option<RawFuzzy>,
         /// Which parameters are free in calibration, how far they may be off.
         calibration: RawCalibration,
     }
@@ -506,6 +508,34 @@ pub enum SpringAction {
     Full,
     /// Stiffness only.
     Stiffness,
+}
+
+raw! {
+    /// A Takagi-Sugeno model (order zero) of the compliance of a point of the tool: strong triangular partitions that
+    /// saturate outside, product conjunction.
+    pub struct RawFuzzy {
+        /// Joints (by frame) or variables that the compliance depends on.
+        #[schemars(schema_with = "names")]
+        inputs: Vec<String>,
+        /// The marker whose displacement it gives, loaded there; the tool centre point by default.
+        #[schemars(schema_with = "name")]
+        at: Option<String>,
+        /// Added to what the springs and beams of this description give, instead of standing in their place.
+        adds: bool,
+        /// Components of the compliance by name: displacement (x, y, z, rx, ry, rz), a dot, load (fx, .., mz), in base
+        /// axes. Those not named are zero.
+        components: IndexMap<String, RawFuzzyComponent>,
+    }
+}
+
+raw! {
+    /// A component of a fuzzy compliance.
+    pub struct RawFuzzyComponent {
+        /// Modal values of each input's sets, ascending, in the units of the input.
+        modes: Vec<Vec<f64>>,
+        /// Conclusion of each rule, in the units of displacement over load; the last input's sets count fastest.
+        conclusions: Vec<f64>,
+    }
 }
 
 raw! {

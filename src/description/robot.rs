@@ -36,6 +36,8 @@ pub struct Robot {
     pub elastic: Elastic,
     /// Effects that have been switched on.
     pub effects: Vec<RawEffect>,
+    /// Fuzzy compliance of the tool.
+    pub fuzzy: Option<super::fuzzy::Fuzzy>,
     /// What calibration may change.
     pub calibration: Calibration,
 }

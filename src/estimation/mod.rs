@@ -1,6 +1,7 @@
 //! Calibration: what the campaign can tell is fitted by bounded least squares, and judged on readings it did not see.
 
 pub mod compensator;
+pub mod fuzzy;
 pub mod least_squares;
 
 mod calibration;

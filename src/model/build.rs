@@ -126,6 +126,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
         effects: Vec::new(),
+        fuzzy: robot.fuzzy.clone(),
         registry,
     };
     model.stages = stages(&model, robot)?;

@@ -55,6 +55,8 @@ pub struct Model {
     pub structure: Structure,
     /// Effects that have been switched on.
     pub effects: Vec<SwitchedOn>,
+    /// Fuzzy compliance of the tool.
+    pub fuzzy: Option<crate::description::fuzzy::Fuzzy>,
     /// All parameters.
     pub registry: Registry,
 }

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::Request;
 use crate::kinematics::{Geometry, Placements};
-use crate::simulation::within_limits;
+use crate::simulation::{draw_errors, generator, within_limits};
 
 /// An instrument that sees a reflector only from the side to which it opens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,43 +46,73 @@ impl Station {
     }
 }
 
-/// What can be measured at placed frames; nothing where a rule is broken.
-pub fn seen(request: &Request, geometry: &Geometry, placements: &Placements) -> Option<Vec<Option<usize>>> {
-    if !within_limits(geometry.model, placements) {
-        return None;
-    }
-    let mut found = Vec::with_capacity(request.markers.len());
-    for &marker in &request.markers {
-        let (frame, local) = match marker {
-            Some(m) => (geometry.model.markers[m].frame, geometry.marker(m)),
-            None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
-        };
-        let placed = &placements.frames[frame];
-        let point = placed * local;
-        let outside = |space: &[[f64; 2]; 3]| (0..3).any(|k| !(space[k][0]..=space[k][1]).contains(&point[k]));
-        if request.workspace.as_ref().is_some_and(outside) {
-            return None;
-        }
-        if request.sight.is_none_or(|sight| sight.sees(&point, &(placed.rotation * sight.facing))) {
-            found.push(marker);
-        }
-    }
-    (!found.is_empty()).then_some(found)
+/// Robots as far off as this many tolerances have to take every configuration too: one at the edge of what the nominal
+/// linkage can take is out of the real one's reach.
+const OFF: f64 = 2.0;
+/// How many of them are tried.
+const DISTURBED: u64 = 6;
+
+/// What a configuration has to keep.
+pub struct Rules<'a> {
+    pub request: &'a Request,
+    pub geometry: &'a Geometry<'a>,
+    disturbed: Vec<Geometry<'a>>,
 }
 
-/// The station of a configuration under a load, if it can be measured.
-pub fn station(
-    request: &Request,
-    geometry: &Geometry,
-    placements: &mut Placements,
-    q: &[f64],
-    load: [f64; 6],
-) -> Option<Station> {
-    let inside = q.iter().zip(&request.within).all(|(q, [low, high])| (*low..=*high).contains(q));
-    if !inside || geometry.place(q, placements).is_err() {
-        return None;
+impl<'a> Rules<'a> {
+    pub fn new(request: &'a Request, geometry: &'a Geometry<'a>) -> Self {
+        let model = geometry.model;
+        let count = if model.stages.is_empty() { 0 } else { DISTURBED };
+        let off = |k| Geometry::new(model, &draw_errors(model, OFF, 0.0, &mut generator(k))).ok();
+        Self { request, geometry, disturbed: (0..count).filter_map(off).collect() }
     }
-    let markers = seen(request, geometry, placements)?;
-    let at = placements.frames[geometry.model.tool.0] * Point3::from(geometry.tool().translation.vector);
-    Some(Station { q: q.to_vec(), load, markers, at })
+
+    /// The same for configurations that are not measured: line of sight and workspace left aside.
+    pub fn seen_from_anywhere(&self, q: &[f64], placements: &Placements) -> bool {
+        within_limits(self.geometry.model, placements) && self.is_sturdy(q)
+    }
+
+    fn is_sturdy(&self, q: &[f64]) -> bool {
+        let mut room = Placements::default();
+        self.disturbed.iter().all(|geometry| geometry.place(q, &mut room).is_ok())
+    }
+
+    /// What can be measured at placed frames; nothing where a rule is broken.
+    pub fn seen(&self, q: &[f64], placements: &Placements) -> Option<Vec<Option<usize>>> {
+        if !within_limits(self.geometry.model, placements) {
+            return None;
+        }
+        let mut found = Vec::with_capacity(self.request.markers.len());
+        for &marker in &self.request.markers {
+            let (frame, local) = match marker {
+                Some(m) => (self.geometry.model.markers[m].frame, self.geometry.marker(m)),
+                None => (self.geometry.model.tool.0, self.geometry.tool().translation.vector.into()),
+            };
+            let placed = &placements.frames[frame];
+            let point = placed * local;
+            let outside = |space: &[[f64; 2]; 3]| (0..3).any(|k| !(space[k][0]..=space[k][1]).contains(&point[k]));
+            if self.request.workspace.as_ref().is_some_and(outside) {
+                return None;
+            }
+            if self.request.sight.is_none_or(|sight| sight.sees(&point, &(placed.rotation * sight.facing))) {
+                found.push(marker);
+            }
+        }
+        (!found.is_empty() && self.is_sturdy(q)).then_some(found)
+    }
+
+    /// The station of a configuration under a load, if it can be measured.
+    pub fn station(&self, placements: &mut Placements, q: &[f64], load: [f64; 6]) -> Option<Station> {
+        let inside = q.iter().zip(&self.request.within).all(|(q, [low, high])| (*low..=*high).contains(q));
+        if !inside || self.geometry.place(q, placements).is_err() {
+            return None;
+        }
+        let markers = self.seen(q, placements)?;
+        Some(Station { q: q.to_vec(), load, markers, at: self.tool(placements) })
+    }
+
+    /// The tool centre point at placed frames.
+    pub fn tool(&self, placements: &Placements) -> Point3<f64> {
+        placements.frames[self.geometry.model.tool.0] * Point3::from(self.geometry.tool().translation.vector)
+    }
 }

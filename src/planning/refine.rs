@@ -6,9 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use super::criterion::Target;
 use super::exchange::{Candidate, Design, WORTH};
 use super::information::Information;
-use super::place::station;
-use super::{PlanningError, Request};
-use crate::kinematics::{Geometry, Placements};
+use super::place::Rules;
+
+use crate::kinematics::Placements;
 
 /// Steps as parts of the box.
 const STEPS: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
@@ -19,13 +19,12 @@ const MOVES: usize = 3;
 
 /// Moves the stations of a design; the loss at the end.
 pub fn refine(
-    request: &Request,
-    geometry: &Geometry,
+    rules: &Rules,
     information: &Information,
     target: &Target,
     design: &mut Design,
     random: &mut ChaCha8Rng,
-) -> Result<f64, PlanningError> {
+) -> f64 {
     let mut placements = Placements::default();
     let mut loss = target.loss(&design.information());
     for step in STEPS {
@@ -44,10 +43,10 @@ pub fn refine(
                 }
                 let mut trials = Vec::new();
                 for direction in directions {
-                    let moved = current.q.iter().zip(&direction).zip(&request.within);
+                    let moved = current.q.iter().zip(&direction).zip(&rules.request.within);
                     let q: Vec<f64> =
                         moved.map(|((q, d), [low, high])| (q + step * d * (high - low)).clamp(*low, *high)).collect();
-                    trials.extend(station(request, geometry, &mut placements, &q, current.load));
+                    trials.extend(rules.station(&mut placements, &q, current.load));
                 }
                 let blocks = information.blocks(&trials);
                 let Ok(blocks) = blocks else { break };
@@ -63,5 +62,5 @@ pub fn refine(
             }
         }
     }
-    Ok(loss)
+    loss
 }

@@ -8,7 +8,7 @@ use super::Request;
 use super::criterion::{Target, join};
 use super::exchange::{Candidate, Design};
 use super::information::Information;
-use super::place::{Station, seen, station};
+use super::place::{Rules, Station};
 use super::refine::refine;
 use crate::description::campaign::Campaign;
 use crate::estimation::CalibrationError;
@@ -128,9 +128,10 @@ pub struct Planned {
 pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<Planned, PlanningError> {
     let geometry = Geometry::nominal(model)?;
     let loads = if request.loads.is_empty() { vec![[0.0; 6]] } else { request.loads.clone() };
-    let stations = draw(request, &geometry, &loads)?;
+    let rules = Rules::new(request, &geometry);
+    let stations = draw(&rules, &loads)?;
     let candidates = stations.len() / loads.len();
-    let tests = tests(request, &geometry, &loads)?;
+    let tests = tests(&rules, &loads)?;
     let information = Information::new(model, request, &stations)?;
     let weight = information.tests(&request.markers, &tests)?;
     let errors = Target::Trace(weight.clone());
@@ -139,21 +140,10 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let pool: Vec<Candidate> =
         stations.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect();
 
-    let mut placements = Placements::default();
-    let free = Request {
-        within: vec![[f64::NEG_INFINITY, f64::INFINITY]; model.variables.len()],
-        workspace: None,
-        sight: None,
-        ..request.clone()
+    let before = match &request.measured {
+        Some(measured) => already(&rules, measured)?,
+        None => Vec::new(),
     };
-    let before: Vec<Station> = request
-        .measured
-        .iter()
-        .flat_map(|measured| {
-            (0..measured.readings.len()).map(move |k| (measured.configuration(k), measured.readings[k].wrench))
-        })
-        .filter_map(|(q, load)| station(&free, &geometry, &mut placements, q, load))
-        .collect();
     let empty = Design { known: information.known.clone(), chosen: Vec::new(), before, apart: request.apart };
 
     let least = least(&empty, &pool);
@@ -185,7 +175,7 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     within(1.0);
     let mut drawn = generator(request.seed ^ 0x5EED);
     for round in 0..2 {
-        let refined = refine(request, &geometry, &information, &target, &mut design, &mut drawn)?;
+        let refined = refine(&rules, &information, &target, &mut design, &mut drawn);
         within(2.0 + 2.0 * f64::from(round));
         let gained = loss - refined;
         loss = design.exchange(&target, &pool);
@@ -221,9 +211,10 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
 }
 
 /// Candidates: every configuration drawn under every load.
-fn draw(request: &Request, geometry: &Geometry, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError> {
+fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError> {
+    let (request, geometry) = (rules.request, rules.geometry);
     let wanted = DRAWN.max(3 * request.count);
-    let accepted = |_: &[f64], placements: &Placements| seen(request, geometry, placements).is_some();
+    let accepted = |q: &[f64], placements: &Placements| rules.seen(q, placements).is_some();
     let (drawn, error) = draw_in_box(geometry, &request.within, wanted, &mut generator(request.seed), accepted);
     if drawn.len() < request.count.max(1) {
         return match error {
@@ -235,11 +226,12 @@ fn draw(request: &Request, geometry: &Geometry, loads: &[[f64; 6]]) -> Result<Ve
     }
     let mut placements = Placements::default();
     let all = drawn.iter().flat_map(|q| loads.iter().map(move |load| (q, *load)));
-    Ok(all.filter_map(|(q, load)| station(request, geometry, &mut placements, q, load)).collect())
+    Ok(all.filter_map(|(q, load)| rules.station(&mut placements, q, load)).collect())
 }
 
 /// Test poses as given, or drawn in the box under loads in turns.
-fn tests(request: &Request, geometry: &Geometry, loads: &[[f64; 6]]) -> Result<Vec<Loaded>, PlanningError> {
+fn tests(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Loaded>, PlanningError> {
+    let (request, geometry) = (rules.request, rules.geometry);
     let mut placements = Placements::default();
     if !request.tests.is_empty() {
         for (row, (q, _)) in request.tests.iter().enumerate() {
@@ -248,13 +240,27 @@ fn tests(request: &Request, geometry: &Geometry, loads: &[[f64; 6]]) -> Result<V
         return Ok(request.tests.clone());
     }
     // Another stream than the candidates': the plan must not be tested where it may measure.
-    let open = Request { sight: None, ..request.clone() };
-    let accepted = |_: &[f64], placements: &Placements| seen(&open, geometry, placements).is_some();
+    let accepted = |q: &[f64], placements: &Placements| rules.seen_from_anywhere(q, placements);
     let (drawn, _) = draw_in_box(geometry, &request.within, TESTS, &mut generator(!request.seed), accepted);
     if drawn.is_empty() {
         return Err(PlanningError::NoRoom { found: 0, tried: 1000 * TESTS });
     }
     Ok(drawn.into_iter().enumerate().map(|(k, q)| (q, loads[k % loads.len()])).collect())
+}
+
+/// Where readings have been made.
+fn already(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, PlanningError> {
+    let mut placements = Placements::default();
+    let mut stations: Vec<Station> = Vec::new();
+    for (index, reading) in measured.readings.iter().enumerate() {
+        let q = measured.configuration(index).to_vec();
+        rules.geometry.place(&q, &mut placements)?;
+        let station = Station { q, load: reading.wrench, markers: Vec::new(), at: rules.tool(&placements) };
+        if !stations.contains(&station) {
+            stations.push(station);
+        }
+    }
+    Ok(stations)
 }
 
 /// Fewest stations that tell the parameters apart: chosen for that alone.

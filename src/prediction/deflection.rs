@@ -6,9 +6,10 @@ use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::elastics::{
     ElasticColumns, Elastics, Mechanism, Motion, MotionWork, Response, Statics, at_point, by_motion, spatial,
 };
-use crate::kinematics::Placements;
+use crate::kinematics::{Geometry, Placements};
 use crate::model::{Model, VertexIndex};
 use crate::parameter::{Group, Slot};
+use crate::surrogate;
 
 /// Deflections of a campaign's readings; made once for a vector of values, shared between threads.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ pub struct Deflections<'m> {
     active: bool,
     /// Own weight counts: readings are absolute.
     weight: bool,
+    /// A fuzzy compliance stands in the place of the elastic elements.
+    replaced: bool,
 }
 
 /// Room for one thread.
@@ -55,7 +58,8 @@ impl<'m> Deflections<'m> {
         let elastics = Elastics::new(model, values, &elastic);
         let weight = campaign.observes != Observes::Deflection;
         let loaded = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));
-        let active = elastics.gives_at_all() && (loaded || weight && elastics.is_loaded());
+        let active =
+            loaded && model.fuzzy.is_some() || elastics.gives_at_all() && (loaded || weight && elastics.is_loaded());
         let carrier = |frame: usize, slot: Slot| {
             model.structure.carrier(frame, &Vector3::new(values[slot], values[slot + 1], values[slot + 2]))
         };
@@ -71,7 +75,8 @@ impl<'m> Deflections<'m> {
             })
             .collect();
         let columns = ElasticColumns::new(&elastics, &elastic);
-        Self { elastics, columns, asked, vertices, ports, active, weight }
+        let replaced = model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds);
+        Self { elastics, columns, asked, vertices, ports, active, weight, replaced }
     }
 
     /// Room for one thread.
@@ -89,12 +94,19 @@ impl<'m> Deflections<'m> {
     ///
     /// # Errors
     /// [`Mechanism`].
-    pub fn place(&self, placements: &Placements, work: &mut Work) -> Result<(), Mechanism> {
+    pub fn place(
+        &self,
+        geometry: &Geometry,
+        q: &[f64],
+        placements: &Placements,
+        work: &mut Work,
+    ) -> Result<(), Mechanism> {
         if self.active {
             work.statics.no_weight = !self.weight;
             self.elastics.prepare(placements, &mut work.statics)?;
             for response in &mut work.responses {
                 response.evaluate(&self.elastics, &mut work.statics);
+                surrogate::put(geometry, q, placements, response);
             }
         }
         Ok(())
@@ -161,7 +173,7 @@ impl<'m> Deflections<'m> {
         let response = &work.responses[port];
         let wrench = Self::wrench(reading, &point.coords);
         let mut change = Vector6::zeros();
-        if let Some((number, motion)) = motion {
+        if let Some((number, motion)) = motion.filter(|_| !self.replaced) {
             let fresh = || {
                 let (statics, gathered) = (&work.statics, &work.motions[port]);
                 by_motion(&self.elastics, placements, statics, response, gathered, &wrench, self.weight, motion)
@@ -203,7 +215,7 @@ impl<'m> Deflections<'m> {
         reading: &Reading,
         point: &Point3<f64>,
     ) -> impl Iterator<Item = (usize, Deflected)> + use<'w, '_> {
-        if self.active && !self.asked.is_empty() {
+        if self.active && !self.asked.is_empty() && !self.replaced {
             let response = &work.responses[self.port(reading)];
             let wrench = Self::wrench(reading, &point.coords);
             let (elastics, columns) = (&self.elastics, &mut work.columns);

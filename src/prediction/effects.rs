@@ -38,7 +38,7 @@ pub fn effect_columns(
                 let q = campaign.configuration(block.start);
                 geometry.place(q, &mut placements).map_err(|source| predictor.assembly(block.start, source))?;
                 deflections
-                    .place(&placements, &mut loaded)
+                    .place(&geometry, q, &placements, &mut loaded)
                     .map_err(|source| mechanism(campaign, block.start, source))?;
                 terms.place(&geometry, q, &placements, &mut rates, &mut work);
                 for index in block.clone() {

@@ -181,7 +181,7 @@ impl<'a> Predictor<'a> {
                     let placed = geometry.place(q, &mut work.placements);
                     placed.map_err(|source| self.assembly(block.start, source))?;
                     deflections
-                        .place(&work.placements, &mut loaded)
+                        .place(&geometry, q, &work.placements, &mut loaded)
                         .map_err(|source| mechanism(self.campaign, block.start, source))?;
                     if terms.columns > 0 {
                         terms.place(&geometry, q, &work.placements, &mut work.rates, &mut added);

@@ -129,7 +129,7 @@ impl<'a> SinglePredictor<'a> {
     /// What cannot be assembled, or can move without force.
     pub fn place(&self, q: &[f64], work: &mut SingleWork) -> Result<(), SingleError> {
         self.geometry.place(q, &mut work.placements)?;
-        self.deflections.place(&work.placements, &mut work.loaded)?;
+        self.deflections.place(&self.geometry, q, &work.placements, &mut work.loaded)?;
         work.q.copy_from_slice(q);
         if self.terms.columns > 0 {
             self.terms.place(&self.geometry, q, &work.placements, &mut work.rates, &mut work.added);

@@ -8,7 +8,7 @@ const FLOORS: &[&[&str]] = &[
     &["description"],
     &["model", "process"],
     &["kinematics"],
-    &["elastics"],
+    &["elastics", "surrogate"],
     &["effects"],
     &["prediction"],
     &["identifiability"],

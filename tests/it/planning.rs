@@ -61,12 +61,15 @@ const KR270: [[f64; 2]; 6] =
     [[-30.0, 30.0], [-110.0, -60.0], [60.0, 110.0], [-40.0, 40.0], [20.0, 70.0], [-60.0, 60.0]];
 
 /// Position error (rms, m) at fresh working configurations after calibration at the given ones.
-fn achieved(model: &Model, of: &Request, configurations: &[Vec<f64>], fresh: &[Vec<f64>], seed: u64) -> f64 {
+fn achieved(
+    model: &Model,
+    of: &Request,
+    truth: &[f64],
+    configurations: &[Vec<f64>],
+    fresh: &[Vec<f64>],
+    seed: u64,
+) -> f64 {
     let mut random = generator(seed);
-    let mut truth = draw_errors(model, 0.3, 0.0, &mut random);
-    if of.estimate[0] {
-        (0..6).for_each(|k| truth[model.base + k] += 0.1 * (2.0 * random.random::<f64>() - 1.0));
-    }
     let mut plan = Plan {
         configurations: configurations.to_vec(),
         markers: of.markers.clone(),
@@ -78,11 +81,11 @@ fn achieved(model: &Model, of: &Request, configurations: &[Vec<f64>], fresh: &[V
         sigma_orientation: of.sigma_orientation,
         estimate: of.estimate,
     };
-    let campaign = simulate(model, &truth, &plan, &mut random).expect("simulated");
+    let campaign = simulate(model, truth, &plan, &mut random).expect("simulated");
     let aside = vec![false; campaign.readings.len()];
     let found = calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
     (plan.configurations, plan.sigma, plan.sigma_orientation) = (fresh.to_vec(), 0.0, 0.0);
-    let check = simulate(model, &truth, &plan, &mut random).expect("simulated");
+    let check = simulate(model, truth, &plan, &mut random).expect("simulated");
     let mut left = Linearised::default();
     let predictor = Predictor::new(model, &check, Vec::new()).expect("readings");
     predictor.linearise(&found.values, false, &mut left).expect("predicted");
@@ -93,13 +96,19 @@ fn achieved(model: &Model, of: &Request, configurations: &[Vec<f64>], fresh: &[V
 fn compared(of: &Request, model: &Model, ranges: &[[f64; 2]]) -> [f64; 3] {
     let planned = plan(model, of, &mut |_| {}).expect("planned");
     let configurations: Vec<Vec<f64>> = planned.stations.iter().map(|station| station.q.clone()).collect();
-    let geometry = Geometry::nominal(model).expect("assembled");
     let fresh: Vec<Vec<f64>> = work(model, ranges, 40, 78).into_iter().map(|(q, _)| q).collect();
     let pairs: Vec<[f64; 2]> = (0..20)
         .into_par_iter()
         .map(|seed| {
-            let (random, _) = draw_in_box(&geometry, &of.within, 40, &mut generator(1000 + seed), |_, _| true);
-            [achieved(model, of, &configurations, &fresh, seed), achieved(model, of, &random, &fresh, seed)]
+            let mut random = generator(1000 + seed);
+            let mut truth = draw_errors(model, 0.3, 0.0, &mut random);
+            if of.estimate[0] {
+                (0..6).for_each(|k| truth[model.base + k] += 0.1 * (2.0 * random.random::<f64>() - 1.0));
+            }
+            // What the drawn robot can take.
+            let geometry = Geometry::new(model, &truth).expect("assembled");
+            let (random, _) = draw_in_box(&geometry, &of.within, 40, &mut random, |_, _| true);
+            [&configurations, &random].map(|measured| achieved(model, of, &truth, measured, &fresh, seed))
         })
         .collect();
     let of_kind = |k: usize| median(&mut pairs.iter().map(|pair| pair[k]).collect::<Vec<_>>());
@@ -306,7 +315,7 @@ fn wrong_plans_are_refused() {
     let cases: &[(&[&str], &str)] = &[
         (&["--poses", "3"], "it takes at least 9"),
         (&["--poses", "0"], "from 1 to 1000"),
-        (&["--poses", "12", "--criterion", "test"], "did you mean `test-error`?"),
+        (&["--poses", "12", "--criterion", "test"], "valid here: `test-error`"),
         (&["--poses", "12", "--what", "elastc"], "did you mean `elastic`?"),
         (&["--poses", "12", "--what", "elastic"], "give --wrench"),
         (&["--poses", "12", "--what", "elastic", "--wrench", "0,0,-100"], "nothing"),

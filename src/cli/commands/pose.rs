@@ -14,6 +14,7 @@ use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
 use crate::report::table::{deg, mm, table};
 use crate::simulation::Loaded;
+use crate::surrogate;
 
 pub fn run(command: &Pose) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
@@ -23,6 +24,7 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
         (Some(text), None) => vec![joints(&loaded.model, &loaded.raw.units, text)?],
         (None, None) => return Err(Failure::input("no configuration", "give --joints or --table")),
     };
+    linear(&loaded.model, command.equilibrium)?;
     let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
     let mut placements = Placements::default();
     let (mut text, mut all) = (String::new(), Vec::new());
@@ -34,7 +36,7 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
         text += &in_words(&geometry, &placements);
         let mut json = as_json(&geometry, &placements);
         if let Some(load) = &load {
-            let deflected = deflected(&geometry, &placements, load, command.equilibrium)?;
+            let deflected = deflected(&geometry, q, &placements, load, command.equilibrium)?;
             text += "\nunder the wrench and own weight\n";
             text += &table(
                 &["point", "dx mm", "dy mm", "dz mm", "rx deg", "ry deg", "rz deg"],
@@ -55,9 +57,21 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
     Ok(output)
 }
 
+/// Refuses an equilibrium where a fuzzy compliance, linear in the load, stands for the structure.
+pub fn linear(model: &crate::model::Model, at_equilibrium: bool) -> Result<(), Failure> {
+    if at_equilibrium && model.fuzzy.is_some() {
+        return Err(Failure::input(
+            "--equilibrium: the description's fuzzy compliance is linear in the load",
+            "leave --equilibrium out",
+        ));
+    }
+    Ok(())
+}
+
 /// Displacement and rotation of the tool and every marker, each loaded by the wrench and own weight.
 fn deflected(
     geometry: &Geometry,
+    q: &[f64],
     placements: &Placements,
     load: &[f64; 6],
     at_equilibrium: bool,
@@ -82,6 +96,7 @@ fn deflected(
         } else {
             let mut response = Response::new(&elastics, vertex);
             response.evaluate(&elastics, &mut statics);
+            surrogate::put(geometry, q, placements, &mut response);
             response.displacement(&point, &force, &moment, true)
         };
         all.push((name, [d.x, d.y, d.z, r.x, r.y, r.z]));

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::pose::linear;
 use crate::cli::args::Stiffness;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
@@ -10,6 +11,7 @@ use crate::files::load_robot;
 use crate::kinematics::{Geometry, Placements};
 use crate::remark::Remark;
 use crate::report::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
+use crate::surrogate;
 
 pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
@@ -33,7 +35,8 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         },
     };
     let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
-    if !elastics.gives_at_all() {
+    linear(model, command.equilibrium)?;
+    if !elastics.gives_at_all() && model.fuzzy.is_none() {
         return Err(Failure::Computation(
             "the description declares nothing elastic: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
         ));
@@ -44,6 +47,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let mut response = Response::new(&elastics, vertex);
     elastics.prepare(&placements, &mut statics).map_err(Failure::computation)?;
     response.evaluate(&elastics, &mut statics);
+    surrogate::put(&geometry, &q, &placements, &mut response);
     let w = load.unwrap_or_default();
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);

@@ -3,6 +3,7 @@
 mod calibration;
 mod elastic;
 mod elastic_values;
+mod fuzzy;
 mod motion;
 mod tree;
 
@@ -221,6 +222,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     unique_owners(raw, &mut complaints);
     elastic::validate(raw, &names, &mut complaints);
     let calibration = calibration::resolve(raw, &tree, &mut complaints);
+    let fuzzy = fuzzy::resolve(raw, &tree, &mut complaints);
     let failed = complaints.remarks.iter().any(Remark::is_error);
     let elastic = if failed { Elastic::default() } else { elastic_values::resolve(raw, &tree) };
     let robot = Robot {
@@ -236,6 +238,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         anchors,
         elastic,
         effects: raw.effects.clone(),
+        fuzzy,
         calibration,
     };
     (if failed { None } else { Some(robot) }, complaints.remarks)

@@ -176,6 +176,7 @@ impl<'a> Writer<'a> {
             ("base_stiffness", robot.base_stiffness.is_none()),
             ("springs", robot.springs.is_empty()),
             ("effects", robot.effects.is_empty()),
+            ("fuzzy", robot.fuzzy.is_none()),
         ];
         let lost: Vec<String> =
             sections.iter().filter(|(_, absent)| !absent).map(|(name, _)| (*name).to_owned()).collect();

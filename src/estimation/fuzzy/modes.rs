@@ -1,0 +1,159 @@
+//! Modal values placed where the best conclusions leave least.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::Placement;
+use super::rules::{left, solve};
+use super::samples::Samples;
+use crate::estimation::least_squares::{self, Bounds, EvaluationError, Problem};
+
+/// Least gap between neighbouring modes, and to the ends of the range, beside the others.
+const LEAST_GAP: f64 = 0.02;
+/// Trials of the random search.
+const TRIALS: usize = 400;
+/// Steps of Gauss and Newton.
+const STEPS: usize = 25;
+
+/// Partitions of the range of the samples as gaps: below the first mode, between modes, above the last one.
+struct Gaps<'a> {
+    samples: &'a Samples,
+    fitted: Vec<usize>,
+    counts: Vec<usize>,
+}
+
+impl Gaps<'_> {
+    fn of(&self, modes: &[Vec<f64>]) -> Vec<f64> {
+        let mut gaps = Vec::new();
+        for (own, [low, high]) in modes.iter().zip(&self.samples.range).filter(|(own, _)| own.len() > 1) {
+            let mut last = *low;
+            for end in own.iter().chain([high]) {
+                gaps.push(((end - last) / (high - low)).max(LEAST_GAP));
+                last = *end;
+            }
+        }
+        gaps
+    }
+
+    fn modes(&self, gaps: &[f64]) -> Vec<Vec<f64>> {
+        let mut rest = gaps;
+        let place = |(&count, [low, high]): (&usize, &[f64; 2])| {
+            if count < 2 {
+                return vec![0.5 * (low + high)];
+            }
+            let (own, others) = rest.split_at(count + 1);
+            rest = others;
+            let sum: f64 = own.iter().sum();
+            let mut at = 0.0;
+            let each = |gap: &f64| {
+                at += gap / sum;
+                low + at * (high - low)
+            };
+            own[..count].iter().map(each).collect()
+        };
+        self.counts.iter().zip(&self.samples.range).map(place).collect()
+    }
+
+    fn left(&self, gaps: &[f64]) -> Vec<f64> {
+        let modes = self.modes(gaps);
+        left(self.samples, &modes, &solve(self.samples, &modes, &self.fitted), &self.fitted)
+    }
+
+    fn squares(&self, gaps: &[f64]) -> f64 {
+        self.left(gaps).iter().map(|v| v * v).sum()
+    }
+}
+
+impl Problem for Gaps<'_> {
+    fn parameters(&self) -> usize {
+        self.counts.iter().filter(|count| **count > 1).map(|count| count + 1).sum()
+    }
+
+    fn residuals(&self) -> usize {
+        3 * self.fitted.len()
+    }
+
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError> {
+        // In micrometres, so that no residual is lost in the floor of the cost.
+        let at = self.left(x);
+        residual.copy_from_slice(&at.iter().map(|v| 1e6 * v).collect::<Vec<f64>>());
+        if let Some(jacobian) = jacobian {
+            let mut moved = x.to_vec();
+            for k in 0..x.len() {
+                let step = 1e-5;
+                moved[k] = x[k] + step;
+                for (row, (after, before)) in self.left(&moved).iter().zip(&at).enumerate() {
+                    jacobian[(row, k)] = 1e6 * (after - before) / step;
+                }
+                moved[k] = x[k];
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Better modal values of the same number.
+pub fn place(samples: &Samples, start: &[Vec<f64>], placement: Placement) -> Vec<Vec<f64>> {
+    let problem =
+        Gaps { samples, fitted: samples.indices(false, |_| true), counts: start.iter().map(Vec::len).collect() };
+    let gaps = problem.of(start);
+    if gaps.is_empty() {
+        return start.to_vec();
+    }
+    let found = match placement {
+        Placement::GaussNewton => {
+            let bounds = Bounds { lower: vec![LEAST_GAP; gaps.len()], upper: vec![1.0; gaps.len()] };
+            let settings =
+                least_squares::Settings { max_iterations: STEPS, cost_tolerance: 1e-6, ..Default::default() };
+            least_squares::minimize(&problem, &gaps, &bounds, &settings).map_or(gaps.clone(), |solution| solution.x)
+        }
+        Placement::SolisWets(seed) => solis_wets(&problem, &gaps, seed),
+    };
+    if problem.squares(&found) < problem.squares(&gaps) { problem.modes(&found) } else { problem.modes(&gaps) }
+}
+
+/// Random search with a memory of directions that helped (Solis and Wets 1981, algorithm 1).
+fn solis_wets(problem: &Gaps, start: &[f64], seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut best, mut cost) = (start.to_vec(), problem.squares(start));
+    let mut bias = vec![0.0; start.len()];
+    let (mut size, mut good, mut bad) = (0.1, 0, 0);
+    for _ in 0..TRIALS {
+        let step: Vec<f64> = bias
+            .iter()
+            .map(|bias| {
+                let draw: f64 = StandardNormal.sample(&mut random);
+                bias + size * draw
+            })
+            .collect();
+        let along = |sign: f64| -> Vec<f64> {
+            best.iter().zip(&step).map(|(x, step)| (x + sign * step).clamp(LEAST_GAP, 1.0)).collect()
+        };
+        let tried = [1.0, -1.0].map(|sign| (sign, along(sign)));
+        let better =
+            tried.into_iter().map(|(sign, x)| (sign, problem.squares(&x), x)).find(|(_, squares, _)| *squares < cost);
+        match better {
+            Some((sign, squares, x)) => {
+                bias.iter_mut().zip(&step).for_each(|(bias, step)| *bias = 0.2 * *bias + 0.4 * sign * step);
+                (best, cost, good, bad) = (x, squares, good + 1, 0);
+            }
+            None => {
+                bias.iter_mut().for_each(|bias| *bias *= 0.5);
+                (good, bad) = (0, bad + 1);
+            }
+        }
+        if good >= 5 {
+            (size, good) = ((2.0 * size).min(0.5), 0);
+        } else if bad >= 3 {
+            (size, bad) = ((0.5 * size).max(1e-4), 0);
+        }
+    }
+    best
+}

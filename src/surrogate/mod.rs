@@ -1,0 +1,93 @@
+//! Compliance by rules instead of springs and beams: Takagi-Sugeno models of order zero.
+//!
+//! A rule says "if x1 is about c1 and .. then the compliance is b"; what the inputs are about is read from strong
+//! triangular partitions (memberships sum to one, neighbours cross at one half) that hold their outermost value outside,
+//! and rules are joined by products, so that their weights sum to one too and the answer is the plain weighted sum.
+//!
+//! Source: IR663 calibration paper, eq. (33) to (38); deflections are linear in the load, eq. (70).
+
+use nalgebra::{Matrix6, Vector3};
+
+use crate::description::fuzzy::{Component, Fuzzy, Input};
+use crate::elastics::Response;
+use crate::kinematics::{Geometry, Placements};
+
+/// Membership of `x` in a strong triangular partition: the lower of the two sets that share it, and the weight of the
+/// upper one.
+pub fn membership(modes: &[f64], x: f64) -> (usize, f64) {
+    let above = modes.partition_point(|mode| *mode <= x);
+    match above {
+        0 => (0, 0.0),
+        _ if above >= modes.len() => (modes.len().saturating_sub(1), 0.0),
+        _ => (above - 1, (x - modes[above - 1]) / (modes[above] - modes[above - 1])),
+    }
+}
+
+/// Hands the rules that fire at `x` with their weights, which sum to one, to `each`.
+pub fn firing(modes: &[Vec<f64>], x: &[f64], each: &mut dyn FnMut(usize, f64)) {
+    fn descend(modes: &[Vec<f64>], x: &[f64], rule: usize, weight: f64, each: &mut dyn FnMut(usize, f64)) {
+        let (Some((own, modes)), Some((at, x))) = (modes.split_first(), x.split_first()) else {
+            return each(rule, weight);
+        };
+        let (lower, upper) = membership(own, *at);
+        let first = rule * own.len() + lower;
+        if upper < 1.0 {
+            descend(modes, x, first, weight * (1.0 - upper), each);
+        }
+        if upper > 0.0 {
+            descend(modes, x, first + 1, weight * upper, each);
+        }
+    }
+    descend(modes, x, 0, 1.0, each);
+}
+
+/// A component's value, m or rad per N or N.m, at inputs in rad or m.
+pub fn value(component: &Component, x: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    firing(&component.modes, x, &mut |rule, weight| sum += weight * component.conclusions[rule]);
+    sum
+}
+
+/// Inputs at a placed configuration, rad and m.
+pub fn inputs(of: &[Input], q: &[f64], placements: &Placements, out: &mut Vec<f64>) {
+    out.clear();
+    out.extend(of.iter().map(|input| match *input {
+        Input::Joint(frame) => placements.joints[frame],
+        Input::Variable(index) => q[index],
+    }));
+}
+
+/// Compliance at the model's point, base axes.
+pub fn compliance(fuzzy: &Fuzzy, x: &[f64]) -> Matrix6<f64> {
+    let mut matrix = Matrix6::zeros();
+    for component in &fuzzy.components {
+        matrix[(component.at[0], component.at[1])] += value(component, x);
+    }
+    matrix
+}
+
+/// Puts the geometry's fuzzy compliance, if it has one, into the response of a point of the tool: in place of what the
+/// springs and beams give under load, or added to it. What they give under own weight stays.
+pub fn put(geometry: &Geometry, q: &[f64], placements: &Placements, response: &mut Response) {
+    let Some(fuzzy) = &geometry.model.fuzzy else { return };
+    let mut x = Vec::new();
+    inputs(&fuzzy.inputs, q, placements, &mut x);
+    let (frame, point) = match fuzzy.at {
+        Some(marker) => (geometry.model.markers[marker].frame, geometry.marker(marker)),
+        None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
+    };
+    let point = (placements.frames[frame] * point).coords;
+    let spatial = at_origin(&compliance(fuzzy, &x), &point);
+    if fuzzy.adds {
+        response.compliance += spatial;
+    } else {
+        response.compliance = spatial;
+    }
+}
+
+/// A compliance at a point (m) as one of spatial wrenches and twists.
+fn at_origin(compliance: &Matrix6<f64>, point: &Vector3<f64>) -> Matrix6<f64> {
+    let mut from_point = Matrix6::identity();
+    from_point.fixed_view_mut::<3, 3>(0, 3).copy_from(&point.cross_matrix());
+    from_point * compliance * from_point.transpose()
+}
