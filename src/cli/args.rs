@@ -221,9 +221,19 @@ pub struct Identify {
     #[arg(long)]
     pub robot: Option<String>,
     /// What to identify: geometric, elastic, or both; by default stiffness from deflections and geometry from all
-    /// other readings.
+    /// other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; or `grey`, springs with a fuzzy
+    /// correction of what they leave.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
+    /// Joints (by frame) or variables that a fuzzy compliance may depend on; by default all variables that change.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
+    pub inputs: Vec<String>,
+    /// Fit rules (and what they are compared with) only to readings under this force, N; the other loads judge them.
+    #[arg(long, value_name = "N")]
+    pub fit_force: Option<f64>,
+    /// How the modal values of a fuzzy compliance are placed.
+    #[arg(long, value_enum, default_value_t = PlacementName::GaussNewton)]
+    pub placement: PlacementName,
     /// How springs that the readings see as one are split back into the description's.
     #[arg(long, value_enum, default_value_t = SplitName::Prior)]
     pub split: SplitName,
@@ -254,7 +264,7 @@ pub struct Identify {
     /// Draw only so many of the configurations to fit, seeded.
     #[arg(long, value_name = "N")]
     pub train: Option<usize>,
-    /// Ordinary and weighted least squares side by side.
+    /// Ordinary and weighted least squares side by side; of fuzzy and grey, beside the parametric model, by load.
     #[arg(long)]
     pub compare: bool,
 }
@@ -289,6 +299,15 @@ pub struct Compensator {
     /// intervals, where known.
     #[arg(long, value_name = "FILE")]
     pub compliances: Option<PathBuf>,
+}
+
+/// Placements of modal values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PlacementName {
+    /// Gauss-Newton on the residual that the best conclusions leave.
+    GaussNewton,
+    /// Random search of Solis and Wets, seeded.
+    SolisWets,
 }
 
 /// Rules of splitting.

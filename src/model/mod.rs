@@ -16,7 +16,7 @@ mod structure;
 pub use bounds::contradictions;
 pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
-pub use rewrite::with_values;
+pub use rewrite::{with_fuzzy, with_values};
 pub use structure::{
     Axes, BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots,
     Spot, SpringElement, Structure, Vertex, VertexIndex, screw_pins,

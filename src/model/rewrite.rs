@@ -1,7 +1,7 @@
 //! A description with other values: calibrated robots go back to the file they came from.
 
 use super::Model;
-use crate::description::raw::{JointKind, RawRobot, RawStiffness};
+use crate::description::raw::{JointKind, RawFuzzy, RawFuzzyComponent, RawRobot, RawStiffness};
 use crate::parameter::{Group, Slot};
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
@@ -35,6 +35,41 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         let unit = raw.units.of(parameter.kind);
         put(&mut raw, model, slot, owner, symbol, value, unit);
     }
+    raw
+}
+
+/// The description with the model's fuzzy compliance put in, in the file's units.
+#[must_use]
+pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
+    use crate::description::fuzzy::{Component, Input};
+    let mut raw = raw.clone();
+    let units = &raw.units;
+    let size = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
+    raw.fuzzy = model.fuzzy.as_ref().map(|fuzzy| {
+        let named = |input: &Input| match *input {
+            Input::Variable(k) => (model.variables[k].name.clone(), size(model.variables[k].is_angle)),
+            Input::Joint(k) => (model.frames[k].name.clone(), size(model.frames[k].joint == JointKind::Revolute)),
+        };
+        let inputs: Vec<(String, f64)> = fuzzy.inputs.iter().map(named).collect();
+        let component = |component: &Component| {
+            let unit = |k: usize, first: f64, second: f64| if k < 3 { first } else { second };
+            let [row, column] = component.at;
+            let factor = unit(row, units.length.factor(), units.angle.factor())
+                / unit(column, units.force.factor(), units.torque.factor());
+            let modes = component.modes.iter().zip(&inputs);
+            let raw = RawFuzzyComponent {
+                modes: modes.map(|(list, (_, size))| list.iter().map(|mode| mode / size).collect()).collect(),
+                conclusions: component.conclusions.iter().map(|value| value / factor).collect(),
+            };
+            (Component::name(component.at), raw)
+        };
+        RawFuzzy {
+            inputs: inputs.iter().map(|(name, _)| name.clone()).collect(),
+            at: fuzzy.at.map(|marker| model.markers[marker].name.clone()),
+            adds: fuzzy.adds,
+            components: fuzzy.components.iter().map(component).collect(),
+        }
+    });
     raw
 }
 

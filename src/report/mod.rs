@@ -4,6 +4,7 @@ pub mod blind;
 pub mod compensation;
 pub mod compensator;
 pub mod diagnosis;
+pub mod fuzzy;
 pub mod identification;
 pub mod plan;
 pub mod remarks;

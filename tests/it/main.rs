@@ -14,6 +14,7 @@ mod elastic_derivatives;
 mod equilibrium;
 mod equivalences;
 mod estimation;
+mod fuzzy;
 mod generated;
 mod golden_elastic;
 mod golden_geometry;

@@ -18,7 +18,8 @@ use crate::model::with_values;
 use crate::report::identification::{calibration_json, calibration_text, comparison_text};
 
 pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
-    let what = what(&command.what)?;
+    let by_rules = super::identify_fuzzy::asked(command)?;
+    let what = if by_rules { None } else { what(&command.what)? };
     if !(command.loss_scale.is_finite() && command.loss_scale > 0.0) {
         return Err(Failure::input(format!("--loss-scale `{}`", command.loss_scale), "give a number above 0"));
     }
@@ -65,6 +66,9 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
         None => loaded.campaign.clone(),
     };
     let aside = split(&campaign, command.check, seed);
+    if by_rules {
+        return super::identify_fuzzy::run(command, &loaded, &campaign, &aside, &settings, seed);
+    }
     let started = Instant::now();
     if command.compare {
         let both = compare(model, &campaign, &aside, &settings).map_err(failure)?;

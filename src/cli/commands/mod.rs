@@ -9,6 +9,7 @@ pub mod convert;
 pub mod diagnose;
 pub mod identifiability;
 pub mod identify;
+pub mod identify_fuzzy;
 pub mod plan;
 pub mod pose;
 pub mod residuals;

@@ -1,0 +1,198 @@
+//! `identify --what fuzzy|grey`: a compliance by rules, or a correction of springs by rules.
+
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::convert::written;
+use crate::cli::args::{Identify, PlacementName};
+use crate::cli::{Failure, Output};
+use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::fuzzy::Input;
+use crate::description::raw::JointKind;
+use crate::estimation::fuzzy::{Placement, fit_fuzzy, fit_grey};
+use crate::estimation::{CalibrationError, Settings, What, calibrate};
+use crate::files::LoadedCampaign;
+use crate::model::{Model, with_fuzzy, with_values};
+use crate::prediction::{Linearised, Predictor};
+use crate::remark::Remark;
+use crate::report::fuzzy::{Method, comparison_json, comparison_text, fuzzy_json, fuzzy_text, grey_json, grey_text};
+
+const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
+
+/// Whether rules are asked for.
+pub fn asked(command: &Identify) -> Result<bool, Failure> {
+    if let Some(unknown) = command.what.iter().find(|name| !KINDS.contains(&name.as_str())) {
+        let remark = Remark::error(format!("--what: unknown `{unknown}`"));
+        return Err(Failure::Input(vec![remark.suggest(unknown, KINDS)]));
+    }
+    let has = |name: &str| command.what.iter().any(|what| what == name);
+    let by_rules = has("fuzzy") || has("grey");
+    if by_rules && has("geometric") {
+        return Err(Failure::input(
+            "--what: geometry is not fitted together with rules",
+            "identify the geometry first and --save it, then --what fuzzy or grey",
+        ));
+    }
+    if by_rules && (command.what.len() > 1 || command.compare) && command.save.is_some() {
+        return Err(Failure::input("--save: several models are compared", "ask for one with --what to save it"));
+    }
+    if !by_rules && (!command.inputs.is_empty() || command.fit_force.is_some()) {
+        return Err(Failure::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
+    }
+    Ok(by_rules)
+}
+
+pub fn run(
+    command: &Identify,
+    loaded: &LoadedCampaign,
+    campaign: &Campaign,
+    aside: &[bool],
+    settings: &Settings,
+    seed: u64,
+) -> Result<Output, Failure> {
+    let model = &loaded.robot.model;
+    if campaign.observes != Observes::Deflection {
+        return Err(Failure::input(
+            "rules are fitted to deflections, and the campaign observes something else",
+            "measure loaded minus unloaded positions (`observes: deflection`)",
+        ));
+    }
+    if campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker) {
+        return Err(Failure::input(
+            "rules are fitted to one point, and the campaign reads several markers",
+            "give the readings of one marker",
+        ));
+    }
+    let (whole, all_aside) = (campaign, aside);
+    let (campaign, aside) = match command.fit_force {
+        Some(force) => under(whole, all_aside, force)?,
+        None => (whole.clone(), all_aside.to_vec()),
+    };
+    let (campaign, aside) = (&campaign, &aside[..]);
+    // What was not fitted: set aside, or under another load.
+    let judges: Vec<bool> =
+        whole.readings.iter().zip(all_aside).map(|(r, aside)| *aside || !is_under(r, command.fit_force)).collect();
+    let residual = |model: &Model, values: &[f64]| -> Result<Vec<f64>, Failure> {
+        let mut found = Linearised::default();
+        let predictor = Predictor::new(model, whole, Vec::new()).map_err(Failure::computation)?;
+        predictor.linearise(values, false, &mut found).map_err(Failure::computation)?;
+        Ok(found.residual)
+    };
+    let inputs = inputs(model, campaign, &command.inputs)?;
+    let placement = match command.placement {
+        PlacementName::GaussNewton => Placement::GaussNewton,
+        PlacementName::SolisWets => Placement::SolisWets(seed),
+    };
+    let started = Instant::now();
+    let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
+    let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
+    let mut output = Output::new(String::new(), json!({}));
+    if command.compare || command.what.len() > 1 {
+        let mut methods = Vec::new();
+        if has("elastic") {
+            let found = calibrate(model, campaign, aside, &elastic, &mut |_| {}).map_err(Failure::computation)?;
+            methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
+        }
+        if has("fuzzy") {
+            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement).map_err(failure)?;
+            methods.push(Method { name: "fuzzy", residual: residual(&fit.model, &fit.values)? });
+        }
+        if has("grey") {
+            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut |_| {}).map_err(failure)?;
+            let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
+            methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
+        }
+        output.text = comparison_text(whole, &judges, &methods);
+        output.json = comparison_json(whole, &judges, &methods);
+    } else if has("fuzzy") {
+        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement).map_err(failure)?;
+        output.text = fuzzy_text(&fit);
+        output.json = fuzzy_json(&fit);
+        save(command, loaded, &fit.model, &fit.values, &mut output)?;
+    } else {
+        let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut |_| {}).map_err(failure)?;
+        output.text = grey_text(&fit);
+        output.json = grey_json(&fit);
+        let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
+        save(command, loaded, with, &fit.parametric.values, &mut output)?;
+    }
+    output.json["seconds"] = json!(started.elapsed().as_secs_f64());
+    output.remarks.extend(loaded.remarks.iter().cloned());
+    Ok(output)
+}
+
+fn is_under(reading: &Reading, force: Option<f64>) -> bool {
+    let size = reading.wrench[..3].iter().map(|v| v * v).sum::<f64>().sqrt();
+    force.is_none_or(|force| (size - force).abs() < 1e-3 * force.max(1.0))
+}
+
+/// Readings under one force.
+fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Failure> {
+    let of = |reading: &Reading| is_under(reading, Some(force));
+    let found = campaign.select(|_, reading| of(reading));
+    let set: Vec<bool> = campaign.readings.iter().zip(aside).filter(|(r, _)| of(r)).map(|(_, aside)| *aside).collect();
+    if set.iter().all(|aside| *aside) {
+        let mut sizes: Vec<String> = campaign
+            .readings
+            .iter()
+            .map(|r| format!("{:.0}", r.wrench[..3].iter().map(|v| v * v).sum::<f64>().sqrt()))
+            .collect();
+        sizes.sort_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
+        sizes.dedup();
+        return Err(Failure::input(
+            format!("--fit-force {force}: no reading to fit is under that force"),
+            format!("forces in the campaign, N: {}", sizes.join(", ")),
+        ));
+    }
+    Ok((found, set))
+}
+
+fn save(
+    command: &Identify,
+    loaded: &LoadedCampaign,
+    model: &Model,
+    values: &[f64],
+    output: &mut Output,
+) -> Result<(), Failure> {
+    let Some(path) = &command.save else { return Ok(()) };
+    let (text, remarks) = written(&with_fuzzy(&with_values(&loaded.robot.raw, model, values), model), path)?;
+    output.remarks.extend(remarks);
+    output.text += &format!("identified description: {}\n", path.display());
+    output.files.push((path.clone(), text));
+    Ok(())
+}
+
+/// Inputs as named, or all variables that change in the readings.
+fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<Input>, Failure> {
+    if names.is_empty() {
+        let changes = |k: &usize| {
+            let first = campaign.configuration(0)[*k];
+            (1..campaign.readings.len()).any(|reading| (campaign.configuration(reading)[*k] - first).abs() > 1e-6)
+        };
+        return Ok((0..model.variables.len()).filter(changes).map(Input::Variable).collect());
+    }
+    let mut inputs = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let variable = model.variables.iter().position(|variable| variable.name == *name);
+        let joint = model.frame(name).filter(|&frame| model.frames[frame].joint != JointKind::Fixed);
+        match (variable, joint) {
+            _ if names[..k].contains(name) => {
+                return Err(Failure::input(format!("--inputs: `{name}` is given twice"), "name each input once"));
+            }
+            (Some(variable), _) => inputs.push(Input::Variable(variable)),
+            (None, Some(frame)) => inputs.push(Input::Joint(frame)),
+            (None, None) => {
+                let variables = model.variables.iter().map(|variable| variable.name.as_str());
+                let joints = model.frames.iter().filter(|frame| frame.moves()).map(|frame| frame.name.as_str());
+                let remark = Remark::error(format!("--inputs: no joint or variable is called `{name}`"));
+                return Err(Failure::Input(vec![remark.suggest(name, variables.chain(joints))]));
+            }
+        }
+    }
+    Ok(inputs)
+}
+
+fn failure(error: CalibrationError) -> Failure {
+    Failure::computation(error)
+}

@@ -1,0 +1,261 @@
+//! Fuzzy compliances in words and in JSON.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::identification::{errors_json, errors_table};
+use super::table::{deg, mm, table};
+use crate::description::campaign::Campaign;
+use crate::description::fuzzy::{Component, Input};
+use crate::description::raw::JointKind;
+use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level};
+use crate::math::mean_rms_max;
+use crate::model::Model;
+
+/// Name of an input, and whether it is an angle.
+fn input(model: &Model, of: Input) -> (&str, bool) {
+    match of {
+        Input::Variable(k) => (&model.variables[k].name, model.variables[k].is_angle),
+        Input::Joint(k) => (&model.frames[k].name, model.frames[k].joint == JointKind::Revolute),
+    }
+}
+
+fn shown(value: f64, angle: bool) -> f64 {
+    if angle { deg(value) } else { mm(value) }
+}
+
+/// Modal values of each rule, in the order of rules.
+fn premises(modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    modes.iter().fold(vec![Vec::new()], |rules, own| {
+        rules.iter().flat_map(|rule| own.iter().map(move |mode| [&rule[..], &[*mode]].concat())).collect()
+    })
+}
+
+/// Text of `identify --what fuzzy`.
+pub fn fuzzy_text(fit: &FuzzyFit) -> String {
+    let mut out = format!(
+        "fuzzy compliance: rms error {:.4} mm on the fitted readings, {:.4} mm on those set aside\n\n",
+        mm(fit.errors[0].distance[1]),
+        mm(fit.errors[1].distance[1])
+    );
+    out += &errors_table(&[("fit", &fit.errors[0]), ("check", &fit.errors[1])]);
+    out += "\n";
+    out += &rules_text(fit);
+    out += &levels_text(&fit.levels);
+    out
+}
+
+fn rules_text(fit: &FuzzyFit) -> String {
+    let (model, grown) = (&fit.model, &fit.grown);
+    let Some(fuzzy) = &model.fuzzy else { return String::new() };
+    let inputs: Vec<(&str, bool)> = fuzzy.inputs.iter().map(|&of| input(model, of)).collect();
+    let grew: Vec<String> = grown
+        .steps
+        .iter()
+        .map(|step| {
+            let sets: Vec<String> = step.sets.iter().map(ToString::to_string).collect();
+            format!("{} {:.4}", sets.join("x"), mm(step.errors[1]))
+        })
+        .collect();
+    let mut out = format!("sets of each input, test error in mm: {}\n\n", grew.join("  ->  "));
+    let mut header = vec!["rule".to_string(), "if".to_string()];
+    header.extend(fuzzy.components.iter().map(|component| format!("{} mm/kN", Component::name(component.at))));
+    header.push("data".into());
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let premises = premises(&fuzzy.components.first().map(|c| c.modes.clone()).unwrap_or_default());
+    let rows = premises.iter().enumerate().map(|(rule, modes)| {
+        let about = modes.iter().zip(&inputs).map(|(mode, (name, angle))| {
+            format!("{name} is about {:.2} {}", shown(*mode, *angle), if *angle { "deg" } else { "mm" })
+        });
+        let about: Vec<String> = about.collect();
+        let mut row =
+            vec![(rule + 1).to_string(), if about.is_empty() { "always".into() } else { about.join(" and ") }];
+        row.extend(fuzzy.components.iter().map(|component| format!("{:.4}", 1e6 * component.conclusions[rule])));
+        row.push(if grown.unseen.contains(&rule) { "none".into() } else { format!("{:.1}", grown.support[rule]) });
+        row
+    });
+    out += &table(&header, rows);
+    if !grown.unseen.is_empty() {
+        let rules: Vec<String> = grown.unseen.iter().map(|rule| (rule + 1).to_string()).collect();
+        let _ =
+            writeln!(out, "no data reach rules {}: their conclusions are those of their neighbours", rules.join(", "));
+    }
+    for (k, &of) in fuzzy.inputs.iter().enumerate() {
+        let (name, angle) = inputs[k];
+        let used = used_inputs(fit);
+        let [low, high] = used.get(k).map_or([f64::NAN; 2], |&k| grown.range[k]);
+        let limits = match of {
+            Input::Variable(k) => model.variables[k].limits,
+            Input::Joint(k) => model.frames[k].limits,
+        };
+        let limits = limits.map_or(String::new(), |[low, high]| {
+            format!(" (limits {:.1} to {:.1})", shown(low, angle), shown(high, angle))
+        });
+        let _ = writeln!(
+            out,
+            "measured for {name} from {:.2} to {:.2} {}{limits}; outside, the outermost rules hold",
+            shown(low, angle),
+            shown(high, angle),
+            if angle { "deg" } else { "mm" }
+        );
+    }
+    if grown.beyond > 0 {
+        let _ = writeln!(out, "{} of the readings set aside are outside that range", grown.beyond);
+    }
+    out
+}
+
+/// Which of the offered inputs have a say.
+fn used_inputs(fit: &FuzzyFit) -> Vec<usize> {
+    (0..fit.grown.modes.len()).filter(|&k| fit.grown.modes[k].len() > 1).collect()
+}
+
+fn levels_text(levels: &[Level]) -> String {
+    let mut out = String::new();
+    for level in levels {
+        let bent = (level.gain - 1.0).abs() > 3.0 * level.sigma && (level.gain - 1.0).abs() > 0.02;
+        let _ = writeln!(
+            out,
+            "at {:.0} N: {} readings, measured {:.3} +- {:.3} times what is predicted{}",
+            level.force,
+            level.readings,
+            level.gain,
+            1.96 * level.sigma,
+            if bent { ": NOT linear in the load" } else { "" }
+        );
+    }
+    out
+}
+
+/// JSON of `identify --what fuzzy`: SI, errors in mm.
+pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
+    let (model, grown) = (&fit.model, &fit.grown);
+    let fuzzy = model.fuzzy.as_ref();
+    let inputs: Vec<&str> = fuzzy.iter().flat_map(|f| &f.inputs).map(|&of| input(model, of).0).collect();
+    let components: Vec<Value> = fuzzy
+        .iter()
+        .flat_map(|fuzzy| &fuzzy.components)
+        .map(|c| json!({"name": Component::name(c.at), "modes": c.modes, "conclusions": c.conclusions}))
+        .collect();
+    let steps: Vec<Value> = grown
+        .steps
+        .iter()
+        .map(|s| json!({"sets": s.sets, "fit": s.errors[0].is_finite().then(|| mm(s.errors[0])), "test": mm(s.errors[1])}))
+        .collect();
+    let levels: Vec<Value> = fit
+        .levels
+        .iter()
+        .map(|l| json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": 1.96 * l.sigma}))
+        .collect();
+    let range: Vec<[f64; 2]> = used_inputs(fit).into_iter().map(|k| grown.range[k]).collect();
+    json!({"inputs": inputs, "components": components, "support": grown.support, "unseen": grown.unseen,
+           "range": range, "outside": grown.beyond, "steps": steps, "levels": levels, "unit": "mm",
+           "residuals": {"after": errors_json(&fit.errors[0]), "check_after": errors_json(&fit.errors[1])}})
+}
+
+/// Text of `identify --what grey`.
+pub fn grey_text(fit: &GreyFit) -> String {
+    let after = &fit.parametric.after;
+    let [without, with] = fit.cross_validated.map(mm);
+    let mut out = format!(
+        "springs alone: rms error {:.4} mm on the fitted readings, {:.4} mm on those set aside\n\
+         correction, over parts of the fitted readings left out in turns: {without:.4} -> {with:.4} mm\n",
+        mm(after.fit.distance[1]),
+        mm(after.check.distance[1])
+    );
+    match &fit.correction {
+        Some(correction) => {
+            let _ = writeln!(
+                out,
+                "kept: with it {:.4} mm on the fitted readings, {:.4} mm on those set aside\n",
+                mm(correction.errors[0].distance[1]),
+                mm(correction.errors[1].distance[1])
+            );
+            out += &rules_text(correction);
+            out += &levels_text(&correction.levels);
+        }
+        None => out += "not kept: it does not help readings that it has not seen\n",
+    }
+    out
+}
+
+/// JSON of `identify --what grey`.
+pub fn grey_json(fit: &GreyFit) -> Value {
+    let after = &fit.parametric.after;
+    json!({"parametric": {"after": errors_json(&after.fit), "check_after": errors_json(&after.check)},
+           "cross_validated": {"without": mm(fit.cross_validated[0]), "with": mm(fit.cross_validated[1])},
+           "kept": fit.correction.is_some(), "correction": fit.correction.as_ref().map(fuzzy_json), "unit": "mm"})
+}
+
+/// A fitted model's residuals, three a reading.
+pub struct Method {
+    /// Name.
+    pub name: &'static str,
+    /// As [`crate::prediction::Linearised::residual`].
+    pub residual: Vec<f64>,
+}
+
+/// A row of the table: load (N; none for all), rms and greatest distance, greatest x, y, z, m.
+type Row = (Option<i64>, usize, [f64; 5]);
+
+fn rows(campaign: &Campaign, among: &[bool], method: &Method) -> Vec<Row> {
+    let force = |k: usize| {
+        let w = &campaign.readings[k].wrench;
+        w[..3].iter().map(|v| v * v).sum::<f64>().sqrt().round() as i64
+    };
+    let mut sizes: Vec<i64> = (0..among.len()).filter(|&k| among[k]).map(force).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let row = |size: Option<i64>| {
+        let of: Vec<&[f64]> = method
+            .residual
+            .chunks(3)
+            .enumerate()
+            .filter(|(k, _)| among[*k] && size.is_none_or(|size| force(*k) == size))
+            .map(|(_, r)| r)
+            .collect();
+        let [_, rms, max] = mean_rms_max(of.iter().map(|r| r.iter().map(|v| v * v).sum::<f64>().sqrt()));
+        let axis = |k: usize| of.iter().map(|r| r[k].abs()).fold(0.0, f64::max);
+        (size, of.len(), [rms, max, axis(0), axis(1), axis(2)])
+    };
+    sizes.iter().map(|size| row(Some(*size))).chain([row(None)]).collect()
+}
+
+/// Readings set aside, or all where there are none.
+fn judged(aside: &[bool]) -> Vec<bool> {
+    if aside.iter().any(|aside| *aside) { aside.to_vec() } else { vec![true; aside.len()] }
+}
+
+/// Methods by load, as Table 5 of the IR663 calibration paper.
+pub fn comparison_text(campaign: &Campaign, aside: &[bool], methods: &[Method]) -> String {
+    let among = judged(aside);
+    let which = if aside.contains(&true) { "readings set aside" } else { "fitted readings; none were set aside" };
+    let mut out = format!("{which}\n\n");
+    let all = methods.iter().flat_map(|method| {
+        rows(campaign, &among, method).into_iter().map(|(size, readings, figures)| {
+            let load = size.map_or("all".into(), |size| size.to_string());
+            let mut row = vec![method.name.to_string(), load, readings.to_string()];
+            row.extend(figures.iter().map(|v| format!("{:.4}", mm(*v))));
+            row
+        })
+    });
+    out += &table(&["method", "load N", "readings", "rms mm", "max mm", "max x mm", "max y mm", "max z mm"], all);
+    out
+}
+
+/// The same in JSON.
+pub fn comparison_json(campaign: &Campaign, aside: &[bool], methods: &[Method]) -> Value {
+    let among = judged(aside);
+    let one = |method: &Method| {
+        let rows: Vec<Value> = rows(campaign, &among, method)
+            .into_iter()
+            .map(|(size, readings, f)| {
+                json!({"load": size, "readings": readings, "rms": mm(f[0]), "max": mm(f[1]),
+                       "max_x": mm(f[2]), "max_y": mm(f[3]), "max_z": mm(f[4])})
+            })
+            .collect();
+        json!({"method": method.name, "rows": rows})
+    };
+    json!({"unit": "mm", "check": aside.contains(&true), "methods": methods.iter().map(one).collect::<Vec<_>>()})
+}
