@@ -135,7 +135,7 @@ impl<'m> Deflections<'m> {
     /// The same where wrenches are not known beforehand.
     #[must_use]
     pub fn under_any_wrench(mut self) -> Self {
-        self.active = self.elastics.gives_at_all();
+        self.active = self.elastics.gives_at_all() || self.elastics.model.fuzzy.is_some();
         self
     }
 

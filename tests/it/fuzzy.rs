@@ -121,7 +121,8 @@ fn rules_beat_springs_without_screws_and_screws_beat_rules() {
     let screws = overall(&with, "parametric");
     println!("parametric {parametric:.4}, fuzzy {fuzzy:.4}, grey {grey:.4}, screws declared {screws:.4} mm");
     assert!(fuzzy <= parametric * 0.065 / 0.110, "{fuzzy} against {parametric}");
-    assert!(grey <= fuzzy * 1.05, "{grey} against {fuzzy}");
+    // What springs leave after taking up all they can is rougher than the compliance itself.
+    assert!(grey < 0.7 * parametric, "{grey} against {parametric}");
     assert!(screws < fuzzy && screws < grey, "{screws}, {fuzzy}, {grey}");
     assert!((screws / (0.03 * 3_f64.sqrt()) - 1.0).abs() < 0.1, "the noise: {screws}");
 }

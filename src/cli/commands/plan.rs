@@ -205,6 +205,7 @@ fn refused(error: PlanningError) -> Failure {
         PlanningError::NoRoom { .. } => "widen --cone, --workspace, --range or --share, or move the instrument".into(),
         PlanningError::TooNear { .. } => "lower --apart, or ask for fewer".into(),
         PlanningError::NothingSeen => "load the robot with --wrench, or plan other readings".into(),
+        PlanningError::Calibration(_) => "plan for what the description can be fitted for, with --what".into(),
         PlanningError::Test { .. } => "give test poses that the robot can take".into(),
         _ => return Failure::computation(error),
     };
