@@ -25,6 +25,8 @@ pub mod prediction;
 pub mod process;
 pub mod remark;
 pub mod report;
+pub mod review;
+pub mod scene;
 pub mod simulation;
 pub mod snapshot;
 pub mod surrogate;

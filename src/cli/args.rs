@@ -65,6 +65,10 @@ pub enum Command {
     Compensator(Compensator),
     /// Compare a description with measurements, fitting nothing.
     Residuals(OnCampaign),
+    /// One self-contained HTML file about a campaign: the answer first, plots, the robot in 3-D (report.html, or --output).
+    Report(Report),
+    /// The robot itself in 3-D as one self-contained HTML file (view.html, or --output), and as SVG.
+    View(View),
     /// Make a campaign from a description with drawn or given errors.
     Simulate(Simulate),
     /// Commands under which the real robot passes where it should: geometry, own weight, load and effects corrected.
@@ -643,4 +647,43 @@ pub enum BlindKind {
     Null,
     /// What no catalogue knows.
     Unknown,
+}
+
+/// `report`
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the report's data as JSON to this file, beside the report.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+pub struct View {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside, or where nothing else can be assembled).
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub joints: Option<String>,
+    /// Wrench at the tool centre point, base axes, in the description's units: draws the deflected shape.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Add own weight and preloads to the deflected shape.
+    #[arg(long)]
+    pub weight: bool,
+    /// Write a drawing for papers, from the side that `--look` says.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// From where the drawing is seen, deg: about z from -y, and above the horizon.
+    #[arg(long, value_name = "YAW,PITCH", default_value = "-50,20", allow_hyphen_values = true)]
+    pub look: String,
+    /// Leave names out of the drawing.
+    #[arg(long)]
+    pub no_names: bool,
 }

@@ -26,11 +26,13 @@ pub struct Output {
     pub files: Vec<(PathBuf, String)>,
     /// The outcome is a refusal: exit status 1 although there is something to show.
     pub failed: bool,
+    /// What is printed stays on the screen: `--output` names one of `files`.
+    pub written: bool,
 }
 
 impl Output {
     fn new(text: String, json: serde_json::Value) -> Self {
-        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false }
+        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false, written: false }
     }
 }
 
@@ -101,9 +103,10 @@ fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
     };
     let mut files: Vec<(&Path, &str)> =
         output.files.iter().map(|(path, content)| (path.as_path(), content.as_str())).collect();
-    files.extend(arguments.output.as_deref().map(|path| (path, text.as_str())));
+    let printed_to = arguments.output.as_deref().filter(|_| !output.written);
+    files.extend(printed_to.map(|path| (path, text.as_str())));
     crate::files::write_whole(&files)?;
-    if arguments.output.is_some() {
+    if printed_to.is_some() {
         return Ok(());
     }
     let mut out = std::io::stdout().lock();
@@ -130,6 +133,8 @@ fn run(arguments: &Arguments) -> Result<Output, Failure> {
         Command::Diagnose(command) => commands::diagnose::run(command, arguments.seed),
         Command::Compensator(command) => commands::compensator::run(command),
         Command::Residuals(command) => commands::residuals::run(command),
+        Command::Report(command) => commands::report::run(command, arguments),
+        Command::View(command) => commands::view::run(command, arguments),
         Command::Simulate(command) => commands::simulate::run(command, arguments.seed),
         Command::Compensate(command) => commands::compensate::run(command),
         Command::Plan(command) => commands::plan::run(command, arguments.seed),

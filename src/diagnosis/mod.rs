@@ -8,6 +8,7 @@ mod evidence;
 mod figures;
 mod fit;
 mod location;
+mod look_alikes;
 mod next;
 mod nuisance;
 mod report;
@@ -17,6 +18,7 @@ mod verdict;
 
 pub use evidence::{Evidence, Hypothesis};
 pub use location::{Condition, Location, SiteShare};
+pub use look_alikes::LookAlikes;
 pub use nuisance::nuisance;
 pub use report::{Cause, CauseParameter, Diagnosis, Gap, NextPose, Rejected, Shrinkage, Verdict};
 pub use verdict::{Settings, diagnose};

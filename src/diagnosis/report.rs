@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 
 use super::location::Location;
+use super::look_alikes::LookAlikes;
 use crate::description::raw::RawEffect;
 
 /// What comes out.
@@ -133,6 +134,10 @@ pub struct Diagnosis {
     pub outliers: Vec<usize>,
     /// Calibrated values of the model with the causes in, by slot.
     pub values: Vec<f64>,
+    /// Calibrated values without the causes: what the hypotheses competed on.
+    pub calibrated: Vec<f64>,
+    /// Which hypotheses look alike in these readings.
+    pub look_alikes: LookAlikes,
     /// Number of hypotheses that competed.
     pub hypotheses: usize,
     /// Free notes: what was tested and what could not be.

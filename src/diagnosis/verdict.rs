@@ -8,6 +8,7 @@ use super::evidence::Evidence;
 use super::figures::{Drawn, folds, held_out, reading_errors, rms_max};
 use super::fit::{Fit, entry, with_form};
 use super::location::{Location, conditions, sites};
+use super::look_alikes::LookAlikes;
 use super::next::next_poses;
 use super::nuisance::nuisance;
 use super::report::{Cause, CauseParameter, Diagnosis, Gap, Rejected, Shrinkage, Verdict};
@@ -252,6 +253,8 @@ impl Round {
             next_poses: next,
             outliers,
             values,
+            look_alikes: LookAlikes::of(&ground, &members, evidence),
+            calibrated: self.values.clone(),
             hypotheses: evidence.hypotheses.len(),
             notes,
         })

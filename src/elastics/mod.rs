@@ -31,7 +31,7 @@ mod weight;
 pub use derivatives::ElasticColumns;
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use motion::{Motion, MotionWork, by_motion};
-pub use report::{Shares, shares};
+pub use report::{Shares, shares, twists};
 pub use response::Response;
 pub use section::{Properties, properties};
 pub use statics::{Elastics, Mechanism, Statics};

@@ -87,14 +87,30 @@ pub fn shares(
         energy.retain(|_, share| share.abs() > 1e-12);
     }
     energy.sort_by(|_, a, _, b| b.total_cmp(a));
+    let twists = twists(elastics, statics, response, wrench, weight);
     let nodes = structure
         .nodes
         .iter()
         .map(|(name, vertex)| {
-            let twist = twist_of(elastics, statics, *vertex, strain);
-            let (d, r) = at_point(&twist, &statics.points[*vertex]);
+            let (d, r) = at_point(&twists[*vertex], &statics.points[*vertex]);
             (name.clone(), [d.x, d.y, d.z, r.x, r.y, r.z])
         })
         .collect();
     Shares { energy, nodes, total }
+}
+
+/// Spatial twist of every vertex, by vertex, under a spatial wrench on the response's vertex, own weight added if asked.
+pub fn twists(
+    elastics: &Elastics,
+    statics: &Statics,
+    response: &Response,
+    wrench: &Vector6<f64>,
+    weight: bool,
+) -> Vec<Vector6<f64>> {
+    let weight = weight && statics.weight.active;
+    let strain = |vertex: usize| -> Vector6<f64> {
+        let own = response.strains[vertex] * wrench;
+        if weight { own + statics.weight.strains[vertex] } else { own }
+    };
+    (0..elastics.model.structure.vertices.len()).map(|vertex| twist_of(elastics, statics, vertex, strain)).collect()
 }

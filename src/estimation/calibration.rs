@@ -74,7 +74,7 @@ pub fn calibrate(
         let solution = least_squares::minimize(&problem, &vec![0.0; moving.len()], &bounds, &least(settings))?;
         start = problem.values(&solution.x);
     }
-    let (registration, _) = figures(&start)?;
+    let (registration, registered) = figures(&start)?;
 
     let what = settings.what.unwrap_or_else(|| What::usual(campaign));
     let slots = match &settings.only {
@@ -178,6 +178,7 @@ pub fn calibrate(
         ending: outcome.ending,
         converged: outcome.converged,
         residual,
+        registered,
     })
 }
 

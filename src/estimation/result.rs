@@ -108,6 +108,8 @@ pub struct Calibration {
     pub converged: bool,
     /// Residuals of all readings after calibration, as [`crate::prediction::Linearised::residual`].
     pub residual: Vec<f64>,
+    /// The same with base, tool and markers fitted alone.
+    pub registered: Vec<f64>,
 }
 
 /// The same calibration with equal weights (OLS) and with weights by direction (WLS).

@@ -43,6 +43,13 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
         .iter()
         .map(|r| json!({"effect": r.effect, "site": r.site, "rms_after": mm(r.rms), "why": r.why}))
         .collect();
+    let alike = &found.look_alikes;
+    let look_alikes = json!({
+        "hypotheses": alike.names.iter().map(|(effect, site)| json!({"effect": effect, "site": site})).collect::<Vec<_>>(),
+        "overlap": (0..alike.overlap.nrows())
+            .map(|i| alike.overlap.row(i).iter().copied().collect::<Vec<f64>>())
+            .collect::<Vec<_>>(),
+    });
     json!({
         "gap": {"rms": mm(gap.rms), "max": mm(gap.max), "noise": mm(gap.noise), "closable": mm(gap.closable),
                 "unit": "mm", "significant": gap.is_significant,
@@ -55,6 +62,7 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
         "after_all": {"rms": mm(found.after.0), "rms_ci95": found.after.1.map(mm), "shrinkage": found.shrinkage.value,
                       "shrinkage_ci95": found.shrinkage.ci95},
         "next_poses": next,
+        "look_alikes": look_alikes,
         "outliers": found.outliers,
         "hypotheses": found.hypotheses,
         "notes": found.notes,

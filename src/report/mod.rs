@@ -5,6 +5,7 @@ pub mod compensation;
 pub mod compensator;
 pub mod diagnosis;
 pub mod fuzzy;
+pub mod html;
 pub mod identification;
 pub mod plan;
 pub mod remarks;

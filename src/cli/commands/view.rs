@@ -1,0 +1,88 @@
+//! `view`: the robot itself.
+
+use super::report::{page, shot};
+use crate::cli::args::{Arguments, View};
+use crate::cli::values::{joints, numbers, wrench};
+use crate::cli::{Failure, Output};
+use crate::elastics::Elastics;
+use crate::files::load_robot;
+use crate::kinematics::{Geometry, Placements};
+use crate::report::html::{Look, View as Shown, figure, magnification, view_json, view_page};
+use crate::scene::draw;
+
+pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
+    let path = page(arguments, "view.html", command.svg.as_deref())?;
+    let look = match numbers("--look", &command.look, &[2])?[..] {
+        [yaw, pitch] => Look { yaw, pitch },
+        _ => Look::default(),
+    };
+    let loaded = load_robot(&command.robot)?;
+    let (model, units) = (&loaded.model, &loaded.raw.units);
+    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let mut placements = Placements::default();
+    let mut q = joints(model, units, command.joints.as_deref().unwrap_or(""))?;
+    if command.joints.is_none() && geometry.place(&q, &mut placements).is_err() {
+        q = model.middle();
+    }
+    geometry.place(&q, &mut placements).map_err(Failure::computation)?;
+    let scene = draw(&loaded.robot, &geometry, &placements);
+    let Some(mut shot) = shot(&scene, &geometry, &q, model.name.clone(), Vec::new()) else {
+        return Err(Failure::computation("the robot cannot be assembled at this configuration"));
+    };
+    let load = command.wrench.as_deref().map(|text| wrench(units, text)).transpose()?;
+    let is_loaded = load.is_some() || command.weight;
+    if is_loaded {
+        if !Elastics::new(model, geometry.values(), &[]).gives_at_all() {
+            return Err(Failure::Computation(
+                "the description declares nothing elastic, so that nothing can be deflected: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
+            ));
+        }
+        let wrench = load.unwrap_or_default();
+        let moved = scene.deflect(&geometry, &placements, &shot.points, &wrench, command.weight);
+        shot.moved = moved.map_err(Failure::computation)?;
+    }
+    let magnified = if is_loaded { magnification(&shot) } else { 1.0 };
+    let shown = Shown {
+        model,
+        q: &q,
+        source: source(command),
+        scene: &scene,
+        load: is_loaded.then(|| in_words(load.as_ref(), command.weight)),
+        magnified,
+        shot,
+    };
+    let (html, words) = view_page(&shown);
+    let mut output = Output::new(format!("{words}\n"), view_json(&shown));
+    output.remarks = loaded.remarks;
+    if let Some(svg) = &command.svg {
+        let drawing = figure(&scene, &shown.shot, look, magnified, !command.no_names, &words);
+        output.files.push((svg.clone(), drawing));
+        output.text += &format!("drawing: {}\n", svg.display());
+    }
+    if let Some(path) = path {
+        output.text += &format!("view: {}\n", path.display());
+        output.files.push((path, html));
+        output.written = true;
+    }
+    Ok(output)
+}
+
+fn in_words(load: Option<&[f64; 6]>, weight: bool) -> String {
+    let mut words = Vec::new();
+    if let Some([fx, fy, fz, mx, my, mz]) = load {
+        words.push(format!("force {fx:.1}, {fy:.1}, {fz:.1} N and moment {mx:.1}, {my:.1}, {mz:.1} N.m"));
+    }
+    if weight {
+        words.push("own weight and preloads".into());
+    }
+    words.join(" with ")
+}
+
+/// The command line that shows the same.
+fn source(command: &View) -> String {
+    let mut line = format!("elastogeo view {}", command.robot);
+    for (flag, value) in [("--joints", &command.joints), ("--wrench", &command.wrench)] {
+        line += &value.as_ref().map_or(String::new(), |value| format!(" {flag} {value}"));
+    }
+    line + if command.weight { " --weight" } else { "" }
+}

@@ -1,0 +1,141 @@
+//! The page: templates, and figures that know where they come from.
+
+use std::sync::Arc;
+
+use minijinja::value::Serde;
+use minijinja::{Environment, Value as Shown};
+use serde_json::Value;
+
+use super::charts::escape;
+
+/// Templates by name; the ending says that what is put in is escaped.
+const TEMPLATES: &[(&str, &str)] = &[
+    ("page.html", include_str!("templates/page.html")),
+    ("scene.html", include_str!("templates/scene.html")),
+    ("view.html", include_str!("templates/view.html")),
+    ("answer.html", include_str!("templates/answer.html")),
+    ("waterfall.html", include_str!("templates/waterfall.html")),
+    ("arrows.html", include_str!("templates/arrows.html")),
+    ("patterns.html", include_str!("templates/patterns.html")),
+    ("distribution.html", include_str!("templates/distribution.html")),
+    ("parameters.html", include_str!("templates/parameters.html")),
+    ("conditioning.html", include_str!("templates/conditioning.html")),
+    ("effects.html", include_str!("templates/effects.html")),
+    ("stiffness.html", include_str!("templates/stiffness.html")),
+    ("next.html", include_str!("templates/next.html")),
+];
+
+/// Style and scripts of every page.
+const ASSETS: [(&str, &str); 4] = [
+    ("style", include_str!("assets/style.css")),
+    ("paint", include_str!("assets/paint.js")),
+    ("scene", include_str!("assets/scene.js")),
+    ("start", include_str!("assets/start.js")),
+];
+
+/// A part of a page under its own heading.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Section {
+    /// Its anchor.
+    pub id: &'static str,
+    /// Heading.
+    pub title: String,
+    /// Content.
+    pub html: String,
+}
+
+/// Renders templates over one JSON document; figures carry the JSON pointer of their value.
+pub struct Page {
+    environment: Environment<'static>,
+}
+
+impl Page {
+    /// A page over `json`, which templates call `r`.
+    pub fn new(json: &Value) -> Self {
+        let mut environment = Environment::new();
+        for (name, text) in TEMPLATES {
+            // A template that does not parse is found by the first test that renders it.
+            let added = environment.add_template(name, text);
+            debug_assert!(added.is_ok(), "{name}: {added:?}");
+        }
+        let shared = Arc::new(json.clone());
+        let own = Arc::clone(&shared);
+        environment.add_function("fig", move |pointer: String, digits: usize| figure(&own, &pointer, digits, 1.0));
+        for (name, scale) in [("deg", 180.0 / std::f64::consts::PI), ("mm", 1e3)] {
+            let own = Arc::clone(&shared);
+            environment.add_function(name, move |pointer: String, digits: usize| figure(&own, &pointer, digits, scale));
+        }
+        let own = Arc::clone(&shared);
+        environment.add_function("pct", move |pointer: String, digits: usize| figure(&own, &pointer, digits, 100.0));
+        environment.add_function("sci", move |pointer: String| scientific(&shared, &pointer));
+        environment.add_filter("step", |name: String| name.replace('~', "~0").replace('/', "~1"));
+        let mut shown = json.clone();
+        if let Some(all) = shown.as_object_mut() {
+            // What no template goes through, and is long.
+            all.remove("readings");
+        }
+        environment.add_global("r", Shown::from(Serde(&shown)));
+        for (name, text) in ASSETS {
+            environment.add_global(name, Shown::from_safe_string(text.into()));
+        }
+        Self { environment }
+    }
+
+    /// Renders a template. What goes wrong in it stands in its place: a report is never lost over one sentence.
+    pub fn render(&self, template: &str, context: Shown) -> String {
+        let rendered = self.environment.get_template(template).and_then(|template| template.render(context));
+        rendered.unwrap_or_else(|error| format!("<p class=\"fault\">{}</p>", escape(&format!("{error:#}"))))
+    }
+}
+
+/// Text that is HTML already.
+pub fn safe(html: impl Into<String>) -> Shown {
+    Shown::from_safe_string(html.into())
+}
+
+/// JSON to stand in a script element.
+pub fn embedded(json: &Value) -> Shown {
+    safe(json.to_string().replace('<', "\\u003c"))
+}
+
+fn figure(json: &Value, pointer: &str, digits: usize, scale: f64) -> Shown {
+    let Some(value) = json.pointer(pointer).and_then(Value::as_f64) else { return safe("&ndash;") };
+    let text = format!("{:.digits$}", value * scale).replace('-', "\u{2212}");
+    let path = escape(pointer);
+    safe(format!(
+        "<data class=\"figure\" value=\"{value}\" data-path=\"{path}\" data-digits=\"{digits}\" data-scale=\"{scale}\">{text}</data>"
+    ))
+}
+
+fn scientific(json: &Value, pointer: &str) -> Shown {
+    let Some(value) = json.pointer(pointer).and_then(Value::as_f64) else { return safe("&ndash;") };
+    let path = escape(pointer);
+    let text = match value.abs() {
+        size if size == 0.0 || (1e-3..1e5).contains(&size) => {
+            let digits = if size == 0.0 { 0 } else { (4 - size.log10().floor() as i32).clamp(0, 6) as usize };
+            format!("{value:.digits$}")
+        }
+        _ => format!("{value:.3e}"),
+    };
+    safe(format!(
+        "<data class=\"figure\" value=\"{value}\" data-path=\"{path}\" data-digits=\"sci\">{}</data>",
+        text.replace('-', "\u{2212}")
+    ))
+}
+
+/// What is read of HTML: its text, on one line.
+pub fn plain(html: &str) -> String {
+    let mut text = String::new();
+    let mut inside = false;
+    for c in html.chars() {
+        match c {
+            '<' => inside = true,
+            '>' => inside = false,
+            c if !inside => text.push(c),
+            _ => {}
+        }
+    }
+    let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&#x27;", "'");
+    let text = text.replace("&#x2f;", "/").replace("&ndash;", "-").replace('\u{2212}', "-").replace("&amp;", "&");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

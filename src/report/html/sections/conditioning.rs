@@ -1,0 +1,75 @@
+//! How well the parameters can be told apart: correlations and singular values.
+
+use kuva::plot::annotations::ReferenceLine;
+use kuva::plot::{Heatmap, LinePlot, ScatterPlot};
+use kuva::render::plots::Plot;
+use minijinja::context;
+use serde_json::Value;
+
+use super::{matrix, numbers};
+use crate::report::html::charts::{BLUE, Frame, GREY, chart};
+use crate::report::html::data::Report;
+use crate::report::html::page::{Page, Section, safe};
+use crate::report::html::sections::effects::scale;
+
+pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
+    let found = json["identify"].as_object()?;
+    let values = numbers(&found["singular_values"]);
+    let names: Vec<String> =
+        found["kept_parameters"].as_array()?.iter().filter_map(|name| name.as_str().map(str::to_string)).collect();
+    let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(k, v)| ((k + 1) as f64, *v)).collect();
+    let frame = Frame {
+        size: [430.0, 300.0],
+        x: "number of the singular value",
+        y: "singular value (columns scaled)",
+        alt: "Singular values of the scaled observation matrix, on a logarithmic axis",
+    };
+    let threshold = found["tolerance"].as_f64().map(|tolerance| tolerance * values.first().copied().unwrap_or(1.0));
+    let least = values.iter().copied().chain(threshold).filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
+    let singular = chart(
+        &frame,
+        None,
+        vec![
+            Plot::Line(LinePlot::new().with_data(points.clone()).with_color(GREY).with_stroke_width(1.0)),
+            Plot::Scatter(ScatterPlot::new().with_data(points).with_color(BLUE).with_size(3.0)),
+        ],
+        |layout| {
+            let layout = layout.with_log_y().with_y_axis_min(0.5 * least);
+            match threshold {
+                Some(at) => layout.with_reference_line(
+                    ReferenceLine::horizontal(at).with_color("var(--red)").with_label("dropped below"),
+                ),
+                None => layout,
+            }
+        },
+    );
+    let correlation = matrix(&found["correlation"]);
+    let side = (correlation.len() as f64 * 14.0 + 190.0).clamp(360.0, 860.0);
+    let map = (correlation.len() > 1).then(|| {
+        // The first parameter stands at the top, as in the table.
+        let mut rows = correlation.clone();
+        rows.reverse();
+        let mut upwards = names.clone();
+        upwards.reverse();
+        let small = if correlation.len() > 30 { 9 } else { 11 };
+        chart(
+            &Frame {
+                size: [side, side - 60.0],
+                x: "parameter",
+                y: "parameter",
+                alt: "Correlations of the identified parameters",
+            },
+            None,
+            vec![Plot::Heatmap(Heatmap::new().with_data(rows).with_color_map(scale()).with_legend("correlation"))],
+            |layout| {
+                layout
+                    .with_x_categories(names.clone())
+                    .with_y_categories(upwards.clone())
+                    .with_x_tick_rotate(-90.0)
+                    .with_tick_size(small)
+            },
+        )
+    });
+    let html = page.render("conditioning.html", context! { singular => safe(singular), correlation => map.map(safe) });
+    Some(Section { id: "conditioning", title: "What these poses can tell apart".into(), html })
+}

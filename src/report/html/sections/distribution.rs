@@ -1,0 +1,91 @@
+//! Histogram and Q-Q plot of what is left.
+
+use kuva::plot::{Histogram, LinePlot, QQPlot};
+use kuva::render::plots::Plot;
+use minijinja::context;
+
+use crate::report::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
+use crate::report::html::data::Report;
+use crate::report::html::page::{Page, Section, safe};
+
+/// Bins of a histogram.
+const BINS: usize = 31;
+/// Most points of a Q-Q plot: quantiles, where there are more residuals.
+const POINTS: usize = 300;
+
+pub fn section(report: &Report, page: &Page) -> Option<Section> {
+    let components = report.campaign.components();
+    let stage = report.readings.stages.last()?;
+    let of = |from: usize, to: usize, size: f64| -> Vec<f64> {
+        stage
+            .residual
+            .chunks(components)
+            .flat_map(|r| r[from..to].iter().map(|v| v * size).collect::<Vec<_>>())
+            .collect()
+    };
+    let mut pairs = vec![pair("error of a coordinate, mm", &of(0, components.min(3), 1e3))];
+    if components == 6 {
+        pairs.push(pair("error of a rotation component, deg", &of(3, 6, 180.0 / std::f64::consts::PI)));
+    }
+    let html = page.render(
+        "distribution.html",
+        context! { charts => pairs.into_iter().flatten().map(safe).collect::<Vec<_>>(), stage => Report::stage_label(stage.key) },
+    );
+    Some(Section { id: "distribution", title: "How what is left is distributed".into(), html })
+}
+
+fn pair(what: &str, values: &[f64]) -> [String; 2] {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-12);
+    let reach = values.iter().map(|v| v.abs()).fold(0.0, f64::max).min(6.0 * sd).max(1e-9);
+    let width = 2.0 * reach / BINS as f64;
+    let mut counts = vec![0.0; BINS];
+    for v in values {
+        let bin = ((v + reach) / width).floor().clamp(0.0, BINS as f64 - 1.0) as usize;
+        counts[bin] += 1.0;
+    }
+    let edges: Vec<f64> = (0..=BINS).map(|k| -reach + width * k as f64).collect();
+    let normal: Vec<(f64, f64)> = (0..=80)
+        .map(|k| -reach + 2.0 * reach * f64::from(k) / 80.0)
+        .map(|x| (x, n * width * (-0.5 * ((x - mean) / sd).powi(2)).exp() / (sd * std::f64::consts::TAU.sqrt())))
+        .collect();
+    let top = counts.iter().copied().chain(normal.iter().map(|p| p.1)).fold(1.0, f64::max);
+    let size = [430.0, 280.0];
+    let histogram = chart(
+        &Frame {
+            size,
+            x: what,
+            y: "readings' coordinates",
+            alt: "Histogram of the residuals with the normal curve of the same spread",
+        },
+        Some([(-reach, reach), (0.0, 1.08 * top)]),
+        vec![
+            Plot::Histogram(Histogram::from_bins(edges, counts).with_color(GREY)),
+            Plot::Line(LinePlot::new().with_data(normal).with_color(ORANGE).with_stroke_width(1.8)),
+        ],
+        |layout| layout,
+    );
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let quantiles: Vec<f64> = if sorted.len() <= POINTS {
+        sorted
+    } else {
+        (0..POINTS).map(|k| sorted[k * (sorted.len() - 1) / (POINTS - 1)]).collect()
+    };
+    let label = format!("measured, {}", what.rsplit(", ").next().unwrap_or("mm"));
+    let qq = chart(
+        &Frame { size, x: "normal quantile, sigma", y: &label, alt: "Normal Q-Q plot of the residuals" },
+        None,
+        vec![Plot::QQ(
+            QQPlot::new()
+                .with_data("residuals", quantiles)
+                .with_normal()
+                .with_reference_line()
+                .with_marker_size(2.0)
+                .with_color(BLUE),
+        )],
+        |layout| layout,
+    );
+    [histogram, qq]
+}

@@ -1,0 +1,153 @@
+//! Residuals against everything that was different between readings, with the suspected pattern drawn through.
+
+use kuva::plot::{LinePlot, ScatterPlot};
+use kuva::render::plots::Plot;
+use minijinja::context;
+
+use crate::report::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
+use crate::report::html::data::Report;
+use crate::report::html::page::{Page, Section, safe};
+
+/// Most points of a chart.
+const POINTS: usize = 300;
+/// Bins of the means that are drawn through.
+const BINS: usize = 14;
+
+/// Something that readings differ in: name with unit, and its value at each reading.
+struct Axis {
+    name: String,
+    values: Vec<f64>,
+}
+
+pub fn section(report: &Report, page: &Page) -> Option<Section> {
+    let components = report.campaign.components();
+    let left = report.readings.left();
+    let pattern = &report.readings.pattern;
+    let count = report.campaign.readings.len();
+    let coordinate =
+        |all: &[f64], k: usize| -> Vec<f64> { (0..count).map(|i| 1e3 * all[i * components + k]).collect() };
+    let shown = components.min(3);
+    let errors: Vec<Vec<f64>> = (0..shown).map(|k| coordinate(left, k)).collect();
+    let taken: Vec<Vec<f64>> =
+        if pattern.is_empty() { Vec::new() } else { (0..shown).map(|k| coordinate(pattern, k)).collect() };
+    // One height for all charts, so that they compare; what is far outside it is counted, not drawn.
+    let mut sizes: Vec<f64> = errors.iter().chain(&taken).flatten().map(|v| v.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = 1.25 * sizes.get((sizes.len().saturating_sub(1)) * 99 / 100).copied().unwrap_or(1.0).max(1e-6);
+    let beyond = errors.iter().flatten().filter(|v| v.abs() > most).count();
+    let order = chosen(&errors, count);
+    let names: &[&str] = if shown == 1 { &["distance"] } else { &["x", "y", "z"] };
+    let rows: Vec<_> = axes(report)
+        .iter()
+        .map(|axis| {
+            let charts: Vec<_> = (0..shown)
+                .map(|k| {
+                    let pattern = taken.get(k).map(Vec::as_slice);
+                    safe(panel(axis, names[k], &errors[k], pattern, &order, most))
+                })
+                .collect();
+            context! { name => axis.name.as_str(), charts }
+        })
+        .collect();
+    let html = page.render(
+        "patterns.html",
+        context! { rows, drawn => order.len(), count, beyond, suspected => !taken.is_empty(), columns => shown },
+    );
+    Some(Section { id: "patterns", title: "What the errors follow".into(), html })
+}
+
+/// All axes along which readings differ.
+fn axes(report: &Report) -> Vec<Axis> {
+    let (model, campaign) = (report.model, report.campaign);
+    let count = campaign.readings.len();
+    let mut axes: Vec<Axis> = model
+        .variables
+        .iter()
+        .enumerate()
+        .map(|(k, variable)| {
+            let (size, unit) = if variable.is_angle { (180.0 / std::f64::consts::PI, "deg") } else { (1e3, "mm") };
+            let values = (0..count).map(|i| campaign.configuration(i)[k] * size).collect();
+            Axis { name: format!("{}, {unit}", variable.name), values }
+        })
+        .collect();
+    let load = |name: &str, of: &dyn Fn(&[f64; 6]) -> f64| Axis {
+        name: name.into(),
+        values: campaign.readings.iter().map(|reading| of(&reading.wrench)).collect(),
+    };
+    let norm = |w: &[f64]| w.iter().map(|v| v * v).sum::<f64>().sqrt();
+    axes.push(load("force, N", &|w| norm(&w[..3])));
+    for (k, name) in ["fx, N", "fy, N", "fz, N", "mx, N.m", "my, N.m", "mz, N.m"].into_iter().enumerate() {
+        axes.push(load(name, &|w| w[k]));
+    }
+    for (name, values) in &campaign.conditions {
+        let unit = match name.split('.').next() {
+            Some("time") => ", s",
+            Some("temperature") => ", degC",
+            _ => ", side",
+        };
+        axes.push(Axis { name: format!("{name}{unit}"), values: values.clone() });
+    }
+    axes.retain(|axis| axis.values.iter().any(|v| *v != axis.values[0]));
+    axes
+}
+
+/// Readings that are drawn: evenly spread, and the greatest of all.
+fn chosen(errors: &[Vec<f64>], count: usize) -> Vec<usize> {
+    if count <= POINTS {
+        return (0..count).collect();
+    }
+    let size = |i: usize| errors.iter().map(|e| e[i] * e[i]).sum::<f64>();
+    let mut greatest: Vec<usize> = (0..count).collect();
+    greatest.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    let mut chosen: Vec<usize> =
+        (0..count).step_by(count.div_ceil(POINTS - 30)).chain(greatest.into_iter().take(30)).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// Means of `y` in bins of equal numbers of readings along `x`.
+fn means(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
+    let mut levels: Vec<f64> = order.iter().map(|&i| x[i]).collect();
+    levels.dedup();
+    let mean = |among: &[usize]| {
+        let n = among.len().max(1) as f64;
+        (among.iter().map(|&i| x[i]).sum::<f64>() / n, among.iter().map(|&i| y[i]).sum::<f64>() / n)
+    };
+    if levels.len() <= BINS {
+        let at = |level: &f64| order.iter().copied().filter(|&i| x[i] == *level).collect::<Vec<_>>();
+        return levels.iter().map(|level| mean(&at(level))).collect();
+    }
+    order.chunks(order.len().div_ceil(BINS).max(1)).map(mean).collect()
+}
+
+fn panel(axis: &Axis, name: &str, errors: &[f64], pattern: Option<&[f64]>, order: &[usize], most: f64) -> String {
+    let points = |y: &[f64]| -> Vec<(f64, f64)> {
+        order.iter().map(|&i| (axis.values[i], y[i])).filter(|(_, y)| y.abs() <= most).collect()
+    };
+    let dots = |y: &[f64], color: &str, size: f64| {
+        Plot::Scatter(
+            ScatterPlot::new().with_data(points(y)).with_color(color).with_size(size).with_marker_opacity(0.7),
+        )
+    };
+    let line = |y: &[f64], color: &str| {
+        Plot::Line(LinePlot::new().with_data(means(&axis.values, y)).with_color(color).with_stroke_width(2.0))
+    };
+    let mut plots = vec![dots(errors, BLUE, 1.6)];
+    if let Some(pattern) = pattern {
+        plots.push(dots(pattern, ORANGE, 1.3));
+        plots.push(line(errors, BLUE));
+        plots.push(line(pattern, ORANGE));
+    } else {
+        plots.push(line(errors, GREY));
+    }
+    let (low, high) =
+        axis.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let margin = 0.04 * (high - low);
+    let label = format!("error in {name}, mm");
+    let alt = format!("{label} against {}", axis.name);
+    let frame = Frame { size: [330.0, 210.0], x: &axis.name, y: &label, alt: &alt };
+    chart(&frame, Some([(low - margin, high + margin), (-most, most)]), plots, |layout| layout.with_ticks(5))
+}

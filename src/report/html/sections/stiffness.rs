@@ -1,0 +1,117 @@
+//! How the robot gives: over a slice of the workspace, and element by element.
+
+use kuva::plot::{BarPlot, LinePlot, ScatterPlot};
+use kuva::render::plots::Plot;
+use minijinja::context;
+use serde_json::Value;
+
+use crate::report::html::charts::{BLUE, Frame, chart};
+use crate::report::html::data::Report;
+use crate::report::html::page::{Page, Section, safe};
+use crate::review::{Node, Slice};
+
+/// Lines of equal stiffness.
+const LEVELS: usize = 5;
+/// Every so many nodes has its ellipse.
+const EACH: usize = 5;
+/// Most elements drawn.
+const ELEMENTS: usize = 10;
+
+pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
+    let title = "How the robot gives".to_string();
+    let swept = |slice: &Slice| slice.swept.map(|k| report.model.variables[k].name.clone());
+    let map = report.slice.as_ref().and_then(drawn);
+    let shares: Vec<(String, f64)> = json["stiffness"]["shares"]
+        .as_object()
+        .into_iter()
+        .flatten()
+        .take(ELEMENTS)
+        .map(|(name, share)| (name.clone(), 100.0 * share.as_f64().unwrap_or(0.0)))
+        .collect();
+    let bars = (!shares.is_empty()).then(|| {
+        let frame = Frame {
+            size: [430.0, 320.0],
+            x: "element",
+            y: "share of the compliance, %",
+            alt: "Share of each element in the work of the loads",
+        };
+        let plot = BarPlot::new().with_bars(shares.clone()).with_color(BLUE);
+        chart(&frame, None, vec![Plot::Bar(plot)], |layout| layout.with_x_tick_rotate(-45.0).with_y_axis_min(0.0))
+    });
+    let html = page.render(
+        "stiffness.html",
+        context! {
+            map => map.as_ref().map(|(svg, ..)| safe(svg.clone())), magnified => map.as_ref().map(|m| m.1),
+            levels => map.as_ref().map(|m| m.2.clone()), swept => report.slice.as_ref().map(swept),
+            bars => bars.map(safe), elements => shares.iter().map(|s| s.0.clone()).collect::<Vec<_>>(),
+            rigid => report.slice.is_none() && report.yielding.is_none(),
+        },
+    );
+    Some(Section { id: "stiffness", title, html })
+}
+
+/// The slice: nodes coloured by their least stiffness, lines of equal stiffness, ellipses; how much these are magnified;
+/// and the levels (N/mm).
+fn drawn(slice: &Slice) -> Option<(String, f64, Vec<f64>)> {
+    let nodes: Vec<&Node> = slice.nodes.iter().flatten().flatten().collect();
+    let mut sizes: Vec<f64> = nodes.iter().map(|node| node.least).collect();
+    sizes.sort_by(f64::total_cmp);
+    let (low, high) = (*sizes.first()?, *sizes.get((sizes.len() - 1) * 98 / 100)?);
+    let share = |least: f64| ((least - low) / (high - low).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let color = |share: f64| format!("color-mix(in srgb, var(--blue) {:.0}%, var(--warm))", 100.0 * share);
+    let span = |k: usize| {
+        let (low, high) = nodes
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), node| (low.min(node.at[k]), high.max(node.at[k])));
+        let margin = 0.06 * (high - low) + 1e-3;
+        (1e3 * (low - margin), 1e3 * (high + margin))
+    };
+    let (x, y) = (span(0), span(1));
+    let mut plots = vec![Plot::Scatter(
+        ScatterPlot::new()
+            .with_data(nodes.iter().map(|node| (1e3 * node.at[0], 1e3 * node.at[1])).collect::<Vec<_>>())
+            .with_colors(nodes.iter().map(|node| color(share(node.least))).collect::<Vec<_>>())
+            .with_size(4.5)
+            .with_marker_opacity(0.8),
+    )];
+    let levels: Vec<f64> = (1..=LEVELS).map(|k| rounded(low + (high - low) * k as f64 / (LEVELS + 1) as f64)).collect();
+    for level in &levels {
+        for [a, b] in slice.iso(*level) {
+            let ends = [a, b].map(|p| (1e3 * p[0], 1e3 * p[1]));
+            plots.push(Plot::Line(
+                LinePlot::new().with_data(ends.to_vec()).with_color("var(--ink)").with_stroke_width(1.0),
+            ));
+        }
+    }
+    // The greatest ellipse drawn is a twentieth of the slice wide.
+    let largest = nodes.iter().flat_map(|node| node.ellipse).map(|axis| axis[0].hypot(axis[1])).fold(0.0, f64::max);
+    let magnified = rounded(0.05 * (x.1 - x.0).max(y.1 - y.0) / (1e6 * largest).max(f64::MIN_POSITIVE));
+    let rows = slice.nodes.iter().step_by(EACH).flat_map(|row| row.iter().step_by(EACH)).flatten();
+    for node in rows {
+        let point = |k: usize| {
+            let (sine, cosine) = (std::f64::consts::TAU * k as f64 / 28.0).sin_cos();
+            // mm under 1 kN.
+            let offset = |c: usize| 1e6 * magnified * (cosine * node.ellipse[0][c] + sine * node.ellipse[1][c]);
+            (1e3 * node.at[0] + offset(0), 1e3 * node.at[1] + offset(1))
+        };
+        let ring: Vec<(f64, f64)> = (0..=28).map(point).collect();
+        plots.push(Plot::Line(LinePlot::new().with_data(ring).with_color("var(--red)").with_stroke_width(1.2)));
+    }
+    let frame = Frame {
+        size: [600.0, 560.0],
+        x: "distance from the base's axis, mm",
+        y: "height, mm",
+        alt: "Least stiffness over a slice of the workspace, with lines of equal stiffness and compliance ellipses",
+    };
+    let svg = chart(&frame, Some([x, y]), plots, |layout| layout.with_equal_aspect());
+    Some((svg, magnified, levels.iter().map(|level| level * 1e-3).collect()))
+}
+
+/// To two digits.
+fn rounded(value: f64) -> f64 {
+    if !(value > 0.0 && value.is_finite()) {
+        return 1.0;
+    }
+    let size = 10f64.powi(value.log10().floor() as i32 - 1);
+    (value / size).round() * size
+}

@@ -1,0 +1,106 @@
+//! Residuals of all readings, stage by stage.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::description::campaign::{Campaign, Observes};
+use crate::diagnosis::Diagnosis;
+use crate::estimation::Calibration;
+use crate::kinematics::{Geometry, Placements};
+use crate::model::Model;
+use crate::prediction::{Linearised, PredictionError, Predictor, rest};
+
+/// Residuals of all readings at one stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// `described`, `registered`, `calibrated`, `competed` or `explained`.
+    pub key: &'static str,
+    /// As [`Linearised::residual`].
+    pub residual: Vec<f64>,
+}
+
+/// All readings as a report shows them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Readings {
+    /// Stages, in order.
+    pub stages: Vec<Stage>,
+    /// Where each reading was taken: the measured point with nothing deflected, m, base frame.
+    pub points: Vec<Vector3<f64>>,
+    /// Residuals turned into the base frame are these columns times those of the measurement frame.
+    pub to_base: nalgebra::Matrix3<f64>,
+    /// What the suspected effects, with all that is re-fitted beside them, take out of each residual: `competed` less
+    /// `explained`; empty where nothing is suspected.
+    pub pattern: Vec<f64>,
+}
+
+impl Readings {
+    /// A stage by its key.
+    pub fn stage(&self, key: &str) -> Option<&Stage> {
+        self.stages.iter().find(|stage| stage.key == key)
+    }
+
+    /// The stage that shows what calibration leaves: what the effects competed for.
+    pub fn left(&self) -> &[f64] {
+        self.stage("competed").or(self.stages.last()).map_or(&[], |stage| &stage.residual)
+    }
+
+    /// Position part of a reading's residual, m, base frame; none of a distance.
+    pub fn in_base(&self, campaign: &Campaign, stage: &Stage, reading: usize) -> Option<Vector3<f64>> {
+        let components = campaign.components();
+        let own = stage.residual.get(reading * components..reading * components + 3)?;
+        (components >= 3).then(|| self.to_base * Vector3::new(own[0], own[1], own[2]))
+    }
+}
+
+/// Gathers the residuals: with the description as it is, as the calibration found (if there is one), and without and with
+/// the causes of the diagnosis.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn readings(
+    model: &Model,
+    campaign: &Campaign,
+    calibration: Option<&Calibration>,
+    diagnosis: &Diagnosis,
+) -> Result<Readings, PredictionError> {
+    let at = |model: &Model, values: &[f64]| -> Result<Vec<f64>, PredictionError> {
+        let mut found = Linearised::default();
+        Predictor::new(model, campaign, Vec::new())?.linearise(values, false, &mut found)?;
+        Ok(found.residual)
+    };
+    let mut stages = vec![Stage { key: "described", residual: at(model, &model.registry.nominal())? }];
+    if let Some(found) = calibration {
+        stages.push(Stage { key: "registered", residual: found.registered.clone() });
+        stages.push(Stage { key: "calibrated", residual: found.residual.clone() });
+    }
+    let competed = at(model, &diagnosis.calibrated)?;
+    let causes: Vec<_> = diagnosis.causes.iter().filter(|cause| cause.effect != "outliers").collect();
+    let mut pattern = Vec::new();
+    stages.push(Stage { key: "competed", residual: competed });
+    if !causes.is_empty() {
+        let mut with = model.clone();
+        for cause in causes {
+            with.switch_on(cause.entry.clone());
+            cause.further.iter().for_each(|entry| with.switch_on(entry.clone()));
+        }
+        let explained = at(&with, &with.completed(&diagnosis.values))?;
+        let before = stages.last().map(|stage| stage.residual.clone()).unwrap_or_default();
+        pattern = before.iter().zip(&explained).map(|(before, after)| before - after).collect();
+        stages.push(Stage { key: "explained", residual: explained });
+    }
+    let geometry = Geometry::new(model, &diagnosis.calibrated)?;
+    let mut placements = Placements::default();
+    let mut points = Vec::with_capacity(campaign.readings.len());
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        geometry.place(campaign.configuration(index), &mut placements)?;
+        points.push(rest(&geometry, &placements, reading).coords);
+    }
+    let base = geometry.base();
+    if campaign.observes == Observes::Position {
+        // Where it was measured, not where it should be: a reading that is simply wrong stands off.
+        for (point, reading) in points.iter_mut().zip(&campaign.readings) {
+            let measured = Point3::new(reading.measured[0], reading.measured[1], reading.measured[2]);
+            *point = (base.inverse() * measured).coords;
+        }
+    }
+    Ok(Readings { stages, points, to_base: base.rotation.inverse().into_inner(), pattern })
+}

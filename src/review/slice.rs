@@ -1,0 +1,146 @@
+//! Stiffness over a slice of the workspace: the two variables that move the tool most in the plane of distance from the
+//! base's axis and height are swept, the others stand still.
+
+use nalgebra::{Matrix3, Point3, Vector2};
+use rayon::prelude::*;
+
+use super::yielding::compliance;
+use crate::kinematics::{Geometry, Placements};
+
+/// Values of each swept variable.
+const STEPS: usize = 25;
+/// Furthest that an angle is swept to either side, rad.
+const FURTHEST: f64 = std::f64::consts::FRAC_PI_2;
+
+/// One configuration of a slice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Values of the two swept variables, rad or m.
+    pub q: [f64; 2],
+    /// Distance from the base's z axis and height of the tool centre point, m.
+    pub at: [f64; 2],
+    /// Least translational stiffness in any direction, free to turn, N/m.
+    pub least: f64,
+    /// Displacement in the slice's plane (away from the axis, up) by a force of 1 N in any direction: semi-axes (m/N) as
+    /// vectors.
+    pub ellipse: [[f64; 2]; 2],
+}
+
+/// Stiffness over a slice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slice {
+    /// The two variables, by index.
+    pub swept: [usize; 2],
+    /// Nodes, rows along the first variable; `None` where the robot cannot be assembled or a joint leaves its limits.
+    pub nodes: Vec<Vec<Option<Node>>>,
+}
+
+impl Slice {
+    /// Segments of the line on which the least stiffness is `level` (N/m), in the plane of distance and height, m.
+    pub fn iso(&self, level: f64) -> Vec<[[f64; 2]; 2]> {
+        let mut segments = Vec::new();
+        for rows in self.nodes.windows(2) {
+            for k in 0..rows[0].len().saturating_sub(1) {
+                let corners = [&rows[0][k], &rows[0][k + 1], &rows[1][k + 1], &rows[1][k]];
+                let Some(corners) = corners.into_iter().map(Option::as_ref).collect::<Option<Vec<&Node>>>() else {
+                    continue;
+                };
+                // Two triangles a cell: no ambiguity.
+                for triangle in [[0, 1, 2], [0, 2, 3]] {
+                    let mut crossed = Vec::new();
+                    for edge in 0..3 {
+                        let (a, b) = (corners[triangle[edge]], corners[triangle[(edge + 1) % 3]]);
+                        if (a.least < level) != (b.least < level) {
+                            let share = (level - a.least) / (b.least - a.least);
+                            crossed.push([0, 1].map(|k| a.at[k] + share * (b.at[k] - a.at[k])));
+                        }
+                    }
+                    if let [a, b] = crossed[..] {
+                        segments.push([a, b]);
+                    }
+                }
+            }
+        }
+        segments
+    }
+}
+
+/// Stiffness over the slice through a configuration; `None` where nothing gives, or fewer than two variables move the tool.
+pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
+    let model = geometry.model;
+    let mut placements = Placements::default();
+    geometry.place(q, &mut placements).ok()?;
+    compliance(geometry, &placements).ok()??;
+    let range = |k: usize| {
+        let variable = &model.variables[k];
+        let [low, high] = variable.limits.filter(|l| l.iter().all(|v| v.is_finite())).unwrap_or([-10.0, 10.0]);
+        if variable.is_angle { [low.max(q[k] - FURTHEST), high.min(q[k] + FURTHEST)] } else { [low, high] }
+    };
+    let at = |q: &[f64], placements: &mut Placements| -> Option<Vector2<f64>> {
+        geometry.place(q, placements).ok()?;
+        let point = (placements.frames[model.tool.0] * Point3::from(geometry.tool().translation.vector)).coords;
+        Some(Vector2::new(point.x.hypot(point.y), point.z))
+    };
+    let here = at(q, &mut placements)?;
+    let motion = |k: usize| -> Vector2<f64> {
+        let [low, high] = range(k);
+        let step = 0.02 * (high - low);
+        let mut moved = q.to_vec();
+        moved[k] = if q[k] + step <= high { q[k] + step } else { q[k] - step };
+        let there = at(&moved, &mut Placements::default());
+        there.map_or_else(Vector2::zeros, |there| (there - here) / 0.02)
+    };
+    let motions: Vec<Vector2<f64>> = (0..q.len()).map(motion).collect();
+    let area = |&(i, j): &(usize, usize)| motions[i].perp(&motions[j]).abs();
+    let pairs = (0..q.len()).flat_map(|i| (i + 1..q.len()).map(move |j| (i, j)));
+    let (first, second) = pairs.max_by(|a, b| area(a).total_cmp(&area(b)))?;
+    if area(&(first, second)) < 1e-9 {
+        return None;
+    }
+    let value = |k: usize, step: usize| {
+        let [low, high] = range(k);
+        low + (high - low) * step as f64 / (STEPS - 1) as f64
+    };
+    let nodes: Vec<Vec<Option<Node>>> = (0..STEPS)
+        .into_par_iter()
+        .map(|i| {
+            let mut placements = Placements::default();
+            let node = |j: usize| {
+                let mut own = q.to_vec();
+                own[first] = value(first, i);
+                own[second] = value(second, j);
+                node(geometry, &own, [own[first], own[second]], &mut placements)
+            };
+            (0..STEPS).map(node).collect()
+        })
+        .collect();
+    Some(Slice { swept: [first, second], nodes })
+}
+
+fn node(geometry: &Geometry, q: &[f64], swept: [f64; 2], placements: &mut Placements) -> Option<Node> {
+    let model = geometry.model;
+    geometry.place(q, placements).ok()?;
+    let inside = |(frame, joint): (&crate::model::Frame, &f64)| {
+        frame.limits.is_none_or(|[low, high]| (low - 1e-9..=high + 1e-9).contains(joint) || !frame.moves())
+    };
+    if !model.frames.iter().zip(&placements.joints).all(inside) {
+        return None;
+    }
+    let compliance = compliance(geometry, placements).ok()??;
+    let translation: Matrix3<f64> = compliance.fixed_view::<3, 3>(0, 0).into_owned();
+    let greatest = translation.symmetric_eigenvalues().max();
+    if !(greatest.is_finite() && greatest > 0.0) {
+        return None;
+    }
+    let point = (placements.frames[model.tool.0] * Point3::from(geometry.tool().translation.vector)).coords;
+    let radius = point.x.hypot(point.y);
+    let away = if radius > 1e-9 { [point.x / radius, point.y / radius] } else { [1.0, 0.0] };
+    // Rows: displacement away from the axis and up, by a force in any direction.
+    let plane = nalgebra::Matrix2x3::new(away[0], away[1], 0.0, 0.0, 0.0, 1.0) * translation;
+    let squares = (plane * plane.transpose()).symmetric_eigen();
+    let ellipse = [0, 1].map(|k| {
+        let axis = squares.eigenvectors.column(k) * squares.eigenvalues[k].max(0.0).sqrt();
+        [axis[0], axis[1]]
+    });
+    Some(Node { q: swept, at: [radius, point.z], least: greatest.recip(), ellipse })
+}
