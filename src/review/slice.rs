@@ -1,5 +1,5 @@
-//! Stiffness over a slice of the workspace: the two variables that move the tool most in the plane of distance from the
-//! base's axis and height are swept, the others stand still.
+//! Stiffness over a slice of the workspace: the two variables that sweep the greatest area in the plane of distance from
+//! the base's axis and height are swept, the others stand still.
 
 use nalgebra::{Matrix3, Point3, Vector2};
 use rayon::prelude::*;
@@ -9,6 +9,8 @@ use crate::kinematics::{Geometry, Placements};
 
 /// Values of each swept variable.
 const STEPS: usize = 25;
+/// The same while variables are chosen.
+const COARSE: usize = 6;
 /// Furthest that an angle is swept to either side, rad.
 const FURTHEST: f64 = std::f64::consts::FRAC_PI_2;
 
@@ -81,34 +83,42 @@ pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
         let point = (placements.frames[model.tool.0] * Point3::from(geometry.tool().translation.vector)).coords;
         Some(Vector2::new(point.x.hypot(point.y), point.z))
     };
-    let here = at(q, &mut placements)?;
-    let motion = |k: usize| -> Vector2<f64> {
+    let value = |k: usize, step: usize, steps: usize| {
         let [low, high] = range(k);
-        let step = 0.02 * (high - low);
-        let mut moved = q.to_vec();
-        moved[k] = if q[k] + step <= high { q[k] + step } else { q[k] - step };
-        let there = at(&moved, &mut Placements::default());
-        there.map_or_else(Vector2::zeros, |there| (there - here) / 0.02)
+        low + (high - low) * step as f64 / (steps - 1) as f64
     };
-    let motions: Vec<Vector2<f64>> = (0..q.len()).map(motion).collect();
-    let area = |&(i, j): &(usize, usize)| motions[i].perp(&motions[j]).abs();
+    // The pair that sweeps the greatest area.
+    let swept = |&(i, j): &(usize, usize)| -> f64 {
+        let mut placements = Placements::default();
+        let mut own = q.to_vec();
+        let mut grid = [[None; COARSE]; COARSE];
+        for (a, row) in grid.iter_mut().enumerate() {
+            for (b, cell) in row.iter_mut().enumerate() {
+                (own[i], own[j]) = (value(i, a, COARSE), value(j, b, COARSE));
+                *cell = at(&own, &mut placements);
+            }
+        }
+        let cells = (0..COARSE - 1).flat_map(|a| (0..COARSE - 1).map(move |b| (a, b)));
+        let area = cells.filter_map(|(a, b)| {
+            let (here, along, across) = (grid[a][b]?, grid[a + 1][b]?, grid[a][b + 1]?);
+            Some((along - here).perp(&(across - here)).abs())
+        });
+        area.sum()
+    };
     let pairs = (0..q.len()).flat_map(|i| (i + 1..q.len()).map(move |j| (i, j)));
-    let (first, second) = pairs.max_by(|a, b| area(a).total_cmp(&area(b)))?;
-    if area(&(first, second)) < 1e-9 {
+    let areas: Vec<((usize, usize), f64)> = pairs.map(|pair| (pair, swept(&pair))).collect();
+    let &((first, second), area) = areas.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if area < 1e-9 {
         return None;
     }
-    let value = |k: usize, step: usize| {
-        let [low, high] = range(k);
-        low + (high - low) * step as f64 / (STEPS - 1) as f64
-    };
     let nodes: Vec<Vec<Option<Node>>> = (0..STEPS)
         .into_par_iter()
         .map(|i| {
             let mut placements = Placements::default();
             let node = |j: usize| {
                 let mut own = q.to_vec();
-                own[first] = value(first, i);
-                own[second] = value(second, j);
+                own[first] = value(first, i, STEPS);
+                own[second] = value(second, j, STEPS);
                 node(geometry, &own, [own[first], own[second]], &mut placements)
             };
             (0..STEPS).map(node).collect()

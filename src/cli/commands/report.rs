@@ -69,6 +69,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
             shot(&scene, &geometry, &pose.q, format!("{}: {separates}", k + 1), Vec::new())
         })
         .collect();
+    let converged = calibration.as_ref().map_or(true, |(found, _)| found.converged);
     let mut given = command.campaign.clone();
     given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     given += &if seed == 1 { String::new() } else { format!(" --seed {seed}") };
@@ -92,6 +93,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     bar.finish_and_clear();
     let mut output = Output::new(format!("{}\n\n{}\n", campaign.name, written.answer), written.json);
     output.remarks = loaded.remarks;
+    output.failed = !converged;
     if let Some(path) = &command.json {
         let text = serde_json::to_string_pretty(&output.json).map_err(Failure::computation)? + "\n";
         output.files.push((path.clone(), text));

@@ -69,6 +69,8 @@ impl Camera {
 struct Sheet {
     camera: Camera,
     strokes: Vec<(f64, String)>,
+    /// Names and where they stand; those at one place are written side by side.
+    names: Vec<([f64; 2], String)>,
 }
 
 impl Sheet {
@@ -95,11 +97,12 @@ impl Sheet {
     }
 
     fn text(&mut self, point: &Vector3<f64>, text: &str, below: bool) {
-        let at = self.camera.at(point);
-        let dy = if below { 18.0 } else { -8.0 };
-        let text = escape(text);
-        let stroke = format!("<text x=\"{:.1}\" y=\"{:.1}\">{text}</text>", at[0] + 8.0, at[1] + dy);
-        self.strokes.push((f64::INFINITY, stroke));
+        let [x, y, _] = self.camera.at(point);
+        let at = [x + 8.0, y + if below { 18.0 } else { -8.0 }];
+        match self.names.iter_mut().find(|(known, _)| (known[0] - at[0]).hypot(known[1] - at[1]) < 12.0) {
+            Some((_, names)) => *names += &format!(", {text}"),
+            None => self.names.push((at, text.to_string())),
+        }
     }
 
     /// Sides and ends of a beam.
@@ -124,7 +127,7 @@ pub fn figure(scene: &Scene, shot: &Shot, look: Look, magnified: f64, names: boo
         .chain(near.iter().filter_map(|&k| deflected.get(k)))
         .copied()
         .collect();
-    let mut sheet = Sheet { camera: Camera::new(look, &shown), strokes: Vec::new() };
+    let mut sheet = Sheet { camera: Camera::new(look, &shown), strokes: Vec::new(), names: Vec::new() };
     for part in &scene.parts {
         let points: Vec<Vector3<f64>> = part.points.iter().filter_map(|&k| shot.points.get(k)).copied().collect();
         if points.len() != part.points.len()
@@ -153,6 +156,9 @@ pub fn figure(scene: &Scene, shot: &Shot, look: Look, magnified: f64, names: boo
     );
     for (_, stroke) in &sheet.strokes {
         let _ = writeln!(svg, "{stroke}");
+    }
+    for ([x, y], name) in &sheet.names {
+        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(name));
     }
     svg += &bar(&sheet.camera);
     svg += &triad(&sheet.camera);

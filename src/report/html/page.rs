@@ -69,6 +69,12 @@ impl Page {
         environment.add_function("pct", move |pointer: String, digits: usize| figure(&own, &pointer, digits, 100.0));
         environment.add_function("sci", move |pointer: String| scientific(&shared, &pointer));
         environment.add_filter("step", |name: String| name.replace('~', "~0").replace('/', "~1"));
+        environment.add_filter("ticks", |text: String| {
+            let parts = text.split('`').enumerate();
+            let marked =
+                parts.map(|(k, part)| if k % 2 == 1 { format!("<code>{}</code>", escape(part)) } else { escape(part) });
+            safe(marked.collect::<String>())
+        });
         let mut shown = json.clone();
         if let Some(all) = shown.as_object_mut() {
             // What no template goes through, and is long.

@@ -12,8 +12,9 @@ const Paint = (() => {
 
   class Camera {
     constructor() { this.yaw = -50; this.pitch = 20; this.zoom = 1; this.center = [0, 0, 0]; this.span = 1; }
-    // What fills the picture: a box, in m.
+    // What is to be seen, m: from where the camera stands now it fills the picture, and turning changes no size.
     fit(points) {
+      this.points = points;
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const p of points) for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]); high[k] = Math.max(high[k], p[k]); }
       if (!(high[0] >= low[0])) return;
@@ -27,8 +28,18 @@ const Paint = (() => {
       this.right = [cy, sy, 0];
       this.up = [-sp * sy, sp * cy, cp];
       this.eye = [cp * sy, -cp * cy, sp];
-      this.scale = 0.86 * this.zoom * Math.min(width, height) / this.span;
       this.middle = [width / 2, height / 2];
+      if (this.size !== width + "x" + height) { this.size = width + "x" + height; this.unit = this.filling(width, height); }
+      this.scale = this.unit * this.zoom;
+    }
+    // Pixels a metre at which all points are within the picture, as the camera stands.
+    filling(width, height) {
+      const reach = [1e-6, 1e-6];
+      for (const p of this.points || []) {
+        const d = less(p, this.center);
+        [this.right, this.up].forEach((a, k) => { reach[k] = Math.max(reach[k], Math.abs(a[0] * d[0] + a[1] * d[1] + a[2] * d[2])); });
+      }
+      return 0.5 * Math.min(0.9 * width / reach[0], 0.8 * height / reach[1]);
     }
     // Screen x, screen y, depth (greater is nearer).
     at(point) {
@@ -40,7 +51,7 @@ const Paint = (() => {
 
   // Strokes collected with their depths, then painted from the back.
   class Sheet {
-    constructor(context, camera) { this.context = context; this.camera = camera; this.strokes = []; }
+    constructor(context, camera) { this.context = context; this.camera = camera; this.strokes = []; this.names = []; }
     later(depth, draw) { this.strokes.push([depth, draw]); }
     line(points, color, width, { dash = [], alpha = 1, lift = 0 } = {}) {
       const at = points.map((p) => this.camera.at(p));
@@ -81,18 +92,19 @@ const Paint = (() => {
         c.lineTo(b[0] - head * (ux - 0.5 * uy), b[1] - head * (uy + 0.5 * ux)); c.fill();
       });
     }
-    text(point, text, color, paper, dx = 7, dy = -7) {
-      const p = this.camera.at(point);
-      this.later(1e6, (c) => {
-        c.globalAlpha = 1; c.font = "12px system-ui, sans-serif"; c.setLineDash([]);
-        c.lineWidth = 3; c.strokeStyle = paper; c.lineJoin = "round"; c.strokeText(text, p[0] + dx, p[1] + dy);
-        c.fillStyle = color; c.fillText(text, p[0] + dx, p[1] + dy);
-      });
+    // Names at one place are written side by side.
+    text(point, text, color, dx = 7, dy = -7) {
+      const p = this.camera.at(point), at = [p[0] + dx, p[1] + dy];
+      const near = this.names.find((n) => Math.hypot(n.at[0] - at[0], n.at[1] - at[1]) < 12);
+      if (near) near.text += ", " + text; else this.names.push({ at, text, color });
     }
     paint() {
       this.strokes.sort((a, b) => a[0] - b[0]);
-      for (const [, draw] of this.strokes) draw(this.context);
-      this.context.globalAlpha = 1; this.context.setLineDash([]);
+      const c = this.context;
+      for (const [, draw] of this.strokes) draw(c);
+      c.globalAlpha = 1; c.setLineDash([]);
+      c.font = "12px system-ui, sans-serif"; c.lineWidth = 3; c.lineJoin = "round"; c.strokeStyle = colors().paper;
+      for (const { at, text, color } of this.names) { c.strokeText(text, at[0], at[1]); c.fillStyle = color; c.fillText(text, at[0], at[1]); }
     }
   }
 

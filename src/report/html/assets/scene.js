@@ -8,8 +8,8 @@ class View {
     this.arrows = "arrows" in figure.dataset ? data.arrows : null;
     this.control = Object.fromEntries([...figure.querySelectorAll("[data-control]")].map((e) => [e.dataset.control, e]));
     this.camera = new Paint.Camera();
-    const points = this.shots.flatMap((s) => s.points.filter((_, k) => this.reaches.has(k)));
-    this.camera.fit(points);
+    const points = (this.arrows ? this.shots.slice(0, 1) : this.shots).flatMap((s) => s.points.filter((_, k) => this.reaches.has(k)));
+    this.camera.fit(points.concat(this.arrows ? this.arrows.points : []));
     this.hidden = new Set(["frame", "mass", ...(this.arrows ? ["name"] : [])]);
     this.layers(); this.shotNames(); this.listen(); this.draw();
   }
@@ -115,9 +115,9 @@ class View {
       const p = part.points.map((k) => points[k]), suspect = (part.sites || []).some((s) => suspects.has(s));
       const own = suspect ? color.orange : null;
       this.part(sheet, part, p, color, own, alpha);
-      if (!names) { if (suspect && part.kind !== "link" && part.kind !== "beam") sheet.text(p[0], part.sites.find((s) => suspects.has(s)), color.orange, color.paper); return; }
+      if (!names) { if (suspect && part.kind !== "link" && part.kind !== "beam") sheet.text(p[0], part.sites.find((s) => suspects.has(s)), color.orange); return; }
       const label = { joint: p[0], actuator: Paint.add(p[0], Paint.less(p[1], p[0]), 0.5), spring: p[0] && p[1] && Paint.add(p[0], Paint.less(p[1], p[0]), 0.5), marker: p[1], tool: p[1], anchor: p[0], cut: p[0] }[part.kind];
-      if (label) sheet.text(label, part.name, own || color.ink, color.paper, 8, part.kind === "cut" ? 16 : -7);
+      if (label) sheet.text(label, part.name, own || color.ink, 8, part.kind === "cut" ? 16 : -7);
     });
   }
   part(sheet, part, p, color, own, alpha) {
@@ -157,7 +157,8 @@ class View {
     sheet.line(points, color, 2, { alpha }); [a, b].forEach((q) => sheet.dot(q, 3, color, null, this.data.axis));
   }
   deflected(sheet, shot, color) {
-    const most = Math.max(...shot.moved.map(Paint.norm)), times = this.data.magnified || Paint.nice(0.12 * this.camera.span / most);
+    const bodies = this.data.parts.filter((p) => p.kind === "link" || p.kind === "beam").flatMap((p) => p.points);
+    const most = Math.max(...bodies.map((k) => Paint.norm(shot.moved[k]))), times = this.data.magnified || Paint.nice(0.12 * this.camera.span / most);
     if (!(most > 0)) return "";
     const points = shot.points.map((p, k) => Paint.add(p, shot.moved[k], times));
     this.bones(sheet, points, color.orange, 4, 0.9);
@@ -167,7 +168,7 @@ class View {
       if (part.kind === "tool") { sheet.line([p[0], p[1]], color.orange, 3); sheet.dot(p[1], 3.5, color.orange, color.paper, this.data.axis); }
     }
     this.times = times;
-    return `Orange: deflected shape, magnified ${times.toLocaleString("en")} times; the greatest displacement is ${(1e3 * most).toFixed(3)} mm.`;
+    return `Orange: deflected shape, magnified ${times.toLocaleString("en")} times.`;
   }
   ellipsoid(sheet, shot, color) {
     const tool = this.data.parts.find((p) => p.kind === "tool"), c = shot.compliance;

@@ -70,6 +70,9 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
             },
         )
     });
-    let html = page.render("conditioning.html", context! { singular => safe(singular), correlation => map.map(safe) });
+    let html = page.render(
+        "conditioning.html",
+        context! { singular => safe(singular), correlation => map.map(safe), large => correlation.len() > 14 },
+    );
     Some(Section { id: "conditioning", title: "What these poses can tell apart".into(), html })
 }

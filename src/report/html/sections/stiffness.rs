@@ -41,7 +41,7 @@ pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
     let html = page.render(
         "stiffness.html",
         context! {
-            map => map.as_ref().map(|(svg, ..)| safe(svg.clone())), magnified => map.as_ref().map(|m| m.1),
+            map => map.as_ref().map(|(svg, ..)| safe(svg.clone())), magnified => map.as_ref().map(|m| m.1.clone()),
             levels => map.as_ref().map(|m| m.2.clone()), swept => report.slice.as_ref().map(swept),
             bars => bars.map(safe), elements => shares.iter().map(|s| s.0.clone()).collect::<Vec<_>>(),
             rigid => report.slice.is_none() && report.yielding.is_none(),
@@ -52,7 +52,7 @@ pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
 
 /// The slice: nodes coloured by their least stiffness, lines of equal stiffness, ellipses; how much these are magnified;
 /// and the levels (N/mm).
-fn drawn(slice: &Slice) -> Option<(String, f64, Vec<f64>)> {
+fn drawn(slice: &Slice) -> Option<(String, String, Vec<String>)> {
     let nodes: Vec<&Node> = slice.nodes.iter().flatten().flatten().collect();
     let mut sizes: Vec<f64> = nodes.iter().map(|node| node.least).collect();
     sizes.sort_by(f64::total_cmp);
@@ -104,7 +104,12 @@ fn drawn(slice: &Slice) -> Option<(String, f64, Vec<f64>)> {
         alt: "Least stiffness over a slice of the workspace, with lines of equal stiffness and compliance ellipses",
     };
     let svg = chart(&frame, Some([x, y]), plots, |layout| layout.with_equal_aspect());
-    Some((svg, magnified, levels.iter().map(|level| level * 1e-3).collect()))
+    Some((svg, told(magnified), levels.iter().map(|level| told(level * 1e-3)).collect()))
+}
+
+/// A number of two digits, without a point where it needs none.
+fn told(value: f64) -> String {
+    if value >= 10.0 { format!("{value:.0}") } else { format!("{value}") }
 }
 
 /// To two digits.

@@ -50,7 +50,7 @@ pub fn section(page: &Page, json: &Value) -> Option<Section> {
     }
     plot = plot.with_total("left");
     let frame = Frame {
-        size: [680.0, 320.0],
+        size: [(110.0 * (drawn.len() + 1) as f64 + 90.0).clamp(380.0, 760.0), 300.0],
         x: "",
         y: "rms error, mm",
         alt: "Waterfall of the rms position error from the description as it is down to what is left, beside the noise",

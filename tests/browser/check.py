@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""Opens reports and views in headless Chromium: turns the robot, opens every section, compares figures with the JSON.
+
+Usage: check.py ELASTOGEO [FOLDER]; FOLDER keeps pages and pictures. What fails is said; exit status 1.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+from chromium import Browser
+
+CAMPAIGNS = ["kr270-no-compensator", "kr270-simulated", "ir663-simulated"]
+ROBOTS = {"kuka-ir663": ["--wrench", "0,0,-2500"],
+          "kuka-kr270": ["--joints", "q2=-60,q3=90,q5=20", "--wrench", "0,0,-2500"],
+          "barrett-wam": ["--joints", "q2=40,q4=60"]}
+
+# Every figure of the page: where its value stands in the JSON, the value, and what is read.
+FIGURES = """[...document.querySelectorAll('data.figure')].map((e) =>
+  ({ path: e.dataset.path, value: Number(e.value), text: e.textContent.replaceAll('\\u2212', '-'), digits: e.dataset.digits, scale: Number(e.dataset.scale || 1) }))"""
+# A number that changes when the picture does.
+PAINTED = """(k) => { const text = document.querySelectorAll('figure.scene canvas')[k].toDataURL();
+  let sum = 0; for (let i = 0; i < text.length; i++) sum = (31 * sum + text.charCodeAt(i)) % 1000000007; return sum; }"""
+# Charts without labels on their axes, or without a name.
+UNLABELLED = """[...document.querySelectorAll('svg.chart')].filter((s) => s.querySelectorAll('text').length < 4 || !s.getAttribute('aria-label')).length"""
+
+failed = []
+
+
+def expect(holds, said):
+    if not holds:
+        failed.append(said)
+        print("FAILED:", said)
+
+
+def at(document, pointer):
+    for step in pointer.split("/")[1:]:
+        step = step.replace("~1", "/").replace("~0", "~")
+        document = document[int(step)] if isinstance(document, list) else document[step]
+    return document
+
+
+def turned(browser, where, k=0):
+    """Turns the view by mouse and by keys; the picture has to follow."""
+    box = browser.evaluate(f"""(() => {{ const c = document.querySelectorAll('figure.scene canvas')[{k}]; c.scrollIntoView({{block: 'center'}});
+      const b = c.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()""")
+    state = lambda: browser.evaluate(f"window.elastogeo.views[{k}].state")
+    painted = lambda: browser.evaluate(f"({PAINTED})({k})")
+    before, picture = state(), painted()
+    browser.drag(box[0], box[1], 80, 30)
+    after = state()
+    expect(abs(after["yaw"] - before["yaw"]) > 10 and after["pitch"] > before["pitch"] + 5, f"{where}: dragging turns the view: {before} {after}")
+    expect(painted() != picture, f"{where}: the picture follows")
+    browser.evaluate(f"document.querySelectorAll('figure.scene canvas')[{k}].dispatchEvent(new KeyboardEvent('keydown', {{key: 'ArrowLeft'}}))")
+    expect(state()["yaw"] != after["yaw"], f"{where}: arrow keys turn the view")
+
+
+def look(browser, path, where, folder):
+    """Both widths, light and dark: nothing is wider than the page, nothing complains."""
+    for width in (1280, 400):
+        for dark in (False, True):
+            browser.open(path, width, 900, dark)
+            wide = browser.evaluate("document.documentElement.scrollWidth")
+            expect(wide <= width, f"{where} at {width}: {wide} px wide")
+            paper = browser.evaluate("getComputedStyle(document.body).backgroundColor")
+            expect((paper == "rgb(255, 255, 255)") != dark, f"{where}: {'dark' if dark else 'light'} paper is {paper}")
+            expect(not browser.complaints(), f"{where} at {width}: {browser.complaints()}")
+            if folder:
+                browser.picture(os.path.join(folder, f"{where}-{width}{'-dark' if dark else ''}.png"))
+
+
+def report(browser, program, campaign, folder, keep):
+    page, data = os.path.join(folder, campaign + ".html"), os.path.join(folder, campaign + ".json")
+    subprocess.run([program, "report", campaign, "--output", page, "--json", data], check=True, stdout=subprocess.DEVNULL)
+    with open(data) as file:
+        document = json.load(file)
+    look(browser, page, campaign, folder if keep else None)
+    browser.open(page)
+    figures = browser.evaluate(FIGURES)
+    expect(len(figures) > 60, f"{campaign}: {len(figures)} figures")
+    for figure in figures:
+        told = at(document, figure["path"])
+        expect(told == figure["value"], f"{campaign}: {figure['path']} is {told}, on the page {figure['value']}")
+        shown, wanted = float(figure["text"]), figure["value"] * figure["scale"]
+        allowed = 5.1e-4 * abs(wanted) if figure["digits"] == "sci" else 0.5000001 * 10.0 ** -int(figure["digits"])
+        expect(abs(shown - wanted) <= max(allowed, 1e-12), f"{campaign}: {figure['path']} is {wanted}, shown as {figure['text']}")
+    # What the view says of its arrows.
+    errors = [sum(v * v for v in row["errors"]["competed"]) ** 0.5 for row in document["readings"]]
+    state = browser.evaluate("window.elastogeo.views[0].state")
+    expect(state["arrows"] == len(errors) and abs(state["largest"] - max(errors)) < 2e-3, f"{campaign}: arrows {state} of {max(errors)}")
+    expect(browser.evaluate(UNLABELLED) == 0, f"{campaign}: a chart without labels")
+    for section in browser.evaluate("[...document.querySelectorAll('details.section')].map((s) => s.id)"):
+        height = lambda: browser.evaluate(f"document.getElementById('{section}').getBoundingClientRect().height")
+        toggle = f"document.querySelector('#{section} > summary').click()"
+        opened = height()
+        browser.evaluate(toggle)
+        closed = height()
+        browser.evaluate(toggle)
+        expect(closed < opened == height(), f"{campaign}: section {section} opens: {closed} {opened} {height()}")
+    turned(browser, campaign)
+    for name in ("stage", "shot"):
+        picture = browser.evaluate(f"({PAINTED})(0)")
+        browser.evaluate(f"""(() => {{ const s = document.querySelector('[data-control={name}]'); s.selectedIndex = s.options.length - 1 === s.selectedIndex ? 0 : s.options.length - 1;
+          s.dispatchEvent(new Event('input')); }})()""")
+        expect(browser.evaluate(f"({PAINTED})(0)") != picture, f"{campaign}: choosing another {name} changes the picture")
+    expect(not browser.complaints(), f"{campaign}: {browser.complaints()}")
+    print(f"{campaign}: {len(figures)} figures as in the JSON, {os.path.getsize(page) / 1e6:.2f} MB")
+
+
+def view(browser, program, robot, flags, folder, keep):
+    page, drawing = os.path.join(folder, robot + ".html"), os.path.join(folder, robot + ".svg")
+    subprocess.run([program, "view", robot, *flags, "--output", page, "--svg", drawing], check=True, stdout=subprocess.DEVNULL)
+    look(browser, page, robot, folder if keep else None)
+    browser.open(page)
+    turned(browser, robot)
+    for layer in browser.evaluate("[...document.querySelectorAll('[data-layer]')].map((e) => e.dataset.layer)"):
+        picture = browser.evaluate(f"({PAINTED})(0)")
+        browser.evaluate(f"document.querySelector('[data-layer={layer}]').click()")
+        expect(browser.evaluate(f"({PAINTED})(0)") != picture, f"{robot}: layer {layer} shows and hides")
+    expect(not browser.complaints(), f"{robot}: {browser.complaints()}")
+    browser.open(drawing)
+    expect(browser.evaluate("document.documentElement.tagName") == "svg" and not browser.complaints(), f"{robot}: the drawing opens")
+    if keep:
+        browser.picture(os.path.join(folder, robot + "-drawing.png"), whole=False)
+    print(f"{robot}: turned, layers shown and hidden")
+
+
+def large(browser, program, folder):
+    """A campaign of 3000 readings: below 3 MB, and open within a second."""
+    into, page = os.path.join(folder, "large"), os.path.join(folder, "large.html")
+    subprocess.run([program, "simulate", "kuka-kr270", "--poses", "1000", "--markers", "m1,m2,m3", "--noise", "0.05", "--unknown-base",
+                    "--unknown-tool", "--conditions", "--effect", "gear-ratio@joint:2:ratio=5e-4", "--into", into], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "report", into, "--output", page], check=True, stdout=subprocess.DEVNULL)
+    size = os.path.getsize(page)
+    expect(size < 3e6, f"3000 readings: {size} bytes")
+    browser.open(page)
+    opened = browser.evaluate("performance.getEntriesByType('navigation')[0].loadEventEnd")
+    expect(browser.evaluate("window.elastogeo.views[0].state.arrows") >= 1000 and not browser.complaints(), "3000 readings: drawn")
+    # Not a limit of the test: machines differ. It is told, so that it can be seen.
+    print(f"3000 readings: {size / 1e6:.2f} MB, open after {opened:.0f} ms")
+
+
+def main():
+    program = os.path.abspath(sys.argv[1])
+    keep = len(sys.argv) > 2
+    folder = sys.argv[2] if keep else tempfile.mkdtemp()
+    os.makedirs(folder, exist_ok=True)
+    browser = Browser()
+    try:
+        for campaign in CAMPAIGNS:
+            report(browser, program, campaign, folder, keep)
+        for robot, flags in ROBOTS.items():
+            view(browser, program, robot, flags, folder, keep)
+        large(browser, program, folder)
+    finally:
+        browser.close()
+    if failed:
+        sys.exit(f"{len(failed)} failed")
+
+
+main()
