@@ -72,8 +72,9 @@ def look(browser, path, where, folder):
 
 
 def report(browser, program, campaign, folder, keep):
+    asked, campaign = campaign, os.path.basename(campaign)
     page, data = os.path.join(folder, campaign + ".html"), os.path.join(folder, campaign + ".json")
-    subprocess.run([program, "report", campaign, "--output", page, "--json", data], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "report", asked, "--output", page, "--json", data], check=True, stdout=subprocess.DEVNULL)
     with open(data) as file:
         document = json.load(file)
     look(browser, page, campaign, folder if keep else None)
@@ -151,6 +152,12 @@ def main():
     try:
         for campaign in CAMPAIGNS:
             report(browser, program, campaign, folder, keep)
+        # A soft joint that others can imitate, in few readings: configurations are proposed, and drawn.
+        rivals = os.path.join(folder, "rivals")
+        subprocess.run([program, "simulate", "kuka-kr270", "--poses", "24", "--noise", "0.1", "--conditions", "--unknown-base", "--unknown-tool",
+                        "--errors", "0.3", "--effect", "joint-compliance@joint:2:joint2.kar=2e-7", "--into", rivals], check=True, stdout=subprocess.DEVNULL)
+        report(browser, program, rivals, folder, keep)
+        turned(browser, "proposed configurations", 1)
         for robot, flags in ROBOTS.items():
             view(browser, program, robot, flags, folder, keep)
         large(browser, program, folder)

@@ -182,3 +182,41 @@ fn bad_input_is_refused_and_nothing_written() {
     }
     assert!(std::fs::read_dir(folder.path()).expect("a folder").next().is_none());
 }
+
+/// A soft joint that others can imitate, in few readings.
+const RIVALS: [&str; 14] = [
+    "simulate",
+    "kuka-kr270",
+    "--poses",
+    "24",
+    "--noise",
+    "0.1",
+    "--conditions",
+    "--unknown-base",
+    "--unknown-tool",
+    "--errors",
+    "0.3",
+    "--effect",
+    "joint-compliance@joint:2:joint2.kar=2e-7",
+    "--into",
+];
+
+#[test]
+fn proposed_configurations_are_told_and_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &[&RIVALS[..], &["c"]].concat()).status, 0);
+    let ran = run(folder.path(), &["report", "c", "--json", "r.json"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let html = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
+    let json = parsed(&std::fs::read_to_string(folder.path().join("r.json")).expect("its data"));
+    let proposed = json["diagnose"]["next_poses"].as_array().expect("proposals").len();
+    assert!(proposed > 0, "this campaign leaves rivals");
+    assert!(html.contains("data-shots=\"next\""));
+    let data = html.split("id=\"scene\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("data");
+    assert_eq!(parsed(data)["next"].as_array().expect("drawn").len(), proposed);
+    // Angles are told in deg: 0.5 rad is 28.65.
+    let (path, value, text, _, scale) =
+        figures(&html).into_iter().find(|f| f.0 == "/diagnose/next_poses/0/joints/q2").expect("told");
+    assert!((text.parse::<f64>().expect(&path) - value.to_degrees()).abs() < 0.0051 && (scale - 57.29578).abs() < 1e-4);
+    assert!(html.contains("These readings cannot tell it from"));
+}

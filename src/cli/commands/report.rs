@@ -14,6 +14,7 @@ use crate::diagnosis::{self, diagnose};
 use crate::estimation::{CalibrationError, Settings, calibrate, split};
 use crate::files::{load_campaign, writable};
 use crate::kinematics::{Geometry, Placements};
+use crate::parameter::Group;
 use crate::report::html::{Report as Found, Shot, write};
 use crate::review::{compliance, readings, slice, typical, yielding};
 use crate::scene::{Scene, draw};
@@ -53,9 +54,16 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     doing("drawing");
     let fitted = calibration.as_ref().ok().map(|(found, _)| found);
     let stages = readings(model, campaign, fitted, &diagnosis).map_err(Failure::computation)?;
-    // Stiffness as calibrated, where the calibration speaks of it.
-    let values = fitted.map_or(&diagnosis.calibrated, |found| &found.values);
-    let geometry = Geometry::new(model, values).map_err(Failure::computation)?;
+    // Lengths as described: what readings hardly tell can drive calibrated ones far off. Stiffness as calibrated.
+    let calibrated = fitted.map_or(&diagnosis.calibrated, |found| &found.values);
+    let values: Vec<f64> = model
+        .registry
+        .all()
+        .iter()
+        .zip(calibrated)
+        .map(|(parameter, value)| if parameter.group == Group::Elastic { *value } else { parameter.nominal })
+        .collect();
+    let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
     let first = typical(model, campaign);
     let mut placements = Placements::default();
     geometry.place(campaign.configuration(first), &mut placements).map_err(Failure::computation)?;

@@ -60,7 +60,7 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
                 alt: "Correlations of the identified parameters",
             },
             None,
-            vec![Plot::Heatmap(Heatmap::new().with_data(rows).with_color_map(scale()).with_legend("correlation"))],
+            vec![Plot::Heatmap(Heatmap::new().with_color_map(scale(&rows)).with_data(rows).with_legend("correlation"))],
             |layout| {
                 layout
                     .with_x_categories(names.clone())

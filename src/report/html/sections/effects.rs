@@ -15,19 +15,15 @@ use crate::report::html::page::{Page, Section, safe};
 /// Most sites drawn.
 const SITES: usize = 12;
 
-/// Colours from -1 (orange) over 0 (the paper) to 1 (blue).
-pub fn scale() -> ColorMap {
-    ColorMap::Custom(Arc::new(|share: f64| {
-        let value = 2.0 * share - 1.0;
+/// Colours from -1 (orange) over 0 (the paper) to 1 (blue), whatever the range of the numbers drawn: the chart hands on
+/// where in it a number lies.
+pub fn scale(rows: &[Vec<f64>]) -> ColorMap {
+    let all = || rows.iter().flatten().copied();
+    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    ColorMap::Custom(Arc::new(move |share: f64| {
+        let value = (low + share * (high - low)).clamp(-1.0, 1.0);
         let color = if value < 0.0 { "var(--orange)" } else { "var(--blue)" };
         format!("color-mix(in srgb, {color} {:.0}%, var(--paper))", 100.0 * value.abs())
-    }))
-}
-
-/// Colours from 0 (the paper) to 1 (blue).
-pub fn shade() -> ColorMap {
-    ColorMap::Custom(Arc::new(|share: f64| {
-        format!("color-mix(in srgb, var(--blue) {:.0}%, var(--paper))", 100.0 * share.clamp(0.0, 1.0))
     }))
 }
 
@@ -53,7 +49,7 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
                 alt: "Look-alike matrix of effects",
             },
             None,
-            vec![Plot::Heatmap(Heatmap::new().with_data(rows).with_color_map(shade()).with_legend("share"))],
+            vec![Plot::Heatmap(Heatmap::new().with_color_map(scale(&rows)).with_data(rows).with_legend("share"))],
             |layout| {
                 layout.with_x_categories(names.clone()).with_y_categories(upwards.clone()).with_x_tick_rotate(-90.0)
             },
