@@ -114,6 +114,8 @@ fn json_is_all_that_is_printed() {
         &["identify", "c"],
         &["identify", "c", "--compare"],
         &["residuals", "arm.yaml", "c"],
+        &["report", "c"],
+        &["view", "arm.yaml"],
         &["convert", "arm.yaml", "other.yaml"],
         &["compensate", "kuka-ir663", "ir663-strip", "--process", "ir663-strip"],
         &["schema", "robot"],

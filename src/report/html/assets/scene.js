@@ -87,6 +87,7 @@ class View {
     const sheet = new Paint.Sheet(c, this.camera), shot = this.shots[this.shot];
     const told = [];
     if (shot) {
+      if (this.arrows) told.push(`Errors: ${this.control.stage.selectedOptions[0].text}; the robot at ${shot.name}.`);
       this.ground(sheet, color);
       if (this.figure.dataset.shots === "next") this.shots.forEach((other) => { if (other !== shot) this.bones(sheet, other.points, color.grey, 2, 0.25); });
       const moved = shot.moved && !this.hidden.has("moved");
