@@ -128,6 +128,33 @@ def view(browser, program, robot, flags, folder, keep):
     print(f"{robot}: turned, layers shown and hidden")
 
 
+ARM = """units: {length: mm, angle: deg}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-90, 90]}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: -90, d: 500, limits: [-90, 90]}
+  E: {antecedent: 2, d: 400}
+tool: {frame: E}
+anchors: {a: [1500, 0, 0], b: [0, 1500, 300], c: [300, -900, 900]}
+"""
+
+
+def distances(browser, program, folder, keep):
+    """Distances have no direction: a robot among its anchors, without arrows."""
+    arm, into, page = (os.path.join(folder, name) for name in ("arm.yaml", "distances", "distances.html"))
+    with open(arm, "w") as file:
+        file.write(ARM)
+    subprocess.run([program, "simulate", arm, "--poses", "40", "--observes", "distance", "--noise", "0.05", "--into", into], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "report", into, "--output", page], check=True, stdout=subprocess.DEVNULL)
+    look(browser, page, "distances", folder if keep else None)
+    browser.open(page)
+    expect(browser.evaluate("window.elastogeo.views[0].state.arrows") == 0, "distances: no arrows")
+    turned(browser, "distances")
+    for layer in browser.evaluate("[...document.querySelectorAll('[data-layer]')].map((e) => e.dataset.layer)"):
+        browser.evaluate(f"document.querySelector('[data-layer={layer}]').click()")
+    expect(not browser.complaints(), f"distances: {browser.complaints()}")
+    print("distances: anchors drawn, turned")
+
+
 def large(browser, program, folder):
     """A campaign of 3000 readings: below 3 MB, and open within a second."""
     into, page = os.path.join(folder, "large"), os.path.join(folder, "large.html")
@@ -160,6 +187,7 @@ def main():
         turned(browser, "proposed configurations", 1)
         for robot, flags in ROBOTS.items():
             view(browser, program, robot, flags, folder, keep)
+        distances(browser, program, folder, keep)
         large(browser, program, folder)
     finally:
         browser.close()

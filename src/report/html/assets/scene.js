@@ -117,7 +117,8 @@ class View {
       const own = suspect ? color.orange : null;
       this.part(sheet, part, p, color, own, alpha);
       if (!names) { if (suspect && part.kind !== "link" && part.kind !== "beam") sheet.text(p[0], part.sites.find((s) => suspects.has(s)), color.orange); return; }
-      const label = { joint: p[0], actuator: Paint.add(p[0], Paint.less(p[1], p[0]), 0.5), spring: p[0] && p[1] && Paint.add(p[0], Paint.less(p[1], p[0]), 0.5), marker: p[1], tool: p[1], anchor: p[0], cut: p[0] }[part.kind];
+      const middle = p.length > 1 ? Paint.add(p[0], Paint.less(p[1], p[0]), 0.5) : p[0];
+      const label = { joint: p[0], actuator: middle, spring: middle, marker: p[1], tool: p[1], anchor: p[0], cut: p[0] }[part.kind];
       if (label) sheet.text(label, part.name, own || color.ink, 8, part.kind === "cut" ? 16 : -7);
     });
   }
