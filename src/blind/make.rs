@@ -15,6 +15,7 @@ use crate::diagnosis::nuisance;
 use crate::effects::Form;
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::parameter;
 use crate::prediction::{Linearised, PredictionError, Predictor};
 use crate::simulation::{draw_configurations, draw_errors};
 
@@ -62,6 +63,8 @@ const GAPS: [f64; 2] = [1.2, 6.0];
 /// A cause that must displace readings further than this (m) to leave such a gap is drawn again.
 const FURTHEST: f64 = 0.012;
 
+/// No mass is further off than this, kg.
+const HEAVIEST: f64 = 300.0;
 /// What each of several causes must show beside the others, as a share of what it leaves.
 const OWN: f64 = 0.4;
 
@@ -117,7 +120,7 @@ pub fn draw(
         Kind::Triple => 3,
     };
     let mut plant = Plant { model, values, causes: Vec::new() };
-    let weight = plant.own_loads(&campaign)?;
+    let (weight, load) = (plant.own_loads(&campaign)?, plant.all_loads(&campaign)?);
     let mut beside: Vec<DVector<f64>> = Vec::new();
     let mut told: Vec<TruthCause> = Vec::new();
     for _ in 0..400 {
@@ -136,6 +139,12 @@ pub fn draw(
         // Nobody balances a joint that own weight hardly loads.
         if let Shape::Spring { variable, .. } = shape
             && weight[variable] < 0.25 * weight.iter().copied().fold(0.0, f64::max)
+        {
+            continue;
+        }
+        // A joint that nothing loads shows no spring, however soft.
+        if let Shape::WindUp { variable, .. } | Shape::Gives { variable, .. } | Shape::Pressed { variable, .. } = shape
+            && load[variable] < 0.02 * load.iter().copied().fold(0.0, f64::max)
         {
             continue;
         }
@@ -333,11 +342,18 @@ impl Ground {
                 return Ok(None);
             }
             if round > 0 && (factor - 1.0).abs() < 0.02 {
-                return Ok(Some((size, self.rest(&seen))));
+                // What hardly grows with its size any more is no machine: a spring so soft that the loop carries all.
+                alone.causes = vec![(shape.clone(), 0.5 * size)];
+                let Ok(half) = alone.readings(campaign, sigma) else { return Ok(None) };
+                let grows = (0.3..0.7).contains(&(self.left(&half, campaign) / unseen));
+                return Ok(grows.then(|| (size, self.rest(&seen))));
             }
             size *= factor;
+            let heavy = |slot: usize, share: f64| plant.model.registry[slot].kind == parameter::Kind::Mass && size * share > HEAVIEST;
             if let Shape::Constants(slots) = shape
-                && slots.iter().any(|&(slot, share)| plant.values[slot] + size * share < 0.0 && share < 0.0)
+                && slots.iter().any(|&(slot, share)| {
+                    plant.values[slot] + size * share < 0.0 && share < 0.0 || heavy(slot, share)
+                })
             {
                 return Ok(None);
             }

@@ -212,8 +212,16 @@ impl Plant<'_> {
     pub fn own_loads(&self, campaign: &Campaign) -> Result<Vec<f64>, PredictionError> {
         let mut unloaded = campaign.clone();
         unloaded.readings.iter_mut().for_each(|reading| reading.wrench = [0.0; 6]);
+        self.all_loads(&unloaded)
+    }
+
+    /// The same under own weight and the applied wrenches.
+    ///
+    /// # Errors
+    /// A configuration that cannot be assembled.
+    pub fn all_loads(&self, campaign: &Campaign) -> Result<Vec<f64>, PredictionError> {
         let joints: Vec<usize> = (0..self.model.variables.len()).map(|v| joint_of(self.model, v)).collect();
-        self.greatest(&unloaded, &self.values, &masses(self.model, &self.values), &joints)
+        self.greatest(campaign, &self.values, &masses(self.model, &self.values), &joints)
     }
 
     fn greatest(

@@ -16,7 +16,7 @@ const BEAM: usize = 6;
 /// Merit that a set must gain if no smaller one was worth anything by itself.
 const HIDDEN: f64 = 10.0;
 /// Cosine beside the nuisance from which two effects at one site are laws of the same thing.
-const ALIKE: f64 = 0.8;
+const ALIKE: f64 = 0.6;
 /// No parameter is off by more than this many times its common size.
 pub const GREATEST: f64 = 60.0;
 /// What a further effect must contribute at least, root mean square over the rows, in sigmas of what is left.
