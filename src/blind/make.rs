@@ -65,6 +65,8 @@ const FURTHEST: f64 = 0.012;
 
 /// No mass is further off than this, kg.
 const HEAVIEST: f64 = 300.0;
+/// No joint, bearing or base is softer than this, rad/(N.m).
+const SOFTEST: f64 = 1e-4;
 /// What each of several causes must show beside the others, as a share of what it leaves.
 const OWN: f64 = 0.4;
 
@@ -349,11 +351,15 @@ impl Ground {
                 return Ok(grows.then(|| (size, self.rest(&seen))));
             }
             size *= factor;
-            let heavy = |slot: usize, share: f64| plant.model.registry[slot].kind == parameter::Kind::Mass && size * share > HEAVIEST;
+            let heavy = |slot: usize, share: f64| match plant.model.registry[slot].kind {
+                parameter::Kind::Mass => size * share > HEAVIEST,
+                parameter::Kind::RotationalCompliance => size * share > SOFTEST,
+                _ => false,
+            };
             if let Shape::Constants(slots) = shape
-                && slots.iter().any(|&(slot, share)| {
-                    plant.values[slot] + size * share < 0.0 && share < 0.0 || heavy(slot, share)
-                })
+                && slots
+                    .iter()
+                    .any(|&(slot, share)| plant.values[slot] + size * share < 0.0 && share < 0.0 || heavy(slot, share))
             {
                 return Ok(None);
             }

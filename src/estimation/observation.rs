@@ -8,7 +8,7 @@ use crate::description::campaign::Campaign;
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{Linearised, PredictionError, Predictor, declared};
 
 /// What a campaign can tell, and about which parameters.
 #[derive(Debug, Clone)]
@@ -40,7 +40,7 @@ pub fn observe(
 }
 
 /// What is to be estimated: base, tool and markers where the campaign asks for them, then the geometry that the
-/// description frees and the springs that it declares identifiable.
+/// description frees, the springs that it declares identifiable, and the amounts of the effects that it has switched on.
 ///
 /// # Errors
 /// [`CalibrationError::NothingElastic`], [`CalibrationError::NothingFree`].
@@ -56,6 +56,8 @@ pub fn candidates(model: &Model, campaign: &Campaign, what: What) -> Result<Vec<
         }
         slots.extend(elastic);
     }
+    // Effects that the description has switched on are as uncertain as all else that it says.
+    slots.extend(declared(model).amounts.into_iter().flatten());
     if slots.is_empty() { Err(CalibrationError::NothingFree) } else { Ok(slots) }
 }
 

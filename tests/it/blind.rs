@@ -29,6 +29,49 @@ fn withheld_effects_are_found_and_nulls_left_alone() {
     assert!(silent >= 2, "{silent} of {nulls}: {all:#?}");
 }
 
+/// The fixed set whose score README shows: drawn again, it has the truths that were sealed, and what is diagnosed is what
+/// was recorded (`blind score F --format json --output tests/data/blind/score.json`).
+#[test]
+fn the_fixed_set_is_told_as_recorded() {
+    const DRAWN: usize = 10;
+    let folder = tempfile::tempdir().expect("a folder");
+    let into = folder.path().join("sealed").display().to_string();
+    let run = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_elastogeo")).args(arguments).output();
+        let output = output.expect("the program runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let kinds = "single,single,pair,null,single,unknown,pair,single,triple,null";
+    let (count, mut make) = (DRAWN.to_string(), vec!["blind", "make", "--seed", "7", "--kinds", kinds]);
+    for plan in
+        ["kuka-kr270:position:45", "kuka-kr270:deflection:20", "kuka-kr270:position:45", "kuka-ir663:deflection:63"]
+    {
+        make.extend(["--plan", plan]);
+    }
+    make.extend(["--count", &count, "--into", &into]);
+    run(&make);
+    let found: serde_json::Value =
+        serde_json::from_slice(&run(&["blind", "score", &into, "--format", "json"])).expect("JSON");
+    let record = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/blind/score.json");
+    let record: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(record).expect("a record")).expect("JSON");
+    assert_eq!(record["campaigns"].as_array().map(Vec::len), Some(300));
+    for k in 0..DRAWN {
+        let [now, then] = [&found, &record].map(|all| &all["campaigns"][k]["said"]);
+        for key in ["kind", "robot", "observes", "outliers"] {
+            assert_eq!(now["truth"][key], then["truth"][key]);
+        }
+        let causes = |said: &serde_json::Value, list: &serde_json::Value| -> Vec<String> {
+            let all = list.as_array().expect("causes").iter();
+            all.map(|cause| format!("{}@{} of {}", cause["effect"], cause["site"], said["truth"]["name"])).collect()
+        };
+        assert_eq!(causes(now, &now["truth"]["causes"]), causes(then, &then["truth"]["causes"]));
+        assert_eq!(causes(now, &now["named"]), causes(then, &then["named"]));
+        assert_eq!(now["verdict"], then["verdict"]);
+    }
+}
+
 #[test]
 fn a_seal_is_the_sha_256_of_the_truth() {
     assert_eq!(seal("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

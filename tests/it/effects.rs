@@ -1,7 +1,14 @@
 //! The catalogue against what is said of it elsewhere.
 
+use elastogeo::description::campaign::Observes;
+use elastogeo::description::raw::RawEffect;
 use elastogeo::description::resolve::EFFECTS;
 use elastogeo::effects::{SiteKind, catalogue};
+use elastogeo::estimation::{Settings, calibrate};
+use elastogeo::files::load_robot;
+use elastogeo::kinematics::Geometry;
+use elastogeo::prediction::{Linearised, Predictor};
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
 fn site(kind: SiteKind) -> (&'static str, bool) {
     match kind {
@@ -40,5 +47,70 @@ fn every_effect_has_its_section() {
         for symbol in effect.form_symbols() {
             assert!(section.contains(&format!("`{symbol}`")), "{}: {symbol}", effect.name());
         }
+    }
+}
+
+/// Amounts of effects that are switched on are fitted with all else, and by derivatives that differences confirm.
+#[test]
+fn effects_switched_on_are_identified() {
+    let mut model = load_robot("kuka-kr270").expect("a robot").model;
+    type Amount<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
+    let amounts: [Amount; 3] = [
+        ("gear-ratio", "joint:3", &[("ratio", 4e-4)]),
+        ("backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]),
+        ("instrument-scale", "instrument", &[("scale", -2e-4)]),
+    ];
+    for (effect, site, parameters) in amounts {
+        model.switch_on(RawEffect {
+            effect: Some(effect.into()),
+            site: Some(site.into()),
+            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
+        });
+    }
+    let mut random = generator(3);
+    let truth = draw_errors(&model, 0.5, 0.0, &mut random);
+    let plan = Plan {
+        conditions: true,
+        wrenches: vec![[0.0; 6]],
+        configurations: draw_configurations(&Geometry::new(&model, &truth).expect("assembled"), 60, 0.8, &mut random)
+            .expect("drawn"),
+        markers: (0..model.markers.len()).map(Some).collect(),
+        repeats: 1,
+        observes: Observes::Position,
+        sigma: 3e-5,
+        sigma_orientation: 0.0,
+        estimate: [true, true],
+    };
+    let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+    let names = ["gear-ratio@joint:3.ratio", "backlash@joint:1.half_width", "instrument-scale@instrument.scale"];
+    let slots: Vec<usize> = names.iter().map(|name| model.registry.slot(name).expect("a parameter")).collect();
+
+    let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");
+    let (mut exact, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
+    predictor.linearise(&truth, true, &mut exact).expect("linearised");
+    for (column, &slot) in slots.iter().enumerate() {
+        let mut moved = truth.clone();
+        moved[slot] = truth[slot] + 1e-5;
+        predictor.linearise(&moved, false, &mut up).expect("predicted");
+        moved[slot] = truth[slot] - 1e-5;
+        predictor.linearise(&moved, false, &mut down).expect("predicted");
+        for row in 0..predictor.rows() {
+            let difference = (down.residual[row] - up.residual[row]) / 2e-5;
+            let ours = exact.jacobian[row * slots.len() + column];
+            assert!((ours - difference).abs() < 1e-6 * (1.0 + ours.abs()), "{}: {ours} {difference}", names[column]);
+        }
+    }
+
+    // What the description says of the amounts is wrong; the readings tell.
+    for &slot in &slots {
+        model.registry.all_mut()[slot].nominal = 0.0;
+    }
+    let aside = vec![false; campaign.readings.len()];
+    let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    for (name, &slot) in names.iter().zip(&slots) {
+        let estimate = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("an estimate");
+        assert!(estimate.identifiable, "{name}");
+        let off = (estimate.value - truth[slot]).abs();
+        assert!(off < 2.0 * estimate.ci95 && estimate.ci95 < 0.2 * truth[slot].abs(), "{name}: {estimate:?}");
     }
 }
