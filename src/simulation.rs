@@ -105,7 +105,20 @@ pub fn draw_configurations(
     share: f64,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Vec<f64>>, AssemblyError> {
-    match draw_in_box(geometry, &joint_box(geometry.model, share), count, random, |_, _| true) {
+    draw_configurations_in(geometry, &joint_box(geometry.model, share), count, random)
+}
+
+/// The same from a box of the variables (rad, m).
+///
+/// # Errors
+/// As [`draw_configurations`].
+pub fn draw_configurations_in(
+    geometry: &Geometry,
+    within: &[[f64; 2]],
+    count: usize,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Vec<f64>>, AssemblyError> {
+    match draw_in_box(geometry, within, count, random, |_, _| true) {
         (drawn, Some(error)) if drawn.len() < count => Err(error),
         (drawn, _) => Ok(drawn),
     }

@@ -397,7 +397,8 @@ pub struct Simulate {
     /// Wrench read at each marker, base axes, in the description's units; may be given several times.
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Vec<String>,
-    /// Errors of single parameters: name=value, added to the nominal value, in the description's units.
+    /// Errors of single parameters: name=value, added to the nominal value, in the description's units; of a stiffness also
+    /// `inf`, which makes it rigid.
     #[arg(long, value_delimiter = ',', value_name = "NAME=..", allow_hyphen_values = true)]
     pub set: Vec<String>,
     /// Place the robot at random in the measurement frame and declare base (and markers) unknown.
@@ -409,6 +410,9 @@ pub struct Simulate {
     /// Share of each variable's limits from which configurations are drawn.
     #[arg(long, default_value_t = 0.8)]
     pub share: f64,
+    /// Narrower limits of variables, in the description's units: name=low:high.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
+    pub range: Vec<String>,
     /// Share of configurations marked `check`.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,

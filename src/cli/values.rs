@@ -3,8 +3,10 @@
 use super::Failure;
 use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
+use crate::files::LoadedRobot;
 use crate::model::Model;
 use crate::remark::Remark;
+use crate::simulation::joint_box;
 
 /// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
 pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Failure> {
@@ -45,6 +47,38 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
         }
     }
     if remarks.is_empty() { Ok(q) } else { Err(Failure::Input(remarks)) }
+}
+
+/// The box of the variables: a share of their limits, and narrower ones.
+pub fn ranges(loaded: &LoadedRobot, share: f64, range: &[String]) -> Result<Vec<[f64; 2]>, Failure> {
+    let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
+    let mut within = joint_box(model, share);
+    for entry in range {
+        let parsed = entry.split_once('=').and_then(|(name, range)| {
+            let (low, high) = range.split_once(':')?;
+            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
+        });
+        let Some((name, low, high)) = parsed.filter(|(_, low, high)| low < high && (high - low).is_finite()) else {
+            return Err(Failure::input(format!("--range `{entry}`"), "write name=low:high"));
+        };
+        let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
+            let known = model.variables.iter().map(|variable| variable.name.as_str());
+            return Err(Failure::Input(vec![
+                Remark::error(format!("--range: unknown variable `{name}`")).suggest(name, known),
+            ]));
+        };
+        let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
+        let narrowed = [within[k][0].max(low * factor), within[k][1].min(high * factor)];
+        if narrowed[0] >= narrowed[1] {
+            let [low, high] = within[k].map(|v| v / factor);
+            return Err(Failure::input(
+                format!("--range `{entry}` is outside the variable's limits"),
+                format!("`{name}` goes from {low:.4} to {high:.4}"),
+            ));
+        }
+        within[k] = narrowed;
+    }
+    Ok(within)
 }
 
 /// A list of finite numbers of one of the lengths allowed.

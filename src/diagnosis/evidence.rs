@@ -105,9 +105,8 @@ impl Evidence {
         settings: &Settings,
     ) -> Result<Self, PredictionError> {
         let mut hypotheses: Vec<Hypothesis> = Vec::new();
-        for effect in
-            settings.effects.iter().copied().filter(|effect| !settings.known.contains(&effect.name().to_string()))
-        {
+        for &effect in &settings.effects {
+            let is_known = settings.known.iter().any(|name| name == effect.name());
             for site in effect.sites(model) {
                 let forms = effect.forms(model, &site, survey);
                 for form in &forms {
@@ -122,6 +121,10 @@ impl Evidence {
                     // hypothesis of every selection.
                     let rigid = |slot: &Slot| model.registry[*slot].bounds[0] == 0.0 && values[*slot] == 0.0;
                     let is_positive = !constants.is_empty() && constants.iter().all(rigid);
+                    // Calibrated is what the description says to give: a joint that it has rigid is not.
+                    if is_known && !is_positive {
+                        continue;
+                    }
                     let selections = if is_positive { (1 << constants.len()) - 1 } else { 1 };
                     for selection in 1..=selections {
                         let chosen = |k: usize| !is_positive || selection >> k & 1 == 1;

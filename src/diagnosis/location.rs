@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::ends;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Observes};
 use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, sites_of};
 use crate::model::Model;
 use crate::prediction::{PredictionError, Term, effect_columns};
@@ -41,6 +41,19 @@ pub struct Location {
     pub conditions: Vec<Condition>,
     /// Root mean square error by direction, m, measurement frame.
     pub directions: [f64; 3],
+    /// Of deflections: where the robot yields most against what the description predicts.
+    pub yielding: Option<Yielding>,
+}
+
+/// A region in which the robot yields more than predicted: the description is too stiff there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Yielding {
+    /// In words.
+    pub when: String,
+    /// Measured deflections over those predicted, less 1 (least squares over the region).
+    pub excess: f64,
+    /// The same outside.
+    pub elsewhere: f64,
 }
 
 /// A local error that is free in every configuration.
@@ -189,11 +202,13 @@ pub fn sites(
     Ok(found)
 }
 
-/// The regions (one condition, then two together) in which the error is greatest against elsewhere.
-pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<f64>)]) -> Vec<Condition> {
+/// Name, unit, its size and value at each reading.
+type Feature = (String, &'static str, f64, Vec<f64>);
+
+/// What regions are told in: variables, load, conditions.
+fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let count = campaign.readings.len();
-    let squares: Vec<f64> = errors.iter().map(|(_, e)| e.norm_squared()).collect();
-    let mut features: Vec<(String, &'static str, f64, Vec<f64>)> = Vec::new();
+    let mut features: Vec<Feature> = Vec::new();
     for (k, variable) in model.variables.iter().enumerate() {
         let (unit, size) = if variable.is_angle { ("rad", 1.0) } else { ("mm", 1e-3) };
         let values = (0..count).map(|i| campaign.configuration(i)[k]).collect();
@@ -212,6 +227,14 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
         };
         features.push((name.clone(), unit, 1.0, values.clone()));
     }
+    features
+}
+
+/// The regions (one condition, then two together) in which the error is greatest against elsewhere.
+pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<f64>)]) -> Vec<Condition> {
+    let count = campaign.readings.len();
+    let squares: Vec<f64> = errors.iter().map(|(_, e)| e.norm_squared()).collect();
+    let features = features(model, campaign);
     let mut within: Vec<bool> = vec![true; count];
     let mut words: Vec<((usize, bool), String)> = Vec::new();
     let mut found = Vec::new();
@@ -242,10 +265,9 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
         }
         let Some((_, f, threshold, below)) = best else { break };
         let (name, unit, size, values) = &features[f];
-        let sign = if below { "<" } else { ">" };
         // A narrower limit on the same side says it all.
         words.retain(|(limit, _)| *limit != (f, below));
-        words.push(((f, below), format!("{name} {sign} {:.3} {unit}", threshold / size).trim_end().to_string()));
+        words.push(((f, below), said(name, below, threshold / size, unit)));
         for i in 0..count {
             within[i] &= if below { values[i] < threshold } else { values[i] > threshold };
         }
@@ -259,4 +281,50 @@ pub fn conditions(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<
     }
     found.reverse();
     found
+}
+
+fn said(name: &str, below: bool, threshold: f64, unit: &str) -> String {
+    let sign = if below { "<" } else { ">" };
+    format!("{name} {sign} {threshold:.3} {unit}").trim_end().to_string()
+}
+
+/// The region (one condition) in which measured deflections exceed those predicted most against elsewhere.
+pub fn yielding(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<f64>)]) -> Option<Yielding> {
+    if campaign.observes != Observes::Deflection {
+        return None;
+    }
+    // Along the prediction, and its square.
+    let parts: Vec<[f64; 2]> = errors
+        .iter()
+        .zip(&campaign.readings)
+        .map(|((_, error), reading)| {
+            let predicted = Vector3::new(reading.measured[0], reading.measured[1], reading.measured[2]) - error;
+            [error.dot(&predicted), predicted.norm_squared()]
+        })
+        .collect();
+    let total = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
+    let least = (0.1 * parts.len() as f64).max(5.0) as usize;
+    let mut best: Option<(f64, Yielding)> = None;
+    for (name, unit, size, values) in features(model, campaign) {
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let mut low = [0.0; 2];
+        for (k, pair) in order.windows(2).enumerate() {
+            low = [low[0] + parts[pair[0]][0], low[1] + parts[pair[0]][1]];
+            let high = [total[0] - low[0], total[1] - low[1]];
+            let is_narrow = k + 1 < least || order.len() - k - 1 < least;
+            if is_narrow || values[pair[0]] == values[pair[1]] || low[1] <= 0.0 || high[1] <= 0.0 {
+                continue;
+            }
+            let excess = [low[0] / low[1], high[0] / high[1]];
+            let split = low[1] * high[1] / total[1] * (excess[0] - excess[1]).powi(2);
+            if best.as_ref().is_none_or(|(known, _)| split > *known) {
+                let below = excess[0] > excess[1];
+                let when = said(&name, below, 0.5 * (values[pair[0]] + values[pair[1]]) / size, unit);
+                let [excess, elsewhere] = if below { excess } else { [excess[1], excess[0]] };
+                best = Some((split, Yielding { when, excess, elsewhere }));
+            }
+        }
+    }
+    best.map(|(_, found)| found)
 }

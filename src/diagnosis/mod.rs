@@ -14,11 +14,13 @@ mod nuisance;
 mod report;
 mod round;
 mod search;
+mod structure;
 mod verdict;
 
 pub use evidence::{Evidence, Hypothesis};
-pub use location::{Condition, Location, SiteShare};
+pub use location::{Condition, Location, SiteShare, Yielding};
 pub use look_alikes::LookAlikes;
 pub use nuisance::nuisance;
 pub use report::{Cause, CauseParameter, Diagnosis, Gap, NextPose, Rejected, Shrinkage, Verdict};
+pub use structure::{Structure, structure_in};
 pub use verdict::{Settings, diagnose};

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 
 use super::location::Location;
 use super::look_alikes::LookAlikes;
+use super::structure::Structure;
 use crate::description::raw::RawEffect;
 
 /// What comes out.
@@ -126,6 +127,8 @@ pub struct Diagnosis {
     pub rejected: Vec<Rejected>,
     /// Root mean square error with all causes, m, held out, and its 95 % interval.
     pub after: (f64, [f64; 2]),
+    /// Structure left beside all causes.
+    pub structure: Vec<Structure>,
     /// Shrinkage by all causes.
     pub shrinkage: Shrinkage,
     /// Configurations that would separate rivals.

@@ -7,13 +7,14 @@ use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::{Drawn, folds, held_out, reading_errors, rms_max};
 use super::fit::{Fit, entry, with_form};
-use super::location::{Location, conditions, sites};
+use super::location::{Location, conditions, sites, yielding};
 use super::look_alikes::LookAlikes;
 use super::next::next_poses;
 use super::nuisance::nuisance;
 use super::report::{Cause, CauseParameter, Diagnosis, Gap, Rejected, Shrinkage, Verdict};
 use super::round::{Round, training};
 use super::search::{Fitted, GREATEST, Ground};
+use super::structure::{judged, structure};
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawEffect;
 use crate::effects::{Effect, catalogue};
@@ -142,6 +143,11 @@ impl Round {
             (true, _) if after <= limit || after < NEAR && after / before.max(1e-9) < EXPLAINED => Verdict::Explained,
             _ => Verdict::PartlyExplained,
         };
+        let named = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
+        let structure = structure(model, &self.campaign, evidence, &named, settings.seed);
+        // Where the noise is not known, what is left is noise only as far as it has no structure.
+        let verdict = if self.noise.is_none() { judged(verdict, &structure) } else { verdict };
+        let is_significant = verdict != Verdict::NoGap;
         let [rms, max] = rms_max(&steps[0]);
         let per_reading = self.campaign.components().min(3);
         let spread: f64 = evidence.sigmas.iter().take(per_reading).map(|s| s * s).sum::<f64>();
@@ -164,7 +170,8 @@ impl Round {
         let in_place = reading_errors(evidence, &left);
         let directions = std::array::from_fn(|k| mean_rms_max(in_place.iter().map(|(_, e)| e[k]))[1]);
         let regions = if is_significant { conditions(model, &self.campaign, &in_place) } else { Vec::new() };
-        let location = Location { sites: shares, conditions: regions, directions };
+        let softer = if is_significant { yielding(model, &self.campaign, &in_place) } else { None };
+        let location = Location { sites: shares, conditions: regions, directions, yielding: softer };
 
         let members = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
         let fitted = Fit::of(evidence, &members, noise);
@@ -249,6 +256,7 @@ impl Round {
             causes,
             rejected,
             after: (rms_after, rms_interval),
+            structure,
             shrinkage,
             next_poses: next,
             outliers,

@@ -34,6 +34,7 @@ pub use site::{Site, SiteKind, sites_of};
 
 use nalgebra::Vector3;
 
+use crate::description::raw::RawEffect;
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -194,6 +195,49 @@ pub fn catalogue() -> Vec<&'static dyn Effect> {
 /// An effect of the catalogue by name.
 pub fn by_name(name: &str) -> Option<&'static dyn Effect> {
     catalogue().into_iter().find(|effect| effect.name() == name)
+}
+
+/// What is wrong with an effect that a description declares: its name, its site on this robot or a parameter is not
+/// known. What, and the remedy.
+///
+/// # Errors
+/// If so.
+pub fn fault(model: &Model, entry: &RawEffect) -> Result<(), (String, String)> {
+    let name = entry.effect.as_deref().unwrap_or_default();
+    let Some(effect) = by_name(name) else {
+        let known: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
+        return Err((
+            format!("unknown effect `{name}`"),
+            format!(
+                "the catalogue has {}; an effect of one's own lives in the program that declares it",
+                known.join(", ")
+            ),
+        ));
+    };
+    let site = entry.site.as_deref().unwrap_or_default();
+    let sites = effect.sites(model);
+    let Some(at) = sites.iter().find(|known| known.name == site) else {
+        let known: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
+        let known = if known.is_empty() { "nowhere on this robot".into() } else { known.join(", ") };
+        return Err((format!("`{name}` cannot sit at `{site}`"), format!("it can sit at: {known}")));
+    };
+    let mut symbols: Vec<String> = effect.form_symbols().iter().map(ToString::to_string).collect();
+    symbols.extend(effect.parameters(model, at, &form_of(effect, entry)).into_iter().map(|p| p.symbol));
+    match entry.parameters.keys().find(|key| !symbols.contains(key)) {
+        Some(key) if !symbols.is_empty() => {
+            Err((format!("`{name}` has no parameter `{key}`"), format!("its parameters (SI): {}", symbols.join(", "))))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The form in which an effect is declared.
+pub fn form_of(effect: &dyn Effect, entry: &RawEffect) -> Form {
+    effect
+        .form_symbols()
+        .iter()
+        .find_map(|&symbol| entry.parameters.get(symbol).map(|&value| Form { symbol, value, continuous: false }))
+        .unwrap_or(Form::ONLY)
 }
 
 /// Parameters of an effect that is nothing but constants.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::place::{CAMPAIGNS, Place, open};
-use super::robot::{LoadedRobot, find_robot, load_robot_without};
+use super::robot::{LoadedRobot, Without, find_robot, load_robot_without};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign};
 use crate::description::campaign::{self, Campaign};
 use crate::description::table::{Dialect, read_table};
@@ -59,8 +59,12 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     let Some(raw) = raw else { return Err(remarks) };
     let locate = |path: &[&str]| document.place_of_value(path);
     remarks.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
-    let without: Vec<_> =
-        raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()]))).collect();
+    let names = raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()])));
+    // Of another robot than the campaign's own only what both have is left out.
+    let own =
+        raw.robot.as_ref().filter(|own| robot.is_some_and(|given| given != own.as_str()) && !raw.without.is_empty());
+    let own = own.and_then(|own| load_robot_without(&find_robot(own, Some(&place)).ok()?, &Without::default()).ok());
+    let without = Without { names: names.collect(), own: own.map(|own| own.raw) };
     let robot_place = match (robot, &raw.robot) {
         (Some(name), _) => find_robot(name, None),
         (None, Some(name)) => find_robot(name, Some(&place)),

@@ -1,6 +1,6 @@
 //! What may change a description before it is resolved: a URDF beneath it, and elements that a campaign leaves out.
 
-use crate::description::raw::{JointKind, RawRobot};
+use crate::description::raw::{JointKind, RawEffect, RawRobot};
 
 /// A description in YAML laid over what a URDF gave: single keys of a frame override, whole entries elsewhere.
 pub(super) fn merge(imported: RawRobot, over: RawRobot) -> RawRobot {
@@ -51,14 +51,15 @@ pub(super) fn elements(raw: &RawRobot) -> Vec<String> {
 }
 
 /// Leaves a named element (spring, beam, joint stiffness `joint:2`, body, effect) out of a description, what calibration
-/// says of it too. Whether there was one.
-pub(super) fn leave_out(raw: &mut RawRobot, name: &str) -> bool {
+/// says of it too; of effects only those of `own`, if given. Whether there was one.
+pub(super) fn leave_out(raw: &mut RawRobot, name: &str, own: Option<&RawRobot>) -> bool {
     let joint = name.strip_prefix("joint:").unwrap_or(name).to_string();
     let stiffness = raw.joint_stiffness.shift_remove(&joint).is_some();
     let spring = raw.springs.shift_remove(name).is_some();
     let other = raw.beams.shift_remove(name).is_some() || raw.bodies.shift_remove(name).is_some();
     let before = raw.effects.len();
-    raw.effects.retain(|effect| effect.effect.as_deref() != Some(name));
+    let is_own = |effect: &RawEffect| own.is_none_or(|own| own.effects.contains(effect));
+    raw.effects.retain(|effect| effect.effect.as_deref() != Some(name) || !is_own(effect));
     let owners: Vec<String> = [(stiffness, format!("joint{joint}")), (spring, name.to_string())]
         .into_iter()
         .filter(|o| o.0)

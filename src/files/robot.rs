@@ -9,6 +9,7 @@ use crate::description::resolve::resolve_explained;
 use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
+use crate::effects::fault;
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 use crate::remark::{Place as Location, Remark, nearest};
@@ -31,7 +32,7 @@ pub struct LoadedRobot {
 /// # Errors
 /// Every fault found, located.
 pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
-    load_robot_without(&find_robot(name, None)?, &[])
+    load_robot_without(&find_robot(name, None)?, &Without::default())
 }
 
 /// The same with named elements left out, as a campaign's `without` does.
@@ -39,8 +40,8 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
 /// # Errors
 /// Every fault found, located.
 pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Remark>> {
-    let without: Vec<_> = without.iter().map(|name| ((*name).to_string(), None)).collect();
-    load_robot_without(&find_robot(name, None)?, &without)
+    let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
+    load_robot_without(&find_robot(name, None)?, &Without { names, own: None })
 }
 
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>> {
@@ -64,10 +65,17 @@ pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, 
     Ok(campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name)))
 }
 
-pub(super) fn load_robot_without(
-    place: &Place,
-    without: &[(String, Option<Location>)],
-) -> Result<LoadedRobot, Vec<Remark>> {
+/// What a campaign leaves out.
+#[derive(Debug, Default)]
+pub(super) struct Without {
+    /// Names, and where they stand.
+    pub names: Vec<(String, Option<Location>)>,
+    /// The campaign's own robot where another one is read. What only the own one has need not be left out of the other, and
+    /// an effect that was diagnosed and is not the own one's stays in.
+    pub own: Option<RawRobot>,
+}
+
+pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Remark>> {
     let text = place.text()?;
     if place.is_urdf() {
         let (raw, remarks) = import(place, &text)?;
@@ -107,7 +115,7 @@ fn finish(
     mut raw: RawRobot,
     document: Option<&Document>,
     mut remarks: Vec<Remark>,
-    without: &[(String, Option<Location>)],
+    without: &Without,
 ) -> Result<LoadedRobot, Vec<Remark>> {
     let locate = |path: &[&str]| document.and_then(|document| document.place_of_value(path));
     let explained = |path: &[&str]| document.is_some_and(|document| document.explains_absence(path));
@@ -117,10 +125,10 @@ fn finish(
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     let known = elements(&raw);
     let mut reduced = false;
-    for (name, place) in without {
-        if leave_out(&mut raw, name) {
+    for (name, place) in &without.names {
+        if leave_out(&mut raw, name, without.own.as_ref()) {
             reduced = true;
-        } else {
+        } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
             let remark =
                 Remark::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
             remarks.push(remark.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
@@ -145,6 +153,19 @@ fn finish(
             return Err(remarks.into_iter().chain(located).collect());
         }
     };
+    let impossible: Vec<Remark> = robot
+        .effects
+        .iter()
+        .enumerate()
+        .filter_map(|(k, entry)| Some((k, fault(&model, entry).err()?)))
+        .map(|(k, (message, remedy))| {
+            let message = format!("effect {} of `effects:`: {message}", k + 1);
+            Remark::error(message).remedy(remedy).at(locate(&["effects", &k.to_string()]))
+        })
+        .collect();
+    if !impossible.is_empty() {
+        return Err(remarks.into_iter().chain(impossible).collect());
+    }
     let contradicted = contradictions(&raw, &model);
     if !contradicted.is_empty() {
         let located = contradicted.into_iter().map(|Fault { path, remark }| {

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::measured_point;
 use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey};
+use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey, form_of};
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::model::{Element, Model, Spot, SwitchedOn};
 use crate::parameter::Slot;
@@ -241,11 +241,7 @@ pub fn declared(model: &Model) -> Declared {
         let Some(effect) = entry.effect.as_deref().and_then(crate::effects::by_name) else { continue };
         let site = effect.sites(model).into_iter().find(|site| Some(&site.name) == entry.site.as_ref());
         let Some(site) = site else { continue };
-        let form = effect
-            .form_symbols()
-            .iter()
-            .find_map(|&symbol| entry.parameters.get(symbol).map(|&value| Form { symbol, value, continuous: false }))
-            .unwrap_or(Form::ONLY);
+        let form = form_of(effect, entry);
         let constants = effect.constants(model, &site, &form);
         if constants.is_empty() {
             let term = Term::new(model, effect, site, form);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value, json};
 
 use super::table::{mm, table};
-use crate::diagnosis::{Cause, Diagnosis, Verdict};
+use crate::diagnosis::{Cause, Diagnosis, Structure, Verdict};
 use crate::model::Model;
 
 fn verdict(verdict: Verdict) -> &'static str {
@@ -38,6 +38,10 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
                    "sigmas": pose.sigmas})
         })
         .collect();
+    let yielding =
+        found.location.yielding.as_ref().map(|y| json!({"when": y.when, "excess": y.excess, "elsewhere": y.elsewhere}));
+    let structure: Vec<Value> =
+        found.structure.iter().map(|s| json!({"against": s.against, "correlation": s.correlation, "p": s.p})).collect();
     let rejected: Vec<Value> = found
         .rejected
         .iter()
@@ -55,12 +59,13 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
                 "unit": "mm", "significant": gap.is_significant,
                 "registration": if gap.registration.is_finite() { json!(mm(gap.registration)) } else { Value::Null }},
         "where": {"sites": found.location.sites.iter().map(site).collect::<Vec<_>>(), "conditions": conditions,
-                  "directions": {"x": x, "y": y, "z": z}},
+                  "directions": {"x": x, "y": y, "z": z}, "yielding": yielding},
         "verdict": verdict(found.verdict),
         "causes": found.causes.iter().map(cause_json).collect::<Vec<_>>(),
         "rejected": rejected,
         "after_all": {"rms": mm(found.after.0), "rms_ci95": found.after.1.map(mm), "shrinkage": found.shrinkage.value,
                       "shrinkage_ci95": found.shrinkage.ci95},
+        "structure": structure,
         "next_poses": next,
         "look_alikes": look_alikes,
         "outliers": found.outliers,
@@ -158,8 +163,19 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
             mm(condition.elsewhere)
         );
     }
+    if let Some(found) = &found.location.yielding {
+        let said = |v: f64| format!("{:.1} % {}", 100.0 * v.abs(), if v < 0.0 { "less" } else { "more" });
+        let (inside, outside) = (said(found.excess), said(found.elsewhere));
+        let _ = writeln!(out, "the robot yields {inside} than predicted where {}, {outside} elsewhere", found.when);
+    }
     let [x, y, z] = found.location.directions.map(mm);
-    let _ = writeln!(out, "by direction: x {x:.4}, y {y:.4}, z {z:.4} mm\n");
+    let _ = writeln!(out, "by direction: x {x:.4}, y {y:.4}, z {z:.4} mm");
+    if !found.structure.is_empty() {
+        let one = |s: &Structure| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
+        let all: Vec<String> = found.structure.iter().map(one).collect();
+        let _ = writeln!(out, "correlation left between neighbours: {}", all.join(", "));
+    }
+    out.push('\n');
     if !found.rejected.is_empty() {
         out += &table(
             &["not taken", "at", "rms with it alone mm", "why"],

@@ -8,9 +8,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::convert::{can_write, written};
 use crate::cli::args::Diagnose;
 use crate::cli::{Failure, Output};
+use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
 use crate::files::load_campaign;
 use crate::model::with_values;
+use crate::remark::Remark;
 use crate::report::diagnosis::{diagnosis_json, diagnosis_text};
 
 pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
@@ -35,6 +37,13 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     let seconds = started.elapsed().as_secs_f64();
     let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
     output.remarks = loaded.remarks;
+    if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
+        output.remarks.push(
+            Remark::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
+                "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
+            ),
+        );
+    }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
         for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {

@@ -10,16 +10,14 @@ use super::identifiability::{reduction, what};
 use super::pose::{LOAD, loaded_configurations};
 use super::simulate::{markers, observed};
 use crate::cli::args::{ObservesName, Plan};
-use crate::cli::values::{known_parameters, numbers, wrench};
+use crate::cli::values::{known_parameters, numbers, ranges, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::Observes;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
-use crate::model::Model;
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::remark::Remark;
 use crate::report::plan::{plan_json, plan_text};
-use crate::simulation::joint_box;
 
 pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     check(command)?;
@@ -111,7 +109,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight,
-        within: ranges(loaded, command)?,
+        within: ranges(&loaded, command.share, &command.range)?,
         workspace,
         apart: command.apart * length,
         tests,
@@ -165,38 +163,6 @@ fn check(command: &Plan) -> Result<(), Failure> {
         writable(path).map_err(|remark| Failure::Input(vec![remark]))?;
     }
     Ok(())
-}
-
-/// The box of the variables: a share of their limits, and narrower ones.
-fn ranges(loaded: &LoadedRobot, command: &Plan) -> Result<Vec<[f64; 2]>, Failure> {
-    let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
-    let mut within = joint_box(model, command.share);
-    for entry in &command.range {
-        let parsed = entry.split_once('=').and_then(|(name, range)| {
-            let (low, high) = range.split_once(':')?;
-            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
-        });
-        let Some((name, low, high)) = parsed.filter(|(_, low, high)| low < high && (high - low).is_finite()) else {
-            return Err(Failure::input(format!("--range `{entry}`"), "write name=low:high"));
-        };
-        let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
-            let known = model.variables.iter().map(|variable| variable.name.as_str());
-            return Err(Failure::Input(vec![
-                Remark::error(format!("--range: unknown variable `{name}`")).suggest(name, known),
-            ]));
-        };
-        let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
-        let narrowed = [within[k][0].max(low * factor), within[k][1].min(high * factor)];
-        if narrowed[0] >= narrowed[1] {
-            let [low, high] = within[k].map(|v| v / factor);
-            return Err(Failure::input(
-                format!("--range `{entry}` is outside the variable's limits"),
-                format!("`{name}` goes from {low:.4} to {high:.4}"),
-            ));
-        }
-        within[k] = narrowed;
-    }
-    Ok(within)
 }
 
 fn refused(error: PlanningError) -> Failure {

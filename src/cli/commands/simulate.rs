@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use super::pose::loaded_configurations;
 use crate::cli::args::{ObservesName, Simulate};
-use crate::cli::values::{known_parameters, wrench};
+use crate::cli::values::{known_parameters, ranges, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::campaign::{Campaign, Observes};
@@ -23,7 +23,7 @@ use crate::files::{LoadedRobot, load_robot};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::remark::Remark;
-use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
+use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, unmeasured};
 
 pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
@@ -70,7 +70,16 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         Ok(count) if count > 100_000 => {
             return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
         }
-        Ok(count) => draw_configurations(&geometry, count, command.share, &mut random).map_err(Failure::computation)?,
+        Ok(count) => {
+            let within = ranges(&loaded, command.share, &command.range)?;
+            draw_configurations_in(&geometry, &within, count, &mut random).map_err(Failure::computation)?
+        }
+        Err(_) if !command.range.is_empty() => {
+            return Err(Failure::input(
+                "--range beside a file of configurations",
+                "leave --range out, or give --poses a number",
+            ));
+        }
         Err(_) => {
             let rows = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
             if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
@@ -243,6 +252,8 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
         let parameter = &model.registry[slot];
         let factor = loaded.raw.units.of(parameter.shown_kind());
         match value.trim().parse::<f64>() {
+            // A stiffness without end is a compliance of zero.
+            Ok(value) if value == f64::INFINITY && parameter.inverted => values[slot] = 0.0,
             Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
                 let changed = parameter.shown(parameter.nominal) + value * factor;
                 // Shown and held are each other's inverse, or the same.
