@@ -186,7 +186,14 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
                 .map(|r| vec![r.effect.clone(), r.site.clone(), format!("{:.4}", mm(r.rms)), r.why.to_string()]),
         );
     }
-    if let Some(pose) = found.next_poses.first() {
+    // The best pose of all for the first pair.
+    if let Some(pose) = found.next_poses.first().filter(|pose| pose.sigmas < 1.0) {
+        let _ = writeln!(
+            out,
+            "\nno configuration within the limits tells {} from {} by as much as the noise",
+            pose.separates[0], pose.separates[1]
+        );
+    } else if let Some(pose) = found.next_poses.first() {
         let _ = writeln!(
             out,
             "\nto tell {} from {}, measure where they differ by {:.3} mm ({:.0} sigma): see next_poses in --format json",
