@@ -140,7 +140,7 @@ fn campaign_that_calibrates_nothing_is_warned_of() {
 fn applied_description_keeps_what_was_found_beside_without() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    let effect = "effects: [{effect: transmission-error, site: \"joint:2\", cos: 4.0e-4, sin: 2.0e-4, order: 2}]\n";
+    let effect = "effects: [{effect: transmission-error, site: \"joint:2\", parameters: {cos: 4.0e-4, sin: 2.0e-4, order: 2}}]\n";
     std::fs::write(at.join("arm.yaml"), format!("{ARM}{effect}")).expect("written");
     let made = ["simulate", "arm.yaml", "--poses", "60", "--errors", "0.2", "--check", "0", "--into", "own"];
     let ran = run(at, &made);
@@ -171,10 +171,10 @@ fn effects_that_cannot_be_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     for (entry, expected) in [
-        ("{effect: hose-pull, site: \"joint:2\", pull: 1}", "hose-pull"),
-        ("{effect: gear-ratio, site: \"joint:flange\", ratio: 1e-4}", "cannot sit at `joint:flange`"),
-        ("{effect: gear-ratio, site: \"joint:2\", raito: 1e-4}", "no parameter `raito`"),
-        ("{effect: link-weight, site: \"link:2\", body2.mass: 1}", "cannot sit at `link:2`"),
+        ("{effect: hose-pull, site: \"joint:2\", parameters: {pull: 1}}", "hose-pull"),
+        ("{effect: gear-ratio, site: \"joint:flange\", parameters: {ratio: 1e-4}}", "cannot sit at `joint:flange`"),
+        ("{effect: gear-ratio, site: \"joint:2\", parameters: {raito: 1e-4}}", "no parameter `raito`"),
+        ("{effect: link-weight, site: \"link:2\", parameters: {body2.mass: 1}}", "cannot sit at `link:2`"),
     ] {
         std::fs::write(at.join("arm.yaml"), format!("{ARM}effects: [{entry}]\n")).expect("written");
         let ran = run(at, &["check", "arm.yaml"]);
