@@ -2,9 +2,10 @@
 
 mod args;
 mod commands;
+mod terminal;
 mod values;
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,11 +29,17 @@ pub struct Output {
     pub failed: bool,
     /// What is printed stays on the screen: `--output` names one of `files`.
     pub written: bool,
+    /// The text is a file's, not for reading: it is never laid out for the screen.
+    pub verbatim: bool,
 }
 
 impl Output {
     fn new(text: String, json: serde_json::Value) -> Self {
-        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false, written: false }
+        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false, written: false, verbatim: false }
+    }
+
+    fn verbatim(self) -> Self {
+        Self { verbatim: true, ..self }
     }
 }
 
@@ -63,14 +70,20 @@ impl Failure {
 /// Runs the command line of this process. Exit status 0 done, 1 not computed, 2 bad input.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let color = std::io::stderr().is_terminal();
+    let color = terminal::color();
+    terminal::quiet(arguments.quiet);
+    if let Some(screen) = terminal::width().filter(|_| arguments.output.is_none()) {
+        crate::report::table::fit_to(screen);
+    }
     if let Some(jobs) = arguments.jobs {
         // Fails only if a pool stands already, which nothing before this makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
     }
     match run(&arguments) {
         Ok(output) => {
-            say(&render(&output.remarks, color));
+            if !arguments.quiet {
+                say(&render(&output.remarks, color));
+            }
             match deliver(&arguments, &output) {
                 Ok(()) if output.failed => ExitCode::from(1),
                 Ok(()) => ExitCode::SUCCESS,
@@ -109,6 +122,13 @@ fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
     if printed_to.is_some() {
         return Ok(());
     }
+    if arguments.quiet {
+        return Ok(());
+    }
+    let text = match crate::report::table::screen() {
+        Some(screen) if arguments.format == Format::Text && !output.verbatim => terminal::wrapped(&text, screen),
+        _ => text,
+    };
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         // A reader that has seen enough (`| head`) is no failure.
@@ -139,6 +159,9 @@ fn run(arguments: &Arguments) -> Result<Output, Failure> {
         Command::Compensate(command) => commands::compensate::run(command),
         Command::Plan(command) => commands::plan::run(command, arguments.seed),
         Command::Blind(command) => commands::blind::run(command, arguments.seed),
+        Command::Init(command) => commands::init::run(command, arguments.seed),
+        Command::Explain(command) => commands::explain::run(command),
+        Command::Man(command) => commands::man::run(command),
         Command::Schema(command) => commands::schema::run(command),
         Command::Completions(command) => commands::completions::run(command),
     }

@@ -5,10 +5,12 @@ mod change;
 mod path;
 mod place;
 mod robot;
+mod schema_line;
 mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
 pub use path::{load_path, load_process};
-pub use place::bundled_robots;
-pub use robot::{LoadedRobot, load_robot, load_robot_leaving_out};
+pub use place::{bundled_robots, text_of_file};
+pub use robot::{LoadedRobot, load_robot, load_robot_leaving_out, load_robot_text};
+pub use schema_line::schema_line;
 pub use write::{writable, write_whole};

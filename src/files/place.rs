@@ -79,6 +79,14 @@ impl Place {
     }
 }
 
+/// The text of a file on disk.
+///
+/// # Errors
+/// Why it cannot be read as text.
+pub fn text_of_file(path: &Path) -> Result<String, Vec<Remark>> {
+    Place::Disk(path.into()).text()
+}
+
 /// Why a file cannot be read, with the nearest file name beside it where there is none.
 fn unreadable(path: &Path, error: &std::io::Error) -> Remark {
     let shown = path.display();

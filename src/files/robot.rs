@@ -1,6 +1,6 @@
 //! A robot from its file: read, resolved, compiled and put together once, every fault located.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::change::{elements, leave_out, merge};
 use super::place::{Place, bundled_robots};
@@ -81,7 +81,19 @@ pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<Loa
         let (raw, remarks) = import(place, &text)?;
         return finish(raw, None, remarks, without);
     }
-    let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), &text);
+    from_yaml(place, &text, without)
+}
+
+/// Reads a description from its text, as if it stood at `path`: a URDF that it names is sought beside that.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Remark>> {
+    from_yaml(&Place::Disk(path.into()), text, &[])
+}
+
+fn from_yaml(place: &Place, text: &str, without: &[(String, Option<Location>)]) -> Result<LoadedRobot, Vec<Remark>> {
+    let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), text);
     let Some(mut raw) = raw else { return Err(remarks) };
     if let Some(file) = raw.urdf.take() {
         let urdf_place = place.beside(&file);

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
+use super::plots::bars;
 use super::table::{mm, table};
 use crate::diagnosis::{Cause, Diagnosis, Structure, Verdict};
 use crate::model::Model;
@@ -141,6 +142,13 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
             let _ = writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", "));
         }
         let _ = writeln!(out, "   to do     {}\n", cause.words[1]);
+    }
+    if !found.causes.is_empty() {
+        let row = |what: String, rms: f64| (what, rms, format!("{:.4} mm", mm(rms)));
+        let mut rows = vec![row("calibrated".into(), gap.rms)];
+        rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms[1])));
+        rows.push(row("noise".into(), gap.noise));
+        let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows));
     }
     if !found.outliers.is_empty() {
         let rows: Vec<String> = found.outliers.iter().take(20).map(ToString::to_string).collect();

@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
+use super::plots::{bars, histogram};
 use super::springs::{any_value, equivalence_json, equivalence_text, insensitive, insensitive_text};
 use super::table::{deg, mm, number, table, unit};
-use crate::description::campaign::Campaign;
-use crate::estimation::{Calibration, Comparison, Errors, Estimate};
+use crate::description::campaign::{Campaign, Observes};
+use crate::estimation::{Calibration, Comparison, Errors, Estimate, Figures};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -248,6 +249,9 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         ("check: registration only", &registration.check),
         ("check: calibrated", &after.check),
     ]);
+    out += "\n";
+    out += &steps(campaign, found);
+    out += "\n";
     if let Some([parameters, all]) = found.predicted {
         let _ = writeln!(
             out,
@@ -305,6 +309,36 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         found.ending,
         if found.converged { "" } else { " (NOT converged)" }
     );
+    out
+}
+
+/// The rms error step by step down to the noise, and the coordinates that are left, as bars.
+fn steps(campaign: &Campaign, found: &Calibration) -> String {
+    let seen = found.after.check.readings == 0;
+    let of = |figures: &Figures| if seen { figures.fit.distance[1] } else { figures.check.distance[1] };
+    let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{:.4} mm", mm(rms)));
+    let mut rows = vec![
+        row("description as it is", of(&found.before)),
+        row("registration only", of(&found.registration)),
+        row("calibrated", of(&found.after)),
+    ];
+    if let Some(sigma) = campaign.sigma.filter(|_| campaign.observes != Observes::Distance) {
+        rows.push(row("stated noise", sigma.iter().map(|s| s * s).sum::<f64>().sqrt()));
+    }
+    let which = if seen { "fitted readings" } else { "readings the fit did not see" };
+    let mut out = format!("rms error, {which}\n{}", bars(&rows));
+    // Of poses, every other triple is rotations.
+    let stride = match campaign.observes {
+        Observes::Pose => 6,
+        Observes::Distance => 1,
+        _ => 3,
+    };
+    let left: Vec<f64> = found.residual.chunks(stride).flat_map(|reading| reading.iter().take(3)).copied().collect();
+    let drawn = histogram(&left);
+    if !drawn.is_empty() {
+        let what = if campaign.observes == Observes::Distance { "distances" } else { "coordinates" };
+        let _ = write!(out, "\n{what} of all readings after calibration, number by error\n{drawn}");
+    }
     out
 }
 

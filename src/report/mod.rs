@@ -8,6 +8,7 @@ pub mod fuzzy;
 pub mod html;
 pub mod identification;
 pub mod plan;
+pub mod plots;
 pub mod remarks;
 pub mod robot;
 pub mod springs;

@@ -1,15 +1,66 @@
 //! Tables of text, and numbers with their units.
 
-use comfy_table::{Cell, CellAlignment, ContentArrangement, LineStyle, Table, presets};
+use std::sync::OnceLock;
+
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, Width, presets};
 
 use crate::parameter::Kind;
 
+/// Columns of the screen; see [`fit_to`].
+static SCREEN: OnceLock<usize> = OnceLock::new();
+/// Columns between two columns of a table.
+const GAP: usize = 3;
+
+/// Lays all tables of this process out for a screen of so many columns; without it they are as wide as they need.
+pub fn fit_to(screen: usize) {
+    // Set once, at the start.
+    let _ = SCREEN.set(screen);
+}
+
+/// Columns of the screen, if there is one.
+pub fn screen() -> Option<usize> {
+    SCREEN.get().copied()
+}
+
 /// A table with a header; the first column is aligned to the left, numbers to the right.
+///
+/// On a screen too narrow for it, words go to further lines of their cell; where that is not enough, columns to further
+/// blocks, each with the first column before it.
 pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let rows: Vec<Vec<String>> = rows.into_iter().collect();
+    let Some(screen) = screen() else { return block(header, &rows, None) };
+    let least: Vec<usize> = (0..header.len()).map(|column| longest_word(header, &rows, column)).collect();
+    let mut blocks: Vec<Vec<usize>> = vec![vec![]];
+    let mut wide = 0;
+    for (column, least) in least.iter().enumerate() {
+        if wide + least + GAP > screen && blocks.last().is_some_and(|block| block.len() > 1) {
+            blocks.push(vec![0]);
+            wide = longest_word(header, &rows, 0) + GAP;
+        }
+        wide += least + GAP;
+        if let Some(block) = blocks.last_mut() {
+            block.push(column);
+        }
+    }
+    let part = |columns: &Vec<usize>| {
+        let header: Vec<&str> = columns.iter().filter_map(|&column| header.get(column).copied()).collect();
+        let pick = |row: &Vec<String>| columns.iter().filter_map(|&column| row.get(column).cloned()).collect();
+        block(&header, &rows.iter().map(pick).collect::<Vec<_>>(), Some(screen))
+    };
+    blocks.iter().map(part).collect::<Vec<_>>().join("\n")
+}
+
+/// The least width of a column: its longest word.
+fn longest_word(header: &[&str], rows: &[Vec<String>], column: usize) -> usize {
+    let cells = rows.iter().filter_map(|row| row.get(column).map(String::as_str));
+    let words = cells.chain(header.get(column).copied()).flat_map(str::split_whitespace);
+    words.map(|word| word.chars().count()).max().unwrap_or(0)
+}
+
+fn block(header: &[&str], rows: &[Vec<String>], screen: Option<usize>) -> String {
     let mut table = Table::new();
     let rule = LineStyle::none().fill('─').junction('─');
     table.load_style(presets::NOTHING.header_separator(rule)).set_content_arrangement(ContentArrangement::Disabled);
-    let rows: Vec<Vec<String>> = rows.into_iter().collect();
     // A column is one of numbers if all that stands in it is.
     let number = |text: &String| {
         let first = text.split_whitespace().next().unwrap_or("0");
@@ -20,8 +71,13 @@ pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> St
         Cell::new(text).set_alignment(if right(column) { CellAlignment::Right } else { CellAlignment::Left })
     };
     table.set_header(header.iter().enumerate().map(|(column, text)| cell(column, text)));
-    for row in &rows {
+    for row in rows {
         table.add_row(row.iter().enumerate().map(|(column, text)| cell(column, text)));
+    }
+    if let Some(screen) = screen.and_then(|screen| u16::try_from(screen).ok()) {
+        table.set_content_arrangement(ContentArrangement::Dynamic).set_width(screen);
+        let least = |column| u16::try_from(longest_word(header, rows, column) + GAP - 1).unwrap_or(u16::MAX);
+        table.set_constraints((0..header.len()).map(|k| ColumnConstraint::LowerBoundary(Width::Fixed(least(k)))));
     }
     table.trim_fmt() + "\n"
 }

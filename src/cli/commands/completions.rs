@@ -9,5 +9,5 @@ pub fn run(command: &Completions) -> Result<Output, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(command.shell, &mut Arguments::command(), "elastogeo", &mut script);
     let text = String::from_utf8_lossy(&script).into_owned();
-    Ok(Output::new(text.clone(), serde_json::json!({"shell": command.shell.to_string(), "script": text})))
+    Ok(Output::new(text.clone(), serde_json::json!({"shell": command.shell.to_string(), "script": text})).verbatim())
 }

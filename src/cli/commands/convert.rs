@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use crate::cli::args::Convert;
+use super::schema::file_name;
+use crate::cli::args::{Convert, SchemaOf};
 use crate::cli::{Failure, Output};
 use crate::description::raw::RawRobot;
 use crate::description::{urdf, yaml};
-use crate::files::load_robot;
+use crate::files::{load_robot, schema_line};
 use crate::remark::Remark;
 
 pub fn run(command: &Convert) -> Result<Output, Failure> {
@@ -31,7 +32,10 @@ pub fn can_write(to: &Path) -> Result<(), Failure> {
 /// A description as the text of a file, in the format that its name asks for.
 pub fn written(raw: &RawRobot, to: &Path) -> Result<(String, Vec<Remark>), Failure> {
     match to.extension().and_then(|extension| extension.to_str()) {
-        Some("yaml" | "yml") => Ok((yaml::write(raw).map_err(Failure::Computation)?, Vec::new())),
+        Some("yaml" | "yml") => {
+            let line = schema_line(to, file_name(SchemaOf::Robot));
+            Ok((line + &yaml::write(raw).map_err(Failure::Computation)?, Vec::new()))
+        }
         Some("urdf" | "xml") => Ok(urdf::export(raw)?),
         _ => Err(Failure::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf")),
     }

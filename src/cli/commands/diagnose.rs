@@ -1,13 +1,10 @@
 //! `diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
-use std::io::IsTerminal;
 use std::time::Instant;
-
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::convert::{can_write, written};
 use crate::cli::args::Diagnose;
-use crate::cli::{Failure, Output};
+use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
 use crate::files::load_campaign;
@@ -23,10 +20,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;
     let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
-    let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-        bar.set_style(style);
-    }
+    let bar = terminal::bar(None, "{spinner} {msg}");
     let started = Instant::now();
     let found = diagnose(model, campaign, &aside, &Settings::new(campaign, seed), &mut |doing| {
         bar.set_message(doing.to_string());

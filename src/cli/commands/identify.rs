@@ -1,15 +1,12 @@
 //! `identify`: calibration.
 
-use std::io::IsTerminal;
 use std::time::Instant;
-
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::convert::{can_write, written};
 use super::identifiability::{reduction, what};
 use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
-use crate::cli::{Failure, Output};
+use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Campaign;
 use crate::estimation::least_squares::Loss;
 use crate::estimation::{CalibrationError, Scheme, Settings, Split, Weights, calibrate, compare, split};
@@ -78,10 +75,7 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
         output.remarks = loaded.remarks;
         return Ok(output);
     }
-    let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-    if let Ok(style) = ProgressStyle::with_template("{spinner} iteration {pos}  {msg}") {
-        bar.set_style(style);
-    }
+    let bar = terminal::bar(None, "{spinner} iteration {pos}  {msg}");
     let found = calibrate(model, &campaign, &aside, &settings, &mut |progress| {
         bar.set_position(progress.iteration as u64);
         bar.set_message(format!("cost {:.6e}", progress.cost));

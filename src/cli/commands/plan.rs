@@ -1,9 +1,7 @@
 //! `plan`: which configurations to measure.
 
-use std::io::IsTerminal;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::{Point3, Vector3};
 
 use super::identifiability::{reduction, what};
@@ -11,7 +9,7 @@ use super::pose::{LOAD, loaded_configurations};
 use super::simulate::{markers, observed};
 use crate::cli::args::{ObservesName, Plan};
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Observes;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
@@ -120,10 +118,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         seed,
     };
     let started = Instant::now();
-    let bar = if std::io::stderr().is_terminal() { ProgressBar::new(100) } else { ProgressBar::hidden() };
-    if let Ok(style) = ProgressStyle::with_template("{spinner} choosing configurations {bar:30} {percent} %") {
-        bar.set_style(style);
-    }
+    let bar = terminal::bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
     let planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();

@@ -1,14 +1,12 @@
 //! `report`: a campaign in one self-contained HTML file.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Matrix3;
 
 use crate::cli::args::{Arguments, Format, Report};
-use crate::cli::{Failure, Output};
+use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{self, diagnose};
 use crate::estimation::{CalibrationError, Settings, calibrate, split};
@@ -29,10 +27,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     let page = page(arguments, "report.html", command.json.as_deref())?;
     let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
-    let bar = if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-        bar.set_style(style);
-    }
+    let bar = terminal::bar(None, "{spinner} {msg}");
     let doing = |what: &str| {
         bar.set_message(what.to_string());
         bar.tick();

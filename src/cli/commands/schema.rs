@@ -7,12 +7,26 @@ use crate::description::process::RawProcess;
 use crate::description::raw::RawRobot;
 
 pub fn run(command: &Schema) -> Result<Output, Failure> {
-    let schema = match command.of {
+    let text = text(command.of)?;
+    let json = serde_json::from_str(&text).map_err(Failure::computation)?;
+    Ok(Output::new(text, json).verbatim())
+}
+
+/// A schema as the text of a file.
+pub fn text(of: SchemaOf) -> Result<String, Failure> {
+    let schema = match of {
         SchemaOf::Robot => schemars::schema_for!(RawRobot),
         SchemaOf::Process => schemars::schema_for!(RawProcess),
         SchemaOf::Campaign => schemars::schema_for!(RawCampaign),
     };
-    let json = serde_json::to_value(schema).map_err(Failure::computation)?;
-    let text = serde_json::to_string_pretty(&json).map_err(Failure::computation)? + "\n";
-    Ok(Output::new(text, json))
+    Ok(serde_json::to_string_pretty(&schema).map_err(Failure::computation)? + "\n")
+}
+
+/// The file of a schema, as descriptions and campaigns name it.
+pub fn file_name(of: SchemaOf) -> &'static str {
+    match of {
+        SchemaOf::Robot => "robot.schema.json",
+        SchemaOf::Campaign => "campaign.schema.json",
+        SchemaOf::Process => "process.schema.json",
+    }
 }

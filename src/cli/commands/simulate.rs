@@ -10,7 +10,8 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Map, Value, json};
 
 use super::pose::loaded_configurations;
-use crate::cli::args::{ObservesName, Simulate};
+use super::schema::file_name;
+use crate::cli::args::{ObservesName, SchemaOf, Simulate};
 use crate::cli::values::{known_parameters, ranges, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
@@ -19,7 +20,7 @@ use crate::description::raw::RawEffect;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::effects::{Form, by_name, catalogue};
-use crate::files::{LoadedRobot, load_robot};
+use crate::files::{LoadedRobot, load_robot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::remark::Remark;
@@ -173,10 +174,12 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
     std::fs::create_dir_all(&command.into).map_err(|error| {
         Failure::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
+    let header_file = command.into.join("campaign.yaml");
+    let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
     output.files = vec![
         (command.into.join("measurements.csv"), csv(loaded, &campaign)),
         (command.into.join("truth.json"), format!("{truth:#}\n")),
-        (command.into.join("campaign.yaml"), yaml::write(&header).map_err(Failure::Computation)?),
+        (header_file, line + &yaml::write(&header).map_err(Failure::Computation)?),
     ];
     Ok(output)
 }

@@ -1,0 +1,62 @@
+//! What the terminal can show: colour, progress, width.
+
+use std::io::IsTerminal;
+use std::sync::OnceLock;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// `--quiet` of this process.
+static QUIET: OnceLock<bool> = OnceLock::new();
+
+/// Narrower than this nothing is laid out.
+const NARROWEST: usize = 40;
+
+/// Keeps progress bars off, if asked.
+pub fn quiet(quiet: bool) {
+    // Set once, at the start.
+    let _ = QUIET.set(quiet);
+}
+
+/// Whether the error stream is coloured: on a terminal, unless `NO_COLOR` says otherwise.
+pub fn color() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// Columns of the screen: `COLUMNS` where it is set, else the terminal's; `None` into a pipe or a file.
+pub fn width() -> Option<usize> {
+    let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
+    let seen = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    let seen = || if std::io::stdout().is_terminal() { seen() } else { None };
+    told.filter(|&columns| columns > 0).or_else(seen).map(|columns| columns.max(NARROWEST))
+}
+
+/// A progress bar of `length` steps, or one that only turns; hidden off a terminal and by `--quiet`.
+pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
+    let bar = match length {
+        _ if !std::io::stderr().is_terminal() || QUIET.get() == Some(&true) => ProgressBar::hidden(),
+        Some(length) => ProgressBar::new(length),
+        None => ProgressBar::new_spinner(),
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Text with lines longer than the screen broken between words, further lines indented.
+pub fn wrapped(text: &str, width: usize) -> String {
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let bare = line.trim_end_matches('\n');
+        let indent = bare.len() - bare.trim_start().len();
+        // Tables were laid out for the width; what is too wide all the same has columns, and no words.
+        if bare.chars().count() <= width || indent >= width / 2 {
+            out += line;
+            continue;
+        }
+        let deeper = " ".repeat(indent + 2);
+        out += &textwrap::fill(bare, textwrap::Options::new(width).subsequent_indent(&deeper).break_words(false));
+        out += if line.ends_with('\n') { "\n" } else { "" };
+    }
+    out
+}

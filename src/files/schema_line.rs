@@ -1,0 +1,21 @@
+//! The line by which editors find the schema of a YAML file.
+
+use std::path::Path;
+
+/// Folders above a file in which its schema is sought.
+const HIGHEST: usize = 4;
+
+/// The first line of a YAML file at `to` that names the schema `file` (`robot.schema.json`, ..), where that lies beside the
+/// file, above it, or in a folder `schemas` there; else nothing.
+pub fn schema_line(to: &Path, file: &str) -> String {
+    let folder = to.parent().unwrap_or(Path::new(""));
+    for up in 0..=HIGHEST {
+        let above = if up == 0 { "./".into() } else { "../".repeat(up) };
+        for place in [format!("{above}{file}"), format!("{above}schemas/{file}")] {
+            if folder.join(&place).is_file() {
+                return format!("# yaml-language-server: $schema={place}\n");
+            }
+        }
+    }
+    String::new()
+}
