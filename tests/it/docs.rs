@@ -1,0 +1,123 @@
+//! The docs as a newcomer follows them: every command of their `console` blocks runs and prints what stands there.
+//!
+//! A block ` ```yaml file=NAME ` is saved first; ` ```console norun ` is for what needs a machine or the network. Lines that
+//! do not begin with `$` are looked for in what the command before them printed, whatever the spaces.
+
+use std::path::{Path, PathBuf};
+
+use crate::cli::run;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Pages of the book, and the README.
+fn pages() -> Vec<PathBuf> {
+    let mut pages: Vec<PathBuf> = std::fs::read_dir(root().join("docs"))
+        .expect("docs")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
+        .collect();
+    pages.push(root().join("README.md"));
+    pages.push(root().join("campaigns/README.md"));
+    pages.sort();
+    pages
+}
+
+/// Fenced blocks: what stands behind the fence, and the lines inside.
+fn blocks(page: &str) -> Vec<(String, Vec<String>)> {
+    let mut blocks: Vec<(String, Vec<String>)> = Vec::new();
+    let mut inside = false;
+    for line in page.lines() {
+        match (line.strip_prefix("```"), inside) {
+            (Some(info), false) => {
+                blocks.push((info.trim().into(), Vec::new()));
+                inside = true;
+            }
+            (Some(_), true) => inside = false,
+            (None, true) => blocks.last_mut().expect("a block").1.push(line.into()),
+            (None, false) => {}
+        }
+    }
+    blocks
+}
+
+fn plain(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn commands_of_the_docs_run_and_print_what_is_shown() {
+    let (mut ran_in_all, mut compared) = (0, 0);
+    for page in pages() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut printed = String::new();
+        for (info, lines) in blocks(&text(&page)) {
+            if let Some(name) = info.split_once("file=").map(|(_, name)| name.trim()) {
+                std::fs::write(folder.path().join(name), lines.join("\n") + "\n").expect("written");
+            }
+            if info != "console" {
+                continue;
+            }
+            let whole = lines.join("\n").replace("\\\n", " ");
+            for line in whole.lines() {
+                if let Some(command) = line.strip_prefix("$ ") {
+                    let command = command.split(" #").next().unwrap_or_default();
+                    let mut words = command.split_whitespace().map(|word| word.trim_matches('\''));
+                    assert_eq!(words.next(), Some("elastogeo"), "{}: {line}", page.display());
+                    let ran = run(folder.path(), &words.collect::<Vec<_>>());
+                    assert_eq!(ran.status, 0, "{}: {line}\n{}", page.display(), ran.err);
+                    printed = plain(&ran.out);
+                    ran_in_all += 1;
+                } else if !line.trim().is_empty() && line.trim() != "..." {
+                    assert!(printed.contains(&plain(line)), "{}: `{line}` is not in\n{printed}", page.display());
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(ran_in_all > 20 && compared > 20, "{ran_in_all} commands, {compared} lines");
+}
+
+#[test]
+fn every_page_is_in_the_book_and_every_link_leads_somewhere() {
+    let docs = root().join("docs");
+    let summary = text(&docs.join("SUMMARY.md"));
+    let mut seen = 0;
+    for page in pages() {
+        let name = page.file_name().expect("a name").to_string_lossy().into_owned();
+        if page.starts_with(&docs) && name != "SUMMARY.md" {
+            assert_eq!(summary.matches(&format!("]({name})")).count(), 1, "{name} in SUMMARY.md");
+        }
+        for target in text(&page).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let file = target.split('#').next().unwrap_or_default();
+            if !file.is_empty() && !file.contains("://") {
+                assert!(page.parent().expect("a folder").join(file).exists(), "{name}: {target}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 20, "{seen} links");
+}
+
+#[test]
+fn words_and_all_effects_are_explained() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let words = ["rank", "dropped", "shrinkage", "look-alike", "identifiable", "registration", "Partly Explained"];
+    let effects = elastogeo::effects::catalogue();
+    for word in words.into_iter().chain(effects.iter().map(|effect| effect.name())).chain(["outliers"]) {
+        let ran = run(folder.path(), &["explain", word]);
+        assert!(ran.status == 0 && ran.out.len() > 100, "{word}: {}{}", ran.out, ran.err);
+        assert!(!ran.out.contains("\n## "), "{word} holds the next page:\n{}", ran.out);
+    }
+    let list = run(folder.path(), &["explain"]);
+    assert!(list.out.contains("rank") && list.out.contains("outliers"), "{}", list.out);
+    for (word, expected) in [("shrinkge", "did you mean `shrinkage`?"), ("zzzzzzzz", "`elastogeo explain` lists")] {
+        let ran = run(folder.path(), &["explain", word]);
+        assert!(ran.status == 2 && ran.err.contains(expected) && ran.out.is_empty(), "{word}: {}", ran.err);
+    }
+}
