@@ -16,6 +16,7 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Ran {
     let output = Command::new(env!("CARGO_BIN_EXE_elastogeo"))
         .args(arguments)
         .current_dir(folder)
+        .env_remove("COLUMNS")
         .stdin(Stdio::null())
         .output()
         .expect("the command starts");

@@ -31,7 +31,7 @@ fn starters_run_at_once() {
         // The made-up errors are millimetres, the made-up noise is 0.03 mm in each coordinate: 0.052 mm in length.
         assert!(rms("check_registration") > 0.5, "{arguments:?}: {}", rms("check_registration"));
         assert!(rms("check_after") < 0.12, "{arguments:?}: {}", rms("check_after"));
-        for command in [&["diagnose", name][..], &["report", name], &["residuals", &fitted, name]] {
+        for command in [&["diagnose", name][..], &["report", name], &["residuals", fitted.as_str(), name]] {
             let ran = run(folder.path(), command);
             assert_eq!(ran.status, 0, "{command:?}: {}", ran.err);
         }
