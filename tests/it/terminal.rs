@@ -28,7 +28,7 @@ fn every_command_fits_a_screen() {
         ("check", &["check", "kuka-ir663"]),
         ("convert", &["convert", "arm.yaml", "other.yaml"]),
         ("pose", &["pose", "universal-ur5", "--joints", "q1=30,q2=-60,q3=90"]),
-        ("solve", &["solve", "arm.yaml", "--target", "600,200,0"]),
+        ("solve", &["solve", "arm.yaml", "--target", "600,400,0"]),
         ("stiffness", &["stiffness", "kuka-kr270", "--joints", "q2=-60,q3=90", "--wrench", "0,0,-2500,0,0,0"]),
         ("simulate", &["simulate", "arm.yaml", "--poses", "30", "--into", "c"]),
         ("sensitivity", &["sensitivity", "arm.yaml", "c"]),
