@@ -191,7 +191,7 @@ impl Round {
             let within = |(k, rival): &(usize, (usize, f64))| rival.1 < RIVAL || *k < GROUP - 1 && rival.1 < near;
             let rivals = ground.rivals(best, step).into_iter().enumerate().filter(within).take(8);
             let rivals: Vec<(usize, f64)> = rivals.map(|(_, rival)| rival).collect();
-            let weights: f64 = 1.0 + rivals.iter().map(|(_, loss)| (-0.5 * loss).exp()).sum::<f64>();
+            let weights: f64 = 1.0 + rivals.iter().map(|(_, loss)| (-0.5 * loss.max(0.0)).exp()).sum::<f64>();
             let of = |step: usize| rms_max(&steps[step])[0];
             let value = 1.0 - of(step + 1) / of(step);
             let parameters = match &amounts {

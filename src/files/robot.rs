@@ -89,10 +89,10 @@ pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<Loa
 /// # Errors
 /// Every fault found, located.
 pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Remark>> {
-    from_yaml(&Place::Disk(path.into()), text, &[])
+    from_yaml(&Place::Disk(path.into()), text, &Without::default())
 }
 
-fn from_yaml(place: &Place, text: &str, without: &[(String, Option<Location>)]) -> Result<LoadedRobot, Vec<Remark>> {
+fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Remark>> {
     let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), text);
     let Some(mut raw) = raw else { return Err(remarks) };
     if let Some(file) = raw.urdf.take() {
