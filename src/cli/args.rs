@@ -346,6 +346,9 @@ pub struct Identify {
     /// Write the calibrated description (.yaml or .urdf).
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
+    /// Write identified rules to this file (.yaml), which the description of --save then names.
+    #[arg(long, value_name = "FILE", requires = "save")]
+    pub save_rules: Option<PathBuf>,
     /// Reduction.
     #[command(flatten)]
     pub reduction: Reduction,

@@ -514,6 +514,8 @@ raw! {
     /// A Takagi-Sugeno model (order zero) of the compliance of a point of the tool: strong triangular partitions that
     /// saturate outside, product conjunction.
     pub struct RawFuzzy {
+        /// File that holds all the rest, relative to this file and in its units; nothing stands beside it then.
+        file: Option<String>,
         /// Joints (by frame) or variables that the compliance depends on.
         #[schemars(schema_with = "names")]
         inputs: Vec<String>,

@@ -5,8 +5,10 @@
 //! rates found for a few free lengths, and only then all is free.
 
 use super::least_squares::{self, Bounds};
+use super::observation::{Observation, reduced};
 use super::problem::CampaignProblem;
 use super::result::CalibrationError;
+use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling, Why};
 use crate::kinematics::{Geometry, Placements};
 use crate::parameter::{Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -100,7 +102,16 @@ fn fit(
     settings: &least_squares::Settings,
 ) -> Result<(Vec<f64>, f64), CalibrationError> {
     let registry = &predictor.model.registry;
-    let own = Predictor::new(predictor.model, predictor.campaign, slots.to_vec())?;
+    // What the readings cannot see would run away on rounding, and spoil the statics.
+    let all = Predictor::new(predictor.model, predictor.campaign, slots.to_vec())?;
+    let Observation { identifiability, .. } =
+        reduced(&all, start, sigmas, &[], Scaling::Norm, Criterion::Relative(DEFAULT_TOLERANCE))?;
+    let unseen: Vec<usize> =
+        identifiability.dropped.iter().filter(|(_, why)| *why == Why::Exact).map(|(column, _)| *column).collect();
+    let seen: Vec<Slot> =
+        slots.iter().enumerate().filter(|(column, _)| !unseen.contains(column)).map(|(_, slot)| *slot).collect();
+    let slots = &seen[..];
+    let own = Predictor::new(predictor.model, predictor.campaign, seen.clone())?;
     let problem = CampaignProblem::new(own, start, sigmas.to_vec(), vec![]);
     let side = |k: usize| slots.iter().map(|&slot| registry[slot].bounds[k] - start[slot]).collect();
     let bounds = Bounds { lower: side(0), upper: side(1) };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::change::{elements, leave_out, merge};
 use super::place::{Place, bundled_robots};
-use crate::description::raw::RawRobot;
+use crate::description::raw::{RawFuzzy, RawRobot};
 use crate::description::resolve::resolve_explained;
 use crate::description::robot::Robot;
 use crate::description::urdf;
@@ -79,7 +79,7 @@ pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<Loa
     let text = place.text()?;
     if place.is_urdf() {
         let (raw, remarks) = import(place, &text)?;
-        return finish(raw, None, remarks, without);
+        return finish(raw, &Located { document: None, rules: None }, remarks, without);
     }
     from_yaml(place, &text, without)
 }
@@ -110,7 +110,78 @@ fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot
             }
         }
     }
-    finish(raw, Some(&document), remarks, without)
+    let rules = match rules(place, &mut raw, &document) {
+        Ok((rules, mut said)) => {
+            remarks.append(&mut said);
+            rules
+        }
+        Err(mut said) => {
+            remarks.append(&mut said);
+            return Err(remarks);
+        }
+    };
+    let located = Located { document: Some(&document), rules: rules.as_ref() };
+    finish(raw, &located, remarks, without)
+}
+
+/// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
+fn rules(
+    place: &Place,
+    raw: &mut RawRobot,
+    document: &Document,
+) -> Result<(Option<Document>, Vec<Remark>), Vec<Remark>> {
+    let Some(given) = &mut raw.fuzzy else { return Ok((None, Vec::new())) };
+    let Some(file) = given.file.take() else { return Ok((None, Vec::new())) };
+    let here = || document.place_of_value(&["fuzzy", "file"]);
+    if *given != RawFuzzy::default() {
+        let remark = Remark::error("`fuzzy` names a file and says something beside it").at(here());
+        return Err(vec![remark.remedy("put all of it into the file, or leave `file` out")]);
+    }
+    let text = place.beside(&file);
+    let name = text.name();
+    let text = text.text().map_err(|said| {
+        said.into_iter()
+            .map(|remark| if remark.place.is_none() { remark.at(here()) } else { remark })
+            .collect::<Vec<_>>()
+    })?;
+    let (found, rules, mut said) = yaml::read::<RawFuzzy>(&name, &text);
+    let Some(found) = found else { return Err(said) };
+    if found.file.is_some() {
+        let remark = Remark::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));
+        said.push(remark.remedy("name that one in the description"));
+        return Err(said);
+    }
+    *given = found;
+    Ok((Some(rules), said))
+}
+
+/// Texts that a description was read from.
+struct Located<'a> {
+    document: Option<&'a Document>,
+    /// That of `fuzzy`, where it is a file of its own.
+    rules: Option<&'a Document>,
+}
+
+impl<'a> Located<'a> {
+    /// The text in which a path stands, and the path there.
+    fn text<'b, 'c>(&self, path: &'b [&'c str]) -> Option<(&'a Document, &'b [&'c str])> {
+        match (self.rules, path) {
+            (Some(rules), ["fuzzy", inner @ ..]) => Some((rules, inner)),
+            _ => Some((self.document?, path)),
+        }
+    }
+
+    fn value(&self, path: &[&str]) -> Option<Location> {
+        self.text(path).and_then(|(text, path)| text.place_of_value(path))
+    }
+
+    fn key(&self, path: &[&str]) -> Option<Location> {
+        self.text(path).and_then(|(text, path)| text.place_of_key(path))
+    }
+
+    fn explains(&self, path: &[&str]) -> bool {
+        self.text(path).is_some_and(|(text, path)| text.explains_absence(path))
+    }
 }
 
 /// Reads a URDF; what concerns the whole of it is told at its start.
@@ -125,12 +196,12 @@ fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Rema
 
 fn finish(
     mut raw: RawRobot,
-    document: Option<&Document>,
+    texts: &Located,
     mut remarks: Vec<Remark>,
     without: &Without,
 ) -> Result<LoadedRobot, Vec<Remark>> {
-    let locate = |path: &[&str]| document.and_then(|document| document.place_of_value(path));
-    let explained = |path: &[&str]| document.is_some_and(|document| document.explains_absence(path));
+    let locate = |path: &[&str]| texts.value(path);
+    let explained = |path: &[&str]| texts.explains(path);
     let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
     remarks.append(&mut said);
     let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
@@ -160,7 +231,7 @@ fn finish(
         Err(faults) => {
             let located = faults.into_iter().map(|Fault { path, remark }| {
                 let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                remark.at(document.and_then(|document| document.place_of_key(&path)))
+                remark.at(texts.key(&path))
             });
             return Err(remarks.into_iter().chain(located).collect());
         }
@@ -182,7 +253,7 @@ fn finish(
     if !contradicted.is_empty() {
         let located = contradicted.into_iter().map(|Fault { path, remark }| {
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            remark.at(document.and_then(|document| document.place_of_value(&path)))
+            remark.at(texts.value(&path))
         });
         return Err(remarks.into_iter().chain(located).collect());
     }
@@ -198,11 +269,7 @@ fn finish(
             }
             _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
         };
-        remarks.push(
-            Remark::error(error.to_string())
-                .at(document.and_then(|document| document.place_of_key(&path)))
-                .remedy(remedy),
-        );
+        remarks.push(Remark::error(error.to_string()).at(texts.key(&path)).remedy(remedy));
         return Err(remarks);
     }
     Ok(LoadedRobot { raw, robot, model, remarks })

@@ -64,6 +64,7 @@ pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
             (Component::name(component.at), raw)
         };
         RawFuzzy {
+            file: None,
             inputs: inputs.iter().map(|(name, _)| name.clone()).collect(),
             at: fuzzy.at.map(|marker| model.markers[marker].name.clone()),
             adds: fuzzy.adds,

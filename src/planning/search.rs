@@ -24,6 +24,8 @@ use crate::simulation::{Loaded, draw_in_box, generator};
 const DRAWN: usize = 300;
 /// Random sets from which the exchange starts beside the greedy one.
 const STARTS: u64 = 2;
+/// Most rounds of moving the joints and exchanging again.
+const ROUNDS: u32 = 4;
 /// Test poses drawn where none are given.
 const TESTS: usize = 100;
 /// Random sets with which a planned one is compared.
@@ -149,15 +151,22 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let least = least(&empty, &pool);
     let parameters = information.identifiability.kept.len();
     let count = request.count;
-    match least {
-        Some(least) if count >= least => {}
+    let least = match least {
+        Some(least) if count >= least => least,
         Some(least) => return Err(PlanningError::TooFew { count, parameters, least }),
         None => {
+            // Either the distance leaves too little room, or the candidates all together tell too little.
+            if request.apart > 0.0 {
+                let mut room = empty.clone();
+                room.grow(&Target::Determinant, &pool, count);
+                if room.chosen.len() < count {
+                    return Err(PlanningError::TooNear { found: room.chosen.len(), count, apart: request.apart });
+                }
+            }
             let least = parameters.div_ceil(pool.iter().map(|c| c.block.ncols()).max().unwrap_or(1));
             return Err(PlanningError::TooFew { count, parameters, least: least.max(pool.len() + 1) });
         }
-    }
-    let least = least.unwrap_or(count);
+    };
     let others = counts(count, least, pool.len());
     let steps = (others.len() + 6) as f64;
     let mut bought = Vec::new();
@@ -174,9 +183,9 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let mut within = |part: f64| progress(((others.len() as f64 + part) / steps).min(1.0));
     within(1.0);
     let mut drawn = generator(request.seed ^ 0x5EED);
-    for round in 0..2 {
+    for round in 0..ROUNDS {
         let refined = refine(&rules, &information, &target, &mut design, &mut drawn);
-        within(2.0 + 2.0 * f64::from(round));
+        within(2.0 + 4.0 * f64::from(round + 1) / f64::from(ROUNDS));
         let gained = loss - refined;
         loss = design.exchange(&target, &pool);
         if gained < 1e-3 {

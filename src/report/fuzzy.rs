@@ -14,14 +14,15 @@ use crate::math::mean_rms_max;
 use crate::model::Model;
 
 /// Name of an input, and whether it is an angle.
-fn input(model: &Model, of: Input) -> (&str, bool) {
+pub(super) fn input(model: &Model, of: Input) -> (&str, bool) {
     match of {
         Input::Variable(k) => (&model.variables[k].name, model.variables[k].is_angle),
         Input::Joint(k) => (&model.frames[k].name, model.frames[k].joint == JointKind::Revolute),
     }
 }
 
-fn shown(value: f64, angle: bool) -> f64 {
+/// A value of an input in deg or mm.
+pub(super) fn shown(value: f64, angle: bool) -> f64 {
     if angle { deg(value) } else { mm(value) }
 }
 

@@ -113,6 +113,17 @@ pub fn text(model: &Model, raw: &RawRobot) -> String {
     for (what, names) in elastic(raw).into_iter().filter(|(_, names)| !names.is_empty()) {
         let _ = writeln!(out, "{what}: {}", names.join(" "));
     }
+    if let Some(fuzzy) = &raw.fuzzy {
+        let rules = fuzzy.components.iter().map(|(name, component)| format!("{name} {}", component.conclusions.len()));
+        let _ = writeln!(
+            out,
+            "compliance by rules of {} {}: inputs {}; rules of each component: {}",
+            fuzzy.at.as_deref().map_or("the tool centre point".into(), |marker| format!("marker {marker}")),
+            if fuzzy.adds { "(added to springs and beams)" } else { "(in place of springs and beams)" },
+            fuzzy.inputs.join(" "),
+            rules.collect::<Vec<_>>().join(", ")
+        );
+    }
     out
 }
 
@@ -145,7 +156,18 @@ pub fn json(model: &Model, raw: &RawRobot) -> Value {
     let parameter = |p: &Parameter| json!({"name": p.name, "unit": if p.kind == crate::parameter::Kind::Angle { "rad" } else { "m" }, "nominal": p.nominal, "free": p.free, "tolerance": p.tolerance});
     let elastic: serde_json::Map<String, Value> =
         elastic(raw).into_iter().map(|(what, names)| (what.replace(' ', "_"), json!(names))).collect();
-    json!({"robot": model.name, "degrees_of_freedom": model.variables.len(), "variables": variables, "frames": frames, "loops": loops,
+    let fuzzy = raw.fuzzy.as_ref().map(|fuzzy| {
+        let rules = |(name, component): (&String, &crate::description::raw::RawFuzzyComponent)| {
+            (name.clone(), json!(component.conclusions.len()))
+        };
+        let rules: serde_json::Map<String, Value> = fuzzy.components.iter().map(rules).collect();
+        json!({"inputs": fuzzy.inputs, "at": fuzzy.at, "adds": fuzzy.adds, "rules": rules})
+    });
+    let mut told = json!({"robot": model.name, "degrees_of_freedom": model.variables.len(), "variables": variables, "frames": frames, "loops": loops,
            "tool": model.frames[model.tool.0].name, "markers": model.markers.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(),
-           "parameters": model.registry.all().iter().map(parameter).collect::<Vec<_>>(), "elastic": elastic})
+           "parameters": model.registry.all().iter().map(parameter).collect::<Vec<_>>(), "elastic": elastic});
+    if let Some(fuzzy) = fuzzy {
+        told["fuzzy"] = fuzzy;
+    }
+    told
 }

@@ -187,3 +187,79 @@ fn wrong_rules_are_refused() {
         assert!(ran.err.contains(expected), "{fuzzy}: {}", ran.err);
     }
 }
+
+/// Rules in a file of their own do what the same rules do in the description; their faults are told where they stand.
+#[test]
+fn rules_may_stand_in_a_file_of_their_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    let rules = "inputs: [q1, q2]\nat: tip\ncomponents:\n  x.fx: {modes: [[-24, 37], [33, 63]], conclusions: [1.0, 2.0, 1.5, 3.0]}\n";
+    std::fs::create_dir(folder.path().join("parts")).expect("made");
+    write("parts/rules.yaml", rules);
+    write("beside.yaml", &format!("{PLANAR}fuzzy: {{file: parts/rules.yaml}}\n"));
+    write("inside.yaml", &format!("{PLANAR}fuzzy:\n  {}\n", rules.trim_end().replace('\n', "\n  ")));
+    let under = |robot: &str| {
+        let ran =
+            run(folder.path(), &["pose", robot, "--joints", "q1=10,q2=40", "--wrench", "2,0,0", "--format", "json"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        json_of(&ran)["deflection"].clone()
+    };
+    assert!(!under("inside.yaml").is_null());
+    assert_eq!(under("beside.yaml"), under("inside.yaml"));
+    let told = run(folder.path(), &["check", "beside.yaml"]);
+    assert!(told.out.contains("compliance by rules of marker tip"), "{}", told.out);
+    assert!(told.out.contains("inputs q1 q2; rules of each component: x.fx 4"), "{}", told.out);
+    let json = json_of(&run(folder.path(), &["check", "beside.yaml", "--format", "json"]));
+    assert_eq!(json["fuzzy"]["rules"]["x.fx"], 4);
+
+    write("short.yaml", &rules.replace(", 3.0]", "]"));
+    write("typo.yaml", &rules.replace("inputs:", "input:"));
+    write("loop.yaml", "file: rules.yaml\n");
+    let cases = [
+        ("fuzzy: {file: short.yaml}", "short.yaml:4", "3 conclusions for 4 rules"),
+        ("fuzzy: {file: typo.yaml}", "typo.yaml:1", "`inputs`"),
+        ("fuzzy: {file: loop.yaml}", "loop.yaml:1", "cannot name another"),
+        ("fuzzy: {file: none.yaml}", "arm.yaml", "there is no file"),
+        ("fuzzy: {file: short.yaml, adds: true}", "arm.yaml", "something beside it"),
+    ];
+    for (line, place, what) in cases {
+        write("arm.yaml", &format!("{PLANAR}{line}\n"));
+        let ran = run(folder.path(), &["check", "arm.yaml"]);
+        assert_eq!(ran.status, 2, "{line}: {}", ran.err);
+        assert!(ran.err.contains(place) && ran.err.contains(what), "{line}: {}", ran.err);
+    }
+}
+
+/// `--save-rules` writes what `--save` alone writes into the description, and the report draws it.
+#[test]
+fn identified_rules_are_saved_in_a_file_of_their_own_and_drawn() {
+    let folder = campaign(false);
+    let identify = ["identify", "c", "--what", "fuzzy", "--save"];
+    let ran = run(folder.path(), &[&identify[..], &["whole.yaml"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let ran = run(folder.path(), &[&identify[..], &["named.yaml", "--save-rules", "rules.yaml"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let named = std::fs::read_to_string(folder.path().join("named.yaml")).expect("written");
+    assert!(named.contains("file: rules.yaml") && !named.contains("conclusions"), "{named}");
+    let residuals = |robot: &str| {
+        let ran = run(folder.path(), &["residuals", "c", "--robot", robot, "--format", "json"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let mut json = json_of(&ran);
+        json["seconds"] = Value::Null;
+        json.to_string().replace(robot, "")
+    };
+    assert_eq!(residuals("named.yaml"), residuals("whole.yaml"));
+    for (flags, what) in [
+        (&["whole.yaml", "--save-rules", "r.txt"][..], "end the name in .yaml"),
+        (&["whole.yaml", "--save-rules", "whole.yaml"], "the file of --save"),
+        (&["d.yaml", "--save-rules", "../r.yaml"], "not in the folder"),
+    ] {
+        let ran = run(folder.path(), &[&identify[..], flags].concat());
+        assert_eq!(ran.status, 2, "{}", ran.err);
+        assert!(ran.err.contains(what), "{}", ran.err);
+    }
+    let ran = run(folder.path(), &["report", "c", "--robot", "named.yaml", "--output", "r.html"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let page = std::fs::read_to_string(folder.path().join("r.html")).expect("written");
+    assert!(page.contains("id=\"rules\"") && page.contains("Compliance by rules"), "no section");
+}

@@ -1,5 +1,6 @@
 //! `identify --what fuzzy|grey`: a compliance by rules, or a correction of springs by rules.
 
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::json;
@@ -9,7 +10,8 @@ use crate::cli::args::{Identify, PlacementName};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::description::fuzzy::Input;
-use crate::description::raw::JointKind;
+use crate::description::raw::{JointKind, RawFuzzy};
+use crate::description::yaml;
 use crate::estimation::fuzzy::{Placement, fit_fuzzy, fit_grey};
 use crate::estimation::{CalibrationError, Settings, What, calibrate};
 use crate::files::LoadedCampaign;
@@ -36,6 +38,9 @@ pub fn asked(command: &Identify) -> Result<bool, Failure> {
     }
     if by_rules && (command.what.len() > 1 || command.compare) && command.save.is_some() {
         return Err(Failure::input("--save: several models are compared", "ask for one with --what to save it"));
+    }
+    if !by_rules && command.save_rules.is_some() {
+        return Err(Failure::input("--save-rules: no rules are asked for", "add --what fuzzy or --what grey"));
     }
     if !by_rules && (!command.inputs.is_empty() || command.fit_force.is_some()) {
         return Err(Failure::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
@@ -156,11 +161,39 @@ fn save(
     output: &mut Output,
 ) -> Result<(), Failure> {
     let Some(path) = &command.save else { return Ok(()) };
-    let (text, remarks) = written(&with_fuzzy(&with_values(&loaded.robot.raw, model, values), model), path)?;
+    let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
+    if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
+        let text = yaml::write(fuzzy).map_err(Failure::Computation)?;
+        let named = relative(file, path)?;
+        output.text += &format!("identified rules: {}\n", file.display());
+        output.files.push((file.clone(), text));
+        raw.fuzzy = Some(RawFuzzy { file: Some(named), ..RawFuzzy::default() });
+    }
+    let (text, remarks) = written(&raw, path)?;
     output.remarks.extend(remarks);
     output.text += &format!("identified description: {}\n", path.display());
     output.files.push((path.clone(), text));
     Ok(())
+}
+
+/// A file's name as one beside it would call it.
+fn relative(file: &Path, beside: &Path) -> Result<String, Failure> {
+    let refuse = |what: String, remedy| Err(Failure::input(format!("--save-rules {}: {what}", file.display()), remedy));
+    if !file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
+        return refuse("rules are YAML".into(), "end the name in .yaml");
+    }
+    if !beside.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
+        return refuse("only a YAML description can name a file of rules".into(), "end the name of --save in .yaml");
+    }
+    if file == beside {
+        return refuse("that is the file of --save".into(), "give another file");
+    }
+    let folder = beside.parent().unwrap_or(Path::new(""));
+    let inside = file.strip_prefix(folder).ok();
+    match inside.or(file.is_absolute().then_some(file)).and_then(Path::to_str) {
+        Some(name) => Ok(name.to_string()),
+        None => refuse("it is not in the folder of --save".into(), "write it there, or give its whole path"),
+    }
 }
 
 /// Inputs as named, or all variables that change in the readings.

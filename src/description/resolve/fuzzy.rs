@@ -10,6 +10,12 @@ const MOST_RULES: usize = 100_000;
 
 pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Option<Fuzzy> {
     let given = raw.fuzzy.as_ref()?;
+    if given.file.is_some() {
+        // Files are put in where descriptions are read from disk.
+        complaints.error(&["fuzzy", "file"], "the file of the rules is not read here").remedy =
+            Some("read the description from its file, or write the rules out".into());
+        return None;
+    }
     let units = &raw.units;
     let size = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
     let mut inputs = Vec::new();

@@ -22,6 +22,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("conditioning.html", include_str!("templates/conditioning.html")),
     ("effects.html", include_str!("templates/effects.html")),
     ("stiffness.html", include_str!("templates/stiffness.html")),
+    ("fuzzy.html", include_str!("templates/fuzzy.html")),
     ("next.html", include_str!("templates/next.html")),
 ];
 

@@ -4,6 +4,7 @@ mod arrows;
 mod conditioning;
 mod distribution;
 mod effects;
+mod fuzzy;
 mod next;
 mod parameters;
 mod patterns;
@@ -26,6 +27,7 @@ pub fn all(report: &Report, page: &Page, json: &Value) -> Vec<Section> {
         conditioning::section(report, page, json),
         effects::section(report, page, json),
         stiffness::section(report, page, json),
+        fuzzy::section(report, page),
         next::section(report, page),
     ];
     sections.into_iter().flatten().collect()

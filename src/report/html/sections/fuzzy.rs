@@ -1,0 +1,130 @@
+//! A compliance by rules, drawn against its inputs.
+
+use kuva::plot::{LinePlot, ScatterPlot};
+use kuva::render::plots::Plot;
+use minijinja::context;
+
+use crate::description::fuzzy::{Component, Fuzzy};
+use crate::model::Model;
+use crate::report::fuzzy::{input, shown};
+use crate::report::html::charts::{BLUE, Frame, ORANGE, chart};
+use crate::report::html::data::Report;
+use crate::report::html::page::{Page, Section, safe};
+use crate::surrogate::value;
+
+/// Most components drawn, the greatest first.
+const COMPONENTS: usize = 4;
+/// Points drawn along an input.
+const POINTS: usize = 61;
+/// Points drawn along each of two inputs.
+const SIDE: usize = 31;
+
+pub fn section(report: &Report, page: &Page) -> Option<Section> {
+    let fuzzy = report.model.fuzzy.as_ref()?;
+    let mut components: Vec<&Component> = fuzzy.components.iter().filter(|c| !c.conclusions.is_empty()).collect();
+    let greatest = |component: &Component| component.conclusions.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+    components.sort_by(|a, b| greatest(b).total_cmp(&greatest(a)));
+    let names: Vec<String> = fuzzy.inputs.iter().map(|&of| input(report.model, of).0.to_string()).collect();
+    let charts: Vec<_> = components.iter().take(COMPONENTS).filter_map(|c| drawn(report.model, fuzzy, c)).collect();
+    if charts.is_empty() {
+        return None;
+    }
+    let html = page.render(
+        "fuzzy.html",
+        context! {
+            charts => charts.into_iter().map(|(name, svg, ends)| context! { name, svg => safe(svg), ends })
+                .collect::<Vec<_>>(),
+            inputs => names, adds => fuzzy.adds, left_out => components.len().saturating_sub(COMPONENTS),
+        },
+    );
+    Some(Section { id: "rules", title: "Compliance by rules".into(), html })
+}
+
+/// Name, chart, and least and greatest value of a component. Of more than two inputs the first two that have more than
+/// one set are drawn, the others at their middle modal value.
+fn drawn(model: &Model, fuzzy: &Fuzzy, component: &Component) -> Option<(String, String, [String; 2])> {
+    let middle: Vec<f64> =
+        component.modes.iter().map(|modes| modes.get(modes.len() / 2).copied()).collect::<Option<_>>()?;
+    let mut varied: Vec<usize> = (0..middle.len()).filter(|&k| component.modes[k].len() > 1).take(2).collect();
+    if varied.is_empty() {
+        varied.extend((0..middle.len()).take(1));
+    }
+    let name = Component::name(component.at);
+    // What a millimetre or milliradian is to a kilonewton or kilonewtonmetre.
+    let unit = format!(
+        "{}/{}",
+        if component.at[0] < 3 { "mm" } else { "mrad" },
+        if component.at[1] < 3 { "kN" } else { "kN.m" }
+    );
+    let size = 1e6;
+    let about = |k: usize| {
+        let (name, angle) = input(model, fuzzy.inputs[k]);
+        (format!("{name}, {}", if angle { "deg" } else { "mm" }), angle)
+    };
+    // A tenth beyond the outermost sets shows that they saturate.
+    let along = |k: usize, count: usize| -> Vec<f64> {
+        let (low, high) = (component.modes[k][0], component.modes[k][component.modes[k].len() - 1]);
+        let margin = 0.1 * (high - low).max(1e-3);
+        let step = (high - low + 2.0 * margin) / (count - 1) as f64;
+        (0..count).map(|i| low - margin + step * i as f64).collect()
+    };
+    let at = |points: &[(usize, f64)]| {
+        let mut x = middle.clone();
+        points.iter().for_each(|&(k, value)| x[k] = value);
+        size * value(component, &x)
+    };
+    let alt =
+        format!("Compliance {name} against {}", varied.iter().map(|&k| about(k).0).collect::<Vec<_>>().join(" and "));
+    let (svg, values) = match *varied {
+        [k] => {
+            let (label, angle) = about(k);
+            let point = |x: f64| (shown(x, angle), at(&[(k, x)]));
+            let line: Vec<(f64, f64)> = along(k, POINTS).into_iter().map(point).collect();
+            let modes: Vec<(f64, f64)> = component.modes[k].iter().copied().map(point).collect();
+            let values: Vec<f64> = line.iter().map(|p| p.1).collect();
+            let y = format!("{name}, {unit}");
+            let frame = Frame { size: [430.0, 300.0], x: &label, y: &y, alt: &alt };
+            let plots = vec![
+                Plot::Line(LinePlot::new().with_data(line).with_color(BLUE).with_stroke_width(1.6)),
+                Plot::Scatter(ScatterPlot::new().with_data(modes).with_color(ORANGE).with_size(4.0)),
+            ];
+            (chart(&frame, None, plots, |layout| layout), values)
+        }
+        [a, b] => {
+            let ((x, x_angle), (y, y_angle)) = (about(a), about(b));
+            let grid: Vec<(f64, f64)> =
+                along(a, SIDE).into_iter().flat_map(|x| along(b, SIDE).into_iter().map(move |y| (x, y))).collect();
+            let values: Vec<f64> = grid.iter().map(|&(x, y)| at(&[(a, x), (b, y)])).collect();
+            let (low, high) = ends(&values);
+            let color = |value: &f64| {
+                let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
+                format!("color-mix(in srgb, var(--warm) {:.0}%, var(--blue))", 100.0 * share.clamp(0.0, 1.0))
+            };
+            let place = |(x, y): (f64, f64)| (shown(x, x_angle), shown(y, y_angle));
+            let modes = component.modes[a].iter().flat_map(|&x| component.modes[b].iter().map(move |&y| (x, y)));
+            let plots = vec![
+                Plot::Scatter(
+                    ScatterPlot::new()
+                        .with_data(grid.iter().copied().map(place).collect::<Vec<_>>())
+                        .with_colors(values.iter().map(color).collect::<Vec<_>>())
+                        .with_size(5.0),
+                ),
+                Plot::Scatter(
+                    ScatterPlot::new()
+                        .with_data(modes.map(place).collect::<Vec<_>>())
+                        .with_color("var(--ink)")
+                        .with_size(2.5),
+                ),
+            ];
+            let frame = Frame { size: [430.0, 380.0], x: &x, y: &y, alt: &alt };
+            (chart(&frame, None, plots, |layout| layout), values)
+        }
+        _ => return None,
+    };
+    let (low, high) = ends(&values);
+    Some((name, svg, [format!("{low:.4} {unit}"), format!("{high:.4} {unit}")]))
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
+}
