@@ -107,7 +107,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight,
-        within: ranges(&loaded, command.share, &command.range)?,
+        within: ranges(loaded, command.share, &command.range)?,
         workspace,
         apart: command.apart * length,
         tests,
