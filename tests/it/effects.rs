@@ -58,7 +58,7 @@ fn effects_switched_on_are_identified() {
     let amounts: [Amount; 3] = [
         ("gear-ratio", "joint:3", &[("ratio", 4e-4)]),
         ("backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]),
-        ("instrument-scale", "instrument", &[("scale", -2e-4)]),
+        ("transmission-error", "joint:2", &[("cos", 3e-4), ("sin", -2e-4), ("order", 3.0)]),
     ];
     for (effect, site, parameters) in amounts {
         model.switch_on(RawEffect {
@@ -82,7 +82,12 @@ fn effects_switched_on_are_identified() {
         estimate: [true, true],
     };
     let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
-    let names = ["gear-ratio@joint:3.ratio", "backlash@joint:1.half_width", "instrument-scale@instrument.scale"];
+    let names = [
+        "gear-ratio@joint:3.ratio",
+        "backlash@joint:1.half_width",
+        "transmission-error@joint:2.cos",
+        "transmission-error@joint:2.sin",
+    ];
     let slots: Vec<usize> = names.iter().map(|name| model.registry.slot(name).expect("a parameter")).collect();
 
     let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");

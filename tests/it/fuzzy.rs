@@ -242,7 +242,7 @@ fn identified_rules_are_saved_in_a_file_of_their_own_and_drawn() {
     let named = std::fs::read_to_string(folder.path().join("named.yaml")).expect("written");
     assert!(named.contains("file: rules.yaml") && !named.contains("conclusions"), "{named}");
     let residuals = |robot: &str| {
-        let ran = run(folder.path(), &["residuals", "c", "--robot", robot, "--format", "json"]);
+        let ran = run(folder.path(), &["residuals", robot, "c", "--format", "json"]);
         assert_eq!(ran.status, 0, "{}", ran.err);
         let mut json = json_of(&ran);
         json["seconds"] = Value::Null;
@@ -252,7 +252,6 @@ fn identified_rules_are_saved_in_a_file_of_their_own_and_drawn() {
     for (flags, what) in [
         (&["whole.yaml", "--save-rules", "r.txt"][..], "end the name in .yaml"),
         (&["whole.yaml", "--save-rules", "whole.yaml"], "the file of --save"),
-        (&["d.yaml", "--save-rules", "../r.yaml"], "not in the folder"),
     ] {
         let ran = run(folder.path(), &[&identify[..], flags].concat());
         assert_eq!(ran.status, 2, "{}", ran.err);

@@ -2,14 +2,13 @@
 
 use elastogeo::description::campaign::{Campaign, Observes};
 use elastogeo::diagnosis::{Settings, Structure, Verdict, diagnose, structure_in};
+use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 use nalgebra::DVector;
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
-
-use super::support::bundled;
 
 const LOADS: [[f64; 6]; 3] =
     [[0.0, 0.0, -1000.0, 0.0, 0.0, 0.0], [0.0, 0.0, -2000.0, 0.0, 0.0, 0.0], [800.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
@@ -46,7 +45,7 @@ const TESTS: [&str; 4] = ["configuration", "load", "time", "within a pose"];
 /// Over 40 draws of noise the probabilities are spread evenly: mean 1/2 +- 0.29/sqrt(40), none at the end.
 #[test]
 fn noise_has_no_structure() {
-    let model = bundled("kuka-kr270");
+    let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let mut all = vec![Vec::new(); TESTS.len()];
     for seed in 0..40 {
@@ -66,7 +65,7 @@ fn noise_has_no_structure() {
 /// What follows a joint, a load or time is found by the test against it; readings mixed by pose have it no more.
 #[test]
 fn planted_structure_is_found() {
-    let model = bundled("kuka-kr270");
+    let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let times = &campaign.conditions["time"];
     let last = times.iter().copied().fold(0.0, f64::max);
@@ -97,7 +96,7 @@ fn planted_structure_is_found() {
 
 #[test]
 fn structure_does_not_depend_on_threads() {
-    let model = bundled("kuka-kr270");
+    let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let left = noise(3 * campaign.readings.len(), 3);
     let answers = [1, 3].map(|threads| {
@@ -110,7 +109,7 @@ fn structure_does_not_depend_on_threads() {
 /// Where no noise is stated, what nothing explains is told by its structure alone.
 #[test]
 fn unstated_noise_does_not_hide_a_gap() {
-    let model = bundled("universal-ur5");
+    let model = load_robot("universal-ur5").expect("a robot").model;
     let geometry = Geometry::nominal(&model).expect("assembled");
     let mut random = generator(6);
     let plan = Plan {

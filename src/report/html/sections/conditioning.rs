@@ -15,9 +15,14 @@ use crate::report::html::sections::effects::scale;
 pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
     let found = json["identify"].as_object()?;
     let values = numbers(&found["singular_values"]);
+    // Where nothing was identified there is nothing to show, least of all on a logarithmic axis.
+    if !values.iter().any(|value| *value > 0.0) {
+        return None;
+    }
     let names: Vec<String> =
         found["kept_parameters"].as_array()?.iter().filter_map(|name| name.as_str().map(str::to_string)).collect();
-    let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(k, v)| ((k + 1) as f64, *v)).collect();
+    let points: Vec<(f64, f64)> =
+        values.iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(k, v)| ((k + 1) as f64, *v)).collect();
     let frame = Frame {
         size: [430.0, 300.0],
         x: "number of the singular value",
