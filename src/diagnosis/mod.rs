@@ -11,6 +11,7 @@ mod location;
 mod look_alikes;
 mod next;
 mod nuisance;
+mod repeats;
 mod report;
 mod round;
 mod search;

@@ -6,6 +6,7 @@ use super::algebra::solve;
 use super::evidence::{Evidence, Hypothesis};
 use super::figures::design;
 use super::fit::{Fit, entry};
+use super::repeats::repeatability;
 use super::report::CauseParameter;
 use super::search::{Fitted, Ground};
 use super::verdict::Settings;
@@ -37,7 +38,7 @@ pub struct Round {
     pub values: Vec<f64>,
     pub evidence: Evidence,
     pub path: Vec<Fitted>,
-    /// Noise over the stated sigma, if one is stated: 1.
+    /// Noise over the sigmas of the rows: 1 where the campaign states them, else what repeats show, if there are any.
     pub noise: Option<f64>,
     pub registration: f64,
     /// Evidence of all readings, the wrong ones too.
@@ -68,7 +69,7 @@ impl Round {
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
         let offered = survey(&geometry, &own).map_err(PredictionError::from)?;
         let mut all = Evidence::gather(model, campaign, &values, &kept, &offered, settings)?;
-        let noise = own.sigma.map(|_| 1.0);
+        let noise = own.sigma.map(|_| 1.0).or_else(|| repeatability(&own));
         // The competition is held on what is to be fitted; the rest only judges.
         progress("competing");
         let unused: Vec<bool> = aside.iter().zip(wrong).map(|(aside, wrong)| *aside || *wrong).collect();

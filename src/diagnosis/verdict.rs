@@ -123,7 +123,7 @@ impl Round {
         let empty = ground.fit(&[]);
         let best = path.last().cloned().unwrap_or_else(|| empty.clone());
         let variance = |fit: &Fitted| fit.squares / (ground.freedom() - fit.directions as f64).max(1.0);
-        // Noise: as stated; else what repeats and markers show; else what the best explanation leaves.
+        // Noise: as stated; else what repeats show; else what the best explanation leaves.
         let noise = self.noise.unwrap_or_else(|| variance(&best).sqrt());
         let freedom = ground.freedom();
         let excess = |fit: &Fitted| variance(fit) / (noise * noise) - 1.0;
@@ -243,8 +243,10 @@ impl Round {
         let mut notes = IndexMap::new();
         notes.insert(
             "noise",
-            if self.noise.is_some() {
+            if self.campaign.sigma.is_some() {
                 "as the campaign states".to_string()
+            } else if self.noise.is_some() {
+                "from repeated readings".to_string()
             } else {
                 "from what the best explanation leaves".to_string()
             },

@@ -393,3 +393,33 @@ fn an_effect_of_ones_own_competes() {
     let found = &cause.parameters[0];
     assert!((found.value - pull).abs() < 1.5 * found.ci95 && found.ci95 < 0.2 * pull, "{found:?}");
 }
+
+/// Where no noise is stated, repeated readings tell it.
+#[test]
+fn noise_is_taken_from_repeats() {
+    let model = bundled("universal-ur5");
+    let mut random = generator(12);
+    let truth = draw_errors(&model, 0.5, 0.0, &mut random);
+    let sigma = 4e-5;
+    let plan = Plan {
+        conditions: false,
+        wrenches: vec![[0.0; 6]],
+        configurations: draw_configurations(&Geometry::new(&model, &truth).expect("assembled"), 40, 0.8, &mut random)
+            .expect("drawn"),
+        markers: vec![None],
+        repeats: 4,
+        observes: Observes::Position,
+        sigma,
+        sigma_orientation: 0.0,
+        estimate: [true, false],
+    };
+    let mut campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+    campaign.sigma = None;
+    campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
+    let aside = vec![false; campaign.readings.len()];
+    let found = diagnose(&model, &campaign, &aside, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");
+    let noise = sigma * 3.0_f64.sqrt();
+    assert!((found.gap.noise / noise - 1.0).abs() < 0.15, "{} for {noise}", found.gap.noise);
+    assert_eq!(found.notes["noise"], "from repeated readings");
+    assert_eq!(found.verdict, Verdict::NoGap);
+}
