@@ -1,22 +1,22 @@
 //! Draws a machine, causes whose gap after calibration has a given size, and two campaigns of it.
 
 use indexmap::IndexMap;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::plant::{Plant, joint_of, lengths_of};
+use super::causes::{known, unknown};
+use super::ground::{Ground, each_shows};
+use super::plant::Plant;
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
 use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::diagnosis::nuisance;
 use crate::effects::Form;
 use crate::kinematics::Geometry;
 use crate::model::Model;
-use crate::parameter;
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::PredictionError;
 use crate::simulation::{draw_configurations, draw_errors};
 
 /// What a sealed campaign hides.
@@ -60,15 +60,6 @@ pub struct Drawn {
 
 /// Least and greatest gap after calibration, over the noise.
 const GAPS: [f64; 2] = [1.2, 6.0];
-/// A cause that must displace readings further than this (m) to leave such a gap is drawn again.
-const FURTHEST: f64 = 0.012;
-
-/// No mass is further off than this, kg.
-const HEAVIEST: f64 = 300.0;
-/// No joint, bearing or base is softer than this, rad/(N.m).
-const SOFTEST: f64 = 1e-4;
-/// What each of several causes must show beside the others, as a share of what it leaves.
-const OWN: f64 = 0.4;
 
 /// Draws a campaign of a kind. `deflection`: of deflections under three loads, else absolute positions.
 ///
@@ -267,272 +258,6 @@ fn measure(campaign: &mut Campaign, seen: &[[f64; 3]], sigma: f64, random: &mut 
         for (measured, seen) in reading.measured.iter_mut().zip(seen) {
             let noise: f64 = StandardNormal.sample(random);
             *measured = seen + sigma * noise;
-        }
-    }
-}
-
-/// What calibration of a campaign takes up, linear about the true values.
-struct Ground {
-    basis: DMatrix<f64>,
-    still: Vec<[f64; 3]>,
-}
-
-impl Ground {
-    fn new(model: &Model, values: &[f64], campaign: &Campaign) -> Result<Self, PredictionError> {
-        let mut slots = nuisance(model, campaign, &campaign.calibrate);
-        if campaign.estimate_base {
-            slots.extend(model.base..model.base + 6);
-            slots.extend(model.markers.iter().flat_map(|marker| marker.slot..marker.slot + 3));
-        }
-        let predictor = Predictor::new(model, campaign, slots.clone())?;
-        let mut found = Linearised::default();
-        predictor.linearise(values, true, &mut found)?;
-        let columns = slots.len();
-        let mut matrix = DMatrix::from_row_slice(predictor.rows(), columns, &found.jacobian);
-        for mut column in matrix.column_iter_mut() {
-            let norm = column.norm();
-            if norm > 0.0 {
-                column /= norm;
-            }
-        }
-        let split = matrix.svd(true, false);
-        let most = split.singular_values.max();
-        let kept: Vec<usize> =
-            (0..split.singular_values.len()).filter(|&k| split.singular_values[k] > 1e-6 * most).collect();
-        let basis = split.u.map_or_else(|| DMatrix::zeros(predictor.rows(), 0), |u| u.select_columns(&kept));
-        let still = Plant { model, values: values.to_vec(), causes: Vec::new() }.readings(campaign, 0.0)?;
-        Ok(Self { basis, still })
-    }
-
-    /// What calibration leaves of readings that differ from the machine's without causes, m.
-    fn rest(&self, seen: &[[f64; 3]]) -> DVector<f64> {
-        let moved = self.moved(seen);
-        &moved - &self.basis * self.basis.tr_mul(&moved)
-    }
-
-    /// Its root mean square over the readings, m.
-    fn left(&self, seen: &[[f64; 3]], campaign: &Campaign) -> f64 {
-        let left = self.rest(seen);
-        let freedom = (left.len() - self.basis.ncols()) as f64 / left.len() as f64;
-        (left.norm_squared() / (campaign.readings.len() as f64 * freedom)).sqrt()
-    }
-
-    fn moved(&self, seen: &[[f64; 3]]) -> DVector<f64> {
-        let moved = seen.iter().zip(&self.still).flat_map(|(a, b)| (0..3).map(move |k| a[k] - b[k]));
-        DVector::from_iterator(3 * seen.len(), moved)
-    }
-
-    /// Size at which a shape alone leaves `unseen`, and what it leaves; none if it would have to be too great.
-    fn size(
-        &self,
-        plant: &Plant,
-        campaign: &Campaign,
-        shape: &Shape,
-        sigma: f64,
-        unseen: f64,
-    ) -> Result<Option<(f64, DVector<f64>)>, PredictionError> {
-        let mut size = 1e-9;
-        let mut alone = Plant { causes: Vec::new(), ..plant.clone() };
-        for round in 0..8 {
-            alone.causes = vec![(shape.clone(), size)];
-            // A great change of a constant may leave a linkage that cannot be assembled.
-            let Ok(seen) = alone.readings(campaign, sigma) else { return Ok(None) };
-            let left = self.left(&seen, campaign);
-            let moved = self.moved(&seen).norm() / (campaign.readings.len() as f64).sqrt();
-            let factor = unseen / left;
-            if !factor.is_finite() || moved * factor > FURTHEST {
-                return Ok(None);
-            }
-            if round > 0 && (factor - 1.0).abs() < 0.02 {
-                // What hardly grows with its size any more is no machine: a spring so soft that the loop carries all.
-                alone.causes = vec![(shape.clone(), 0.5 * size)];
-                let Ok(half) = alone.readings(campaign, sigma) else { return Ok(None) };
-                let grows = (0.3..0.7).contains(&(self.left(&half, campaign) / unseen));
-                return Ok(grows.then(|| (size, self.rest(&seen))));
-            }
-            size *= factor;
-            let heavy = |slot: usize, share: f64| match plant.model.registry[slot].kind {
-                parameter::Kind::Mass => size * share > HEAVIEST,
-                parameter::Kind::RotationalCompliance => size * share > SOFTEST,
-                _ => false,
-            };
-            if let Shape::Constants(slots) = shape
-                && slots
-                    .iter()
-                    .any(|&(slot, share)| plant.values[slot] + size * share < 0.0 && share < 0.0 || heavy(slot, share))
-            {
-                return Ok(None);
-            }
-        }
-        // A cause that cannot leave as much, however great it is.
-        Ok(None)
-    }
-}
-
-/// Whether each of several causes leaves something of its own beside the others: two that do the same cannot be told.
-fn each_shows(causes: &[DVector<f64>]) -> bool {
-    (0..causes.len()).all(|k| {
-        let others: Vec<DVector<f64>> = (0..causes.len()).filter(|i| *i != k).map(|i| causes[i].clone()).collect();
-        if others.is_empty() {
-            return true;
-        }
-        let basis = DMatrix::from_columns(&others).qr().q();
-        let own = &causes[k] - &basis * basis.tr_mul(&causes[k]);
-        own.norm() > OWN * causes[k].norm()
-    })
-}
-
-type Named = Option<(&'static str, String, Shape)>;
-
-/// An effect of the catalogue at a site, in a shape of its own.
-fn known(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
-    let count = model.variables.len();
-    let variable = random.random_range(0..count);
-    let joint = joint_of(model, variable);
-    let at_joint = format!("joint:{}", model.frames[joint].name);
-    let frame = random.random_range(1..model.frames.len());
-    let at_link = format!("link:{}", model.frames[frame].name);
-    let is_serial = model.actuators.is_empty();
-    let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-    let slot = |name: String| model.registry.slot(&name);
-    let constants = |names: Vec<(String, f64)>| -> Option<Shape> {
-        let slots: Vec<_> = names.into_iter().filter_map(|(name, share)| Some((slot(name)?, share))).collect();
-        (!slots.is_empty()).then_some(Shape::Constants(slots))
-    };
-    let name = &model.frames[frame].name;
-    let turn = std::f64::consts::TAU;
-    let of_load = |draw: usize, within: &mut dyn FnMut(f64, f64) -> f64| -> Named {
-        Some(match draw {
-            0 => ("joint-stiffening", at_joint.clone(), Shape::WindUp { variable, soft: within(0.06, 0.5) }),
-            1 if is_serial => {
-                ("bearing-compliance", at_joint.clone(), Shape::Tilt { frame: joint, unequal: within(-0.25, 0.25) })
-            }
-            1 => {
-                let joint = &model.frames[joint].name;
-                ("bearing-compliance", at_joint.clone(), constants(vec![(format!("joint{joint}.krr"), 1.0)])?)
-            }
-            2 => {
-                let shares = [within(0.6, 1.4), within(0.6, 1.4)];
-                ("base-compliance", "base".into(), Shape::Rocking { shares, more: within(-0.2, 0.3) })
-            }
-            3 => {
-                let bending = [within(0.5, 1.5), within(0.5, 1.5), within(0.0, 1.0)];
-                let names = ["bending_y", "bending_z", "torsion"].iter().zip(bending);
-                let names = names.map(|(symbol, share)| (format!("link{name}.{symbol}"), share)).collect();
-                ("link-compliance", at_link.clone(), constants(names)?)
-            }
-            _ => ("backlash", at_joint.clone(), Shape::Pressed { variable, soft: within(0.01, 0.03) }),
-        })
-    };
-    if deflection {
-        return match within(0.0, 9.0) as usize {
-            draw @ 0..=4 => of_load(draw, &mut within),
-            5 | 6 if is_serial => {
-                let variable = usize::from(within(0.0, 3.0) > 1.0);
-                let variable = variable + usize::from(variable == 1 && within(0.0, 3.0) > 2.0);
-                let at = format!("joint:{}", model.frames[joint_of(model, variable)].name);
-                let (a, b) = (within(0.3, 0.9), within(0.1, 0.3));
-                let (angle, free) = (within(0.0, turn), within(0.5, 0.9) * (a - b));
-                let compliance = slot(format!("joint{}.kar", model.frames[joint_of(model, variable)].name))
-                    .map_or(1e-6, |slot| model.registry[slot].nominal.max(1e-8));
-                Some((
-                    "gravity-compensator",
-                    at,
-                    Shape::Spring { variable, compliance, a, b, angle, free, rate: 1e-3 / compliance },
-                ))
-            }
-            5 | 6 => {
-                let actuator = model.actuators.get(usize::from(within(0.0, 1.0) > 0.5))?;
-                let shape = constants(vec![(format!("{}.axial", actuator.name), 1.0)])?;
-                Some(("actuator-compliance", format!("actuator:{}", actuator.name), shape))
-            }
-            7 => Some(("payload", "tool".into(), Shape::Gain)),
-            _ => Some(("instrument-scale", "instrument".into(), Shape::Scale)),
-        };
-    }
-    match within(0.0, 16.0) as usize {
-        draw @ 0..=3 => of_load(draw, &mut within),
-        4 | 5 => {
-            let orders = [1.0, 2.0, 2.0, 3.0, 4.0, 5.0, 7.0];
-            let order = orders[(within(0.0, 7.0) as usize).min(6)];
-            let second = [within(0.05, 0.3), within(0.0, turn)];
-            Some(("transmission-error", at_joint, Shape::Swing { variable, order, phase: within(0.0, turn), second }))
-        }
-        6 | 7 => Some(("backlash", at_joint, Shape::Play { variable, by_load: within(-0.3, 0.3) })),
-        8 => Some(("gear-ratio", at_joint, Shape::Ratio { variable, zero: within(-1.0, 1.0) })),
-        9 => {
-            let other = (variable + 1 + within(0.0, (count - 1) as f64) as usize) % count;
-            (other != variable).then_some(("joint-coupling", at_joint, Shape::Follows { variable, other }))
-        }
-        10 => Some(("joint-compliance", at_joint, Shape::Gives { variable, less: within(0.0, 0.2) })),
-        11 => {
-            let names = [("mass", 1.0), ("x", within(-5e-3, 5e-3)), ("y", within(-5e-3, 5e-3))];
-            let names = names.map(|(symbol, share)| (format!("body{name}.{symbol}"), share)).to_vec();
-            (frame != model.tool.0).then_some(())?;
-            Some(("link-weight", at_link, constants(names)?))
-        }
-        12 => {
-            let tool = &model.frames[model.tool.0].name;
-            let names = [("mass", 1.0), ("z", within(0.0, 3e-3))];
-            let names = names.map(|(symbol, share)| (format!("body{tool}.{symbol}"), share)).to_vec();
-            Some(("payload", "tool".into(), constants(names)?))
-        }
-        13 => {
-            let lengths = lengths_of(model, frame);
-            (!lengths.is_empty()).then_some(("thermal-expansion", at_link, Shape::Growth(lengths)))
-        }
-        14 => {
-            let jump = within(0.0, 1.0) > 0.5;
-            let mut normal = |size: f64| size * (within(0.0, 1.0) + within(0.0, 1.0) + within(0.0, 1.0) - 1.5);
-            let mut knot = || [1.0, 1.0, 1.0, 0.4, 0.4, 0.4].map(&mut normal);
-            let knots = if jump {
-                vec![[0.0; 6], knot()]
-            } else {
-                // A walk that keeps on in the main, with turns.
-                let (trend, mut at) = (knot(), [0.0; 6]);
-                (0..5)
-                    .map(|_| {
-                        let step = knot();
-                        let before = at;
-                        (0..6).for_each(|k| at[k] += trend[k] + 0.5 * step[k]);
-                        before
-                    })
-                    .collect()
-            };
-            Some(("frame-drift", "base".into(), Shape::Wanders { knots, jump }))
-        }
-        _ => Some(("instrument-scale", "instrument".into(), Shape::Scale)),
-    }
-}
-
-/// Something that the catalogue does not know.
-fn unknown(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
-    let count = model.variables.len();
-    let variable = random.random_range(0..count);
-    let none = String::new;
-    let draw = random.random_range(0..4);
-    let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-    match draw {
-        0 => {
-            let a = within(0.0, count as f64) as usize % count;
-            let b = (a + 1 + within(0.0, count as f64 - 1.0) as usize) % count;
-            Some(("product of two joints", none(), Shape::Product { variable, of: [a, b], yields: deflection }))
-        }
-        1 => Some(("hoses", none(), Shape::Hoses { variable, of: [0, 3.min(count - 1)], yields: deflection })),
-        2 => {
-            let waves = (0..12)
-                .map(|_| {
-                    let w = (0..count).map(|_| within(-1.5, 1.5)).collect();
-                    let along = Vector3::new(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0));
-                    (w, within(0.0, 6.3), along)
-                })
-                .collect();
-            Some(("smooth function", none(), Shape::Smooth { waves, by_force: deflection }))
-        }
-        _ => {
-            let marker = within(0.0, model.markers.len() as f64) as usize % model.markers.len();
-            let by = Vector3::new(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0));
-            Some(("slipped marker", none(), Shape::Slip { marker, at: within(0.25, 0.75), by }))
         }
     }
 }

@@ -3,6 +3,8 @@
 //! The generator knows nothing of the catalogue's formulas. It moves joints, points and constants in shapes of its own,
 //! exactly and not to first order, as machines do; the catalogue is to recognise the cause all the same.
 
+mod causes;
+mod ground;
 mod make;
 mod plant;
 mod score;

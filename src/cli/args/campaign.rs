@@ -1,0 +1,210 @@
+//! What is asked of a robot and its readings.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// A robot and a campaign.
+#[derive(Debug, Args)]
+pub struct OnCampaign {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+}
+
+/// How columns are scaled and parameters dropped.
+#[derive(Debug, Args)]
+pub struct Reduction {
+    /// Parameters are dropped below this fraction of the greatest singular value, or `noise`: where an error of the
+    /// parameter's tolerance would show less than the readings' noise.
+    #[arg(long, default_value = "6e-5", value_name = "FRACTION|noise")]
+    pub tolerance: String,
+    /// Scaling of columns.
+    #[arg(long, value_enum, default_value_t = Scale::Norm)]
+    pub scale: Scale,
+    /// Parameters to hold at their nominal values.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
+    pub hold: Vec<String>,
+}
+
+/// Scaling of columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Scale {
+    /// To length one.
+    Norm,
+    /// By the parameters' stated tolerances.
+    Tolerance,
+}
+
+/// `identifiability`
+#[derive(Debug, Args)]
+pub struct Identifiability {
+    /// Robot and campaign.
+    #[command(flatten)]
+    pub on: OnCampaign,
+    /// Which columns: geometric, elastic, or both; by default as `identify`.
+    #[arg(long, value_delimiter = ',')]
+    pub what: Vec<String>,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
+}
+
+/// `identify`
+#[derive(Debug, Args)]
+pub struct Identify {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// What to identify: geometric, elastic, or both; by default stiffness from deflections and geometry from all
+    /// other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; or `grey`, springs with a fuzzy
+    /// correction of what they leave.
+    #[arg(long, value_delimiter = ',')]
+    pub what: Vec<String>,
+    /// Joints (by frame) or variables that a fuzzy compliance may depend on; by default all variables that change.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
+    pub inputs: Vec<String>,
+    /// Fit rules (and what they are compared with) only to readings under this force, N; the other loads judge them.
+    #[arg(long, value_name = "N")]
+    pub fit_force: Option<f64>,
+    /// How the modal values of a fuzzy compliance are placed.
+    #[arg(long, value_enum, default_value_t = PlacementName::GaussNewton)]
+    pub placement: PlacementName,
+    /// How springs that the readings see as one are split back into the description's.
+    #[arg(long, value_enum, default_value_t = SplitName::Prior)]
+    pub split: SplitName,
+    /// Write the calibrated description (.yaml or .urdf).
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Write identified rules to this file (.yaml), which the description of --save then names.
+    #[arg(long, value_name = "FILE", requires = "save")]
+    pub save_rules: Option<PathBuf>,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
+    /// How the fit proceeds; all end at the same parameters.
+    #[arg(long, value_enum, default_value_t = SchemeName::Batch)]
+    pub scheme: SchemeName,
+    /// Weights of readings.
+    #[arg(long, value_enum, default_value_t = WeightsName::Stated)]
+    pub weights: WeightsName,
+    /// Robust loss.
+    #[arg(long, value_enum, default_value_t = LossName::Squares)]
+    pub loss: LossName,
+    /// Residual, in sigmas, beyond which the robust loss gives way.
+    #[arg(long, default_value_t = 3.0)]
+    pub loss_scale: f64,
+    /// Let the stated tolerances pull parameters towards their nominal values.
+    #[arg(long)]
+    pub prior: bool,
+    /// Share of the configurations set aside to check where the campaign does not say.
+    #[arg(long, default_value_t = 0.25)]
+    pub check: f64,
+    /// Draw only so many of the configurations to fit, seeded.
+    #[arg(long, value_name = "N")]
+    pub train: Option<usize>,
+    /// Ordinary and weighted least squares side by side; of fuzzy and grey, beside the parametric model, by load.
+    #[arg(long)]
+    pub compare: bool,
+}
+
+/// Rules of splitting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplitName {
+    /// In proportion to what the description says.
+    Prior,
+    /// The smallest sum of squared compliances.
+    MinimumNorm,
+}
+
+/// Schemes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SchemeName {
+    /// All at once.
+    Batch,
+    /// Configuration by configuration.
+    PoseByPose,
+    /// Base and tool, then geometry, in turns.
+    Alternating,
+}
+
+/// Weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum WeightsName {
+    /// The campaign's stated noise.
+    Stated,
+    /// All alike (OLS).
+    Equal,
+    /// Noise of each direction, from a first fit (WLS).
+    Direction,
+}
+
+/// Losses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LossName {
+    /// Plain squares.
+    Squares,
+    /// Huber's.
+    Huber,
+    /// Cauchy's.
+    Cauchy,
+    /// Tukey's.
+    Tukey,
+}
+
+/// `diagnose`
+#[derive(Debug, Args)]
+pub struct Diagnose {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the description as diagnosed: calibrated, effects switched on.
+    #[arg(long, value_name = "FILE")]
+    pub apply: Option<PathBuf>,
+}
+
+/// `compensator`
+#[derive(Debug, Args)]
+pub struct Compensator {
+    /// CSV of the spring's point on the moving link at angles of the joint: columns q (deg), x, y, z (mm, any axes).
+    #[arg(long, value_name = "FILE")]
+    pub circle: Option<PathBuf>,
+    /// CSV of reference points that turn about the spring's anchor on link 1: columns point, x, y, z (mm, the same
+    /// axes); q may be there.
+    #[arg(long, value_name = "FILE", requires = "circle")]
+    pub anchor: Option<PathBuf>,
+    /// L, ax and ay (mm), where they are known and not measured.
+    #[arg(long, value_name = "L,AX,AY", allow_hyphen_values = true, conflicts_with_all = ["circle", "anchor"])]
+    pub mounting: Option<String>,
+    /// CSV of compliances of the joint: columns q (deg), k2 (1e-6 rad/(N.m)), and ci95, half widths of their 95 %
+    /// intervals, where known.
+    #[arg(long, value_name = "FILE")]
+    pub compliances: Option<PathBuf>,
+}
+
+/// Placements of modal values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PlacementName {
+    /// Gauss-Newton on the residual that the best conclusions leave.
+    GaussNewton,
+    /// Random search of Solis and Wets, seeded.
+    SolisWets,
+}
+
+/// `report`
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the report's data as JSON to this file, beside the report.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}

@@ -1,0 +1,164 @@
+//! The command line.
+
+mod blind;
+mod campaign;
+mod planned;
+mod robot;
+mod start;
+
+pub use blind::{Blind, BlindKind, BlindMake, BlindScore};
+pub use campaign::{
+    Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Report, Scale,
+    SchemeName, SplitName, WeightsName,
+};
+pub use planned::{Compensate, FrameName, HoldName, ObservesName, Plan, Simulate};
+pub use robot::{Check, Convert, Pose, Solve, Stiffness, View};
+pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+/// Calibrate declared robots: kinematics, what can be identified, calibration, proof on poses not seen.
+#[derive(Debug, Parser)]
+#[command(
+    name = "elastogeo",
+    version,
+    about,
+    after_help = "A first hour: `elastogeo init my-robot`, then `elastogeo identify my-robot`.\nWhat a word means: `elastogeo explain rank`.\n\nExit status: 0 done, 1 the computation could not be completed, 2 bad input."
+)]
+pub struct Arguments {
+    /// How results are printed.
+    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    /// Write the result to this file, whole or not at all.
+    #[arg(long, global = true, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Seed of everything drawn at random.
+    #[arg(long, global = true, default_value_t = 1)]
+    pub seed: u64,
+    /// Number of threads; all processors by default. Results do not depend on it.
+    #[arg(long, global = true, value_name = "N")]
+    pub jobs: Option<usize>,
+    /// Print nothing but errors; files are written all the same.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Tables with units.
+    Text,
+    /// JSON.
+    Json,
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Start: a folder with a commented description, a campaign and made-up readings.
+    #[command(
+        after_help = "Examples:\n  elastogeo init my-robot\n  elastogeo init my-palletiser --kind parallelogram\n  elastogeo init my-cell --kind urdf arm.urdf"
+    )]
+    Init(Init),
+    /// What a word of the results means: rank, dropped, shrinkage, an effect, ..; without a word, the list.
+    #[command(
+        after_help = "Examples:\n  elastogeo explain rank\n  elastogeo explain gravity-compensator\n  elastogeo explain"
+    )]
+    Explain(Explain),
+    /// Validate a robot; print frames, loops, degrees of freedom, parameters, what is elastic.
+    #[command(
+        after_help = "Examples:\n  elastogeo check universal-ur5\n  elastogeo check my-robot/robot.yaml --snapshot my-robot.snap"
+    )]
+    Check(Check),
+    /// Write a robot as YAML or URDF.
+    #[command(
+        after_help = "Examples:\n  elastogeo convert arm.urdf arm.yaml\n  elastogeo convert my-robot/robot.yaml my-robot.urdf"
+    )]
+    Convert(Convert),
+    /// Forward model: frames and markers at given joints.
+    #[command(
+        after_help = "Examples:\n  elastogeo pose universal-ur5 --joints q1=30,q2=-60,q3=90\n  elastogeo pose kuka-ir663 --table poses.csv --format json"
+    )]
+    Pose(Pose),
+    /// Stiffness at a frame or marker: condensed 6x6, deflection, who gives how much.
+    #[command(
+        after_help = "Examples:\n  elastogeo stiffness kuka-kr270 --joints q2=-60,q3=90,q5=20 --wrench 0,0,-2500,0,0,0"
+    )]
+    Stiffness(Stiffness),
+    /// Inverse model: all branches, or the one nearest to a configuration.
+    #[command(
+        after_help = "Examples:\n  elastogeo solve universal-ur5 --target 400,100,300\n  elastogeo solve universal-ur5 --target 400,100,300,180,0,0 --from q2=-60,q3=90"
+    )]
+    Solve(Solve),
+    /// How much the tool moves per unit of each parameter, over a campaign's configurations.
+    #[command(after_help = "Examples:\n  elastogeo sensitivity kuka-ir663 ir663-simulated")]
+    Sensitivity(OnCampaign),
+    /// What a campaign can tell: rank, what is dropped and merged into what, conditioning, observability.
+    #[command(
+        after_help = "Examples:\n  elastogeo identifiability kuka-ir663 ir663-paper-poses\n  elastogeo identifiability my-robot/robot.yaml my-robot --tolerance noise"
+    )]
+    Identifiability(Identifiability),
+    /// Calibrate a robot on a campaign and judge it on poses the fit did not see.
+    #[command(
+        after_help = "Examples:\n  elastogeo identify kr270-simulated\n  elastogeo identify my-robot --save calibrated.yaml\n  elastogeo identify kr270-no-compensator --what elastic"
+    )]
+    Identify(Identify),
+    /// Where the sim-to-real gap lies, which effect causes it, how far it shrinks on readings not seen.
+    #[command(
+        after_help = "Examples:\n  elastogeo diagnose kr270-no-compensator\n  elastogeo diagnose my-robot --apply diagnosed.yaml"
+    )]
+    Diagnose(Diagnose),
+    /// Gravity compensator: its mounting from measured points, its spring from compliances of the joint it unloads.
+    #[command(
+        after_help = "Examples:\n  elastogeo compensator --circle circle.csv --anchor anchor.csv\n  elastogeo compensator --mounting 680,-100,650 --compliances k2.csv"
+    )]
+    Compensator(Compensator),
+    /// Compare a description with measurements, fitting nothing.
+    #[command(
+        after_help = "Examples:\n  elastogeo residuals calibrated.yaml my-robot\n  elastogeo residuals kuka-kr270 kr270-simulated --format json"
+    )]
+    Residuals(OnCampaign),
+    /// One self-contained HTML file about a campaign: the answer first, plots, the robot in 3-D (report.html, or --output).
+    #[command(
+        after_help = "Examples:\n  elastogeo report kr270-no-compensator\n  elastogeo report my-robot --output monday.html --json monday.json"
+    )]
+    Report(Report),
+    /// The robot itself in 3-D as one self-contained HTML file (view.html, or --output), and as SVG.
+    #[command(
+        after_help = "Examples:\n  elastogeo view kuka-ir663\n  elastogeo view kuka-ir663 --wrench 0,0,-2500 --svg robot.svg"
+    )]
+    View(View),
+    /// Make a campaign from a description with drawn or given errors.
+    #[command(
+        after_help = "Examples:\n  elastogeo simulate universal-ur5 --poses 40 --into trial\n  elastogeo simulate universal-ur5 --poses 40 --effect gear-ratio@joint:2:ratio=5e-4 --into trial"
+    )]
+    Simulate(Simulate),
+    /// Commands under which the real robot passes where it should: geometry, own weight, load and effects corrected.
+    #[command(
+        after_help = "Examples:\n  elastogeo compensate calibrated.yaml path.csv --nominal my-robot/robot.yaml --table corrected.csv\n  elastogeo compensate kuka-ir663 ir663-strip --process ir663-strip"
+    )]
+    Compensate(Compensate),
+    /// Choose the configurations (and loads) to measure that leave the smallest error after compensation.
+    #[command(
+        after_help = "Examples:\n  elastogeo plan universal-ur5 --poses 12 --table poses.csv\n  elastogeo plan kuka-kr270 --poses 10 --add-to kr270-simulated"
+    )]
+    Plan(Plan),
+    /// Make sealed campaigns with withheld causes, or score the diagnosis on them.
+    #[command(subcommand)]
+    Blind(Blind),
+    /// Print a JSON Schema.
+    #[command(after_help = "Examples:\n  elastogeo schema robot --output robot.schema.json")]
+    Schema(Schema),
+    /// Print a completion script for a shell.
+    #[command(after_help = "Examples:\n  elastogeo completions bash\n  elastogeo completions zsh --output _elastogeo")]
+    Completions(Completions),
+    /// Write manual pages.
+    #[command(hide = true)]
+    #[command(after_help = "Examples:\n  elastogeo man /usr/local/share/man/man1")]
+    Man(Man),
+}

@@ -1,0 +1,227 @@
+//! Readings to come and paths to follow.
+
+use std::path::PathBuf;
+
+use clap::builder::ArgPredicate;
+use clap::{Args, ValueEnum};
+
+use super::Reduction;
+
+/// `simulate`
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Number of configurations to draw, or a CSV of configurations in the description's units.
+    #[arg(long, value_name = "N|FILE")]
+    pub poses: String,
+    /// Folder to write campaign.yaml, measurements.csv and truth.json to.
+    #[arg(long, value_name = "FOLDER")]
+    pub into: PathBuf,
+    /// Process that pushes back as the tool moves, a YAML file or a bundled one: readings are taken in equilibrium with
+    /// it, and hold its wrench; --poses may be a path of poses. Without errors or noise unless they are given.
+    #[arg(long, value_name = "FILE")]
+    pub process: Option<String>,
+    /// What a reading is.
+    #[arg(long, value_enum, default_value_t = ObservesName::Position)]
+    pub observes: ObservesName,
+    /// Markers read at each configuration; the tool centre point by default.
+    #[arg(long, value_delimiter = ',')]
+    pub markers: Vec<String>,
+    /// Readings of each marker at each configuration.
+    #[arg(long, default_value_t = 1)]
+    pub repeats: usize,
+    /// Noise of a coordinate, one sigma, mm.
+    #[arg(long, default_value_t = 0.03, default_value_if("process", ArgPredicate::IsPresent, "0"))]
+    pub noise: f64,
+    /// Noise of a component of the orientation, one sigma, deg.
+    #[arg(long, default_value_t = 0.003, default_value_if("process", ArgPredicate::IsPresent, "0"))]
+    pub orientation_noise: f64,
+    /// Geometry errors: normal, this many times each free parameter's tolerance.
+    #[arg(long, default_value_t = 1.0, default_value_if("process", ArgPredicate::IsPresent, "0"))]
+    pub errors: f64,
+    /// Errors of springs: normal, this many times each identifiable spring's tolerance.
+    #[arg(long, default_value_t = 0.0)]
+    pub elastic_errors: f64,
+    /// Wrench read at each marker, base axes, in the description's units; may be given several times.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Vec<String>,
+    /// Errors of single parameters: name=value, added to the nominal value, in the description's units; of a stiffness also
+    /// `inf`, which makes it rigid.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=..", allow_hyphen_values = true)]
+    pub set: Vec<String>,
+    /// Place the robot at random in the measurement frame and declare base (and markers) unknown.
+    #[arg(long)]
+    pub unknown_base: bool,
+    /// Move markers at random by millimetres and declare them unknown.
+    #[arg(long)]
+    pub unknown_tool: bool,
+    /// Share of each variable's limits from which configurations are drawn.
+    #[arg(long, default_value_t = 0.8)]
+    pub share: f64,
+    /// Narrower limits of variables, in the description's units: name=low:high.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
+    pub range: Vec<String>,
+    /// Share of configurations marked `check`.
+    #[arg(long, default_value_t = 0.25)]
+    pub check: f64,
+    /// Effect to put in, its parameters in SI (`gear-ratio@joint:2:ratio=5e-4`); may be given several times. Records the
+    /// conditions too.
+    #[arg(long, value_name = "EFFECT@SITE:PARAMETER=..,..", allow_hyphen_values = true)]
+    pub effect: Vec<String>,
+    /// Record side of approach, time and temperature.
+    #[arg(long)]
+    pub conditions: bool,
+}
+
+/// `plan`
+#[derive(Debug, Args)]
+pub struct Plan {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Number of configurations to choose.
+    #[arg(long, value_name = "N")]
+    pub poses: usize,
+    /// What is to be identified: geometric, elastic, or both; by default stiffness from deflections and geometry from
+    /// all other readings.
+    #[arg(long, value_delimiter = ',')]
+    pub what: Vec<String>,
+    /// What a reading is; by default a deflection where only stiffness is to be identified, else a position.
+    #[arg(long, value_enum)]
+    pub observes: Option<ObservesName>,
+    /// Markers read at each configuration; the tool centre point by default.
+    #[arg(long, value_delimiter = ',')]
+    pub markers: Vec<String>,
+    /// Readings of each marker at each configuration.
+    #[arg(long, default_value_t = 1)]
+    pub repeats: usize,
+    /// Noise of a coordinate, one sigma, mm.
+    #[arg(long, default_value_t = 0.03)]
+    pub noise: f64,
+    /// Noise of a component of the orientation, one sigma, deg.
+    #[arg(long, default_value_t = 0.003)]
+    pub orientation_noise: f64,
+    /// The robot's place in the measurement frame is unknown.
+    #[arg(long)]
+    pub unknown_base: bool,
+    /// Markers or tool are unknown.
+    #[arg(long)]
+    pub unknown_tool: bool,
+    /// Load that can be applied, base axes, in the description's units; may be given several times. Each configuration
+    /// gets the one that serves best.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Vec<String>,
+    /// CSV of the configurations at which accuracy counts: one column a variable, and loads fx, .., mz, in the
+    /// description's units; by default 100 drawn in the box.
+    #[arg(long, value_name = "FILE")]
+    pub test: Option<PathBuf>,
+    /// What is to be best: test-error (position error after compensation at the test poses), D, A, E, O1 to O5.
+    #[arg(long, default_value = "test-error")]
+    pub criterion: String,
+    /// Where the instrument stands in the robot's base frame, in the description's units.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub instrument: Option<String>,
+    /// Half opening of the cone from which a reflector is seen, deg.
+    #[arg(long, value_name = "DEG", requires = "instrument", default_value_t = 60.0)]
+    pub cone: f64,
+    /// Direction to which reflectors open, in the frame that carries them; its z axis by default.
+    #[arg(long, value_name = "X,Y,Z", requires = "instrument", allow_hyphen_values = true)]
+    pub facing: Option<String>,
+    /// Narrower limits of variables, in the description's units: name=low:high.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
+    pub range: Vec<String>,
+    /// Share of each variable's limits to stay in.
+    #[arg(long, default_value_t = 1.0)]
+    pub share: f64,
+    /// Box in which the measured points stay, base frame, in the description's units.
+    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", allow_hyphen_values = true)]
+    pub workspace: Option<String>,
+    /// Least distance between the tool centre points of two configurations, in the description's units.
+    #[arg(long, default_value_t = 0.0)]
+    pub apart: f64,
+    /// Add to the readings of this campaign, which says what is observed, how well, and what is unknown.
+    #[arg(long, value_name = "CAMPAIGN", conflicts_with_all = ["observes", "unknown_base", "unknown_tool"])]
+    pub add_to: Option<String>,
+    /// Write the configurations (and loads) as a CSV.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Reduction.
+    #[command(flatten)]
+    pub reduction: Reduction,
+}
+
+/// What a reading is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ObservesName {
+    /// Position.
+    Position,
+    /// Position and orientation.
+    Pose,
+    /// Distance from the description's anchors.
+    Distance,
+    /// Loaded less unloaded position.
+    Deflection,
+}
+
+/// `compensate`
+#[derive(Debug, Args)]
+pub struct Compensate {
+    /// The robot as calibrated: bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// CSV of points, or a bundled process whose path is meant: joints, or x, y, z and rx, ry, rz (rotation vector); and
+    /// fx to mz, marker, approach.<variable>, temperature, as in campaigns.
+    pub path: String,
+    /// The description that the controller works with: what joints of the path mean, and from which poses are told.
+    #[arg(long, value_name = "ROBOT")]
+    pub nominal: Option<String>,
+    /// Units of the path where they are not the description's: `length=mm,angle=deg`.
+    #[arg(long, value_name = "KIND=UNIT,..")]
+    pub units: Option<String>,
+    /// Marker that should pass; the tool centre point by default.
+    #[arg(long, value_name = "MARKER")]
+    pub at: Option<String>,
+    /// Frame of the path's poses.
+    #[arg(long, value_enum, default_value_t = FrameName::Base)]
+    pub frame: FrameName,
+    /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub from: Option<String>,
+    /// What of the targets is held; by default all that the robot's variables can.
+    #[arg(long, value_enum)]
+    pub hold: Option<HoldName>,
+    /// Process that pushes back as the tool moves: a YAML file, or a bundled one.
+    #[arg(long, value_name = "FILE")]
+    pub process: Option<String>,
+    /// Residual up to which a point counts as met, mm (and mm on a lever of 1 m).
+    #[arg(long, value_name = "MM", default_value_t = 1e-4, allow_hyphen_values = true)]
+    pub residual: f64,
+    /// Greatest correction of an angle, deg; of a stroke in proportion to half its range.
+    #[arg(long, value_name = "DEG", default_value_t = 5.0, allow_hyphen_values = true)]
+    pub largest: f64,
+    /// Write the corrected commands and the controller's poses of them (CSV); not if a point is refused.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Write the table without the points refused.
+    #[arg(long, requires = "table")]
+    pub keep_going: bool,
+}
+
+/// Frame of a path's poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FrameName {
+    /// The robot's base.
+    Base,
+    /// That in which the calibrated base has its pose.
+    Measurement,
+}
+
+/// What of a target is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum HoldName {
+    /// Position and orientation.
+    Pose,
+    /// Position and the tool's z axis.
+    Axis,
+    /// Position alone.
+    Position,
+}

@@ -1,0 +1,116 @@
+//! What is asked of a robot alone.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// `check`
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Compare with the snapshot in this file; write it if there is none.
+    #[arg(long, value_name = "FILE")]
+    pub snapshot: Option<PathBuf>,
+}
+
+/// `convert`
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// File to write; its ending (.yaml or .urdf) says which format.
+    pub to: PathBuf,
+}
+
+/// `pose`
+#[derive(Debug, Args)]
+pub struct Pose {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside).
+    #[arg(
+        long,
+        value_name = "A=..,B=..",
+        allow_hyphen_values = true,
+        conflicts_with = "table",
+        required_unless_present = "table"
+    )]
+    pub joints: Option<String>,
+    /// CSV of configurations, one column a variable, in the description's units.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+    /// Wrench on the tool, base axes, in the description's units of force and torque; own weight is added.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Find the equilibrium at the deflected pose instead of adding the linear deflection.
+    #[arg(long, requires = "wrench")]
+    pub equilibrium: bool,
+}
+
+/// `stiffness`
+#[derive(Debug, Args)]
+pub struct Stiffness {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside).
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub joints: String,
+    /// Frame or marker; the tool centre point by default.
+    #[arg(long, value_name = "FRAME|MARKER")]
+    pub at: Option<String>,
+    /// Wrench there, base axes, in the description's units of force and torque.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Add own weight and preloads.
+    #[arg(long)]
+    pub weight: bool,
+    /// Find the equilibrium at the deflected pose.
+    #[arg(long)]
+    pub equilibrium: bool,
+}
+
+/// `solve`
+#[derive(Debug, Args)]
+pub struct Solve {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Position and rotation vector of the tool in the base frame, in the description's units; three numbers for a
+    /// position alone.
+    #[arg(long, value_name = "X,Y,Z[,RX,RY,RZ]", allow_hyphen_values = true)]
+    pub target: String,
+    /// Only the solution nearest to this configuration.
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub from: Option<String>,
+    /// Starts without a new branch after which the search ends.
+    #[arg(long, default_value_t = 192)]
+    pub restarts: usize,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+pub struct View {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// Values of the variables, in the description's units; those not named are zero (or the middle of their limits
+    /// where zero is outside, or where nothing else can be assembled).
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub joints: Option<String>,
+    /// Wrench at the tool centre point, base axes, in the description's units: draws the deflected shape.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Add own weight and preloads to the deflected shape.
+    #[arg(long)]
+    pub weight: bool,
+    /// Write a drawing for papers, from the side that `--look` says.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// From where the drawing is seen, deg: about z from -y, and above the horizon.
+    #[arg(long, value_name = "YAW,PITCH", default_value = "-50,20", allow_hyphen_values = true)]
+    pub look: String,
+    /// Leave names out of the drawing.
+    #[arg(long)]
+    pub no_names: bool,
+}
