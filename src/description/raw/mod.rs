@@ -1,0 +1,125 @@
+//! First age of a robot description: the image of the YAML file, in the file's own units, nothing checked beyond its
+//! shape. Every field may be absent, so that one fault does not hide the next; [`super::resolve`] says what is missing.
+
+use indexmap::IndexMap;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+
+use super::units::Units;
+
+fn absent<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// A name in YAML may be written as a number (`1`).
+fn name(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({"type": ["string", "integer", "null"]})
+}
+
+fn names(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({"type": ["array", "null"], "items": {"type": ["string", "integer"]}})
+}
+
+macro_rules! raw {
+    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name { $($(#[$field_meta])* #[serde(skip_serializing_if = "absent")] pub $field: $type,)* }
+    };
+}
+
+// After the macro, which they use.
+mod elastic;
+mod motion;
+
+pub use elastic::*;
+pub use motion::*;
+
+raw! {
+    /// A robot: what is declared of it. Everything else (kinematics, closure, error Jacobian, identifiable set) is derived.
+    pub struct RawRobot {
+        /// Display name.
+        robot: Option<String>,
+        /// Where the numbers come from; say here what is assumed.
+        source: Option<String>,
+        /// Units of every number in this file; SI where absent.
+        units: Units,
+        /// URDF file to start from, relative to this file. Its joints become frames of the same names; `frames` below
+        /// adds to them or overrides single keys. A URDF is always SI.
+        urdf: Option<String>,
+        /// Order of the actuated variables; by default the order in which frames and actuators name them.
+        #[schemars(schema_with = "names")]
+        variables: Vec<String>,
+        /// Frames by name. `0` is the base and is not declared.
+        frames: IndexMap<String, RawFrame>,
+        /// Joints that follow others: `6 = -1 * 5`, several terms joined by `+` or `-`.
+        couplings: Vec<String>,
+        /// Closed loops by name.
+        loops: IndexMap<String, RawLoop>,
+        /// Actuators that do not sit at their joint, by name.
+        actuators: IndexMap<String, RawActuator>,
+        /// Pose of the robot's base frame 0 in the measurement frame.
+        base: RawPlacement,
+        /// Tool centre point. By default the origin of the only frame that carries nothing.
+        tool: RawTool,
+        /// Measured points by name.
+        markers: IndexMap<String, RawMarker>,
+        /// Fixed points of the cell, in the measurement frame, from which distances are measured, by name.
+        anchors: IndexMap<String, [f64; 3]>,
+        /// Acceleration of gravity in base axes, m/s2 whatever the units; by default (0, 0, -9.81).
+        gravity: Option<[f64; 3]>,
+        /// Mass of each body, by the frame it moves with.
+        bodies: IndexMap<String, RawBody>,
+        /// Materials by name.
+        materials: IndexMap<String, RawMaterial>,
+        /// Beam cross-sections by name.
+        sections: IndexMap<String, RawSection>,
+        /// Elastic nodes by name: a point of a body. A frame's name stands for its origin on its own body.
+        nodes: IndexMap<String, RawNode>,
+        /// Beams by name, from node to node.
+        beams: IndexMap<String, RawBeam>,
+        /// Stiffness of joints, by the joint's frame.
+        joint_stiffness: IndexMap<String, RawJointStiffness>,
+        /// Stiffness of the pedestal under frame 0; rigid where absent.
+        base_stiffness: Option<RawBaseStiffness>,
+        /// Springs and gravity compensators between two bodies, by name.
+        springs: IndexMap<String, RawSpring>,
+        /// Effects that have been switched on.
+        effects: Vec<RawEffect>,
+        /// Takagi-Sugeno compliance of the tool, in place of what gives above or added to it.
+        fuzzy: Option<RawFuzzy>,
+        /// Which parameters are free in calibration, how far they may be off.
+        calibration: RawCalibration,
+    }
+}
+
+raw! {
+    /// An effect that has been switched on.
+    pub struct RawEffect {
+        /// Its name in the catalogue of effects.
+        effect: Option<String>,
+        /// Where it sits: `joint:2`, `link:3`, `actuator:screw2`, `frame:4`, `base`, `tool`, `instrument`.
+        site: Option<String>,
+        /// Its parameters, SI.
+        parameters: IndexMap<String, f64>,
+    }
+}
+
+raw! {
+    /// Which parameters are free in calibration and how far they may be off. Parameters are named `<owner>.<symbol>`.
+    pub struct RawCalibration {
+        /// Parameters to free beyond the rule (`3.theta`).
+        free: Vec<String>,
+        /// Parameters to hold although the rule frees them.
+        fixed: Vec<String>,
+        /// How far a length is commonly off (one sigma); 1 mm where absent.
+        length_tolerance: Option<f64>,
+        /// How far an angle is commonly off (one sigma); 1 mrad where absent.
+        angle_tolerance: Option<f64>,
+        /// The same for single parameters.
+        tolerances: IndexMap<String, f64>,
+        /// Bounds of single parameters, in the file's units; the declared value lies within them.
+        bounds: IndexMap<String, [f64; 2]>,
+    }
+}
