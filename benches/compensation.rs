@@ -14,16 +14,7 @@ use elastogeo::prediction::{SinglePredictor, SingleWork};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use nalgebra::{Matrix6, Vector6};
 
-const MASSES: &str = "
-gravity: [0, 0, -9.81]
-bodies:
-  1: {mass: 480, com: [100, 0, -250]}
-  2: {mass: 220, com: [520, 0, 0]}
-  3: {mass: 230, com: [-20, 200, 0]}
-  4: {mass: 60, com: [0, 0, -250]}
-  5: {mass: 50, com: [0, 0, 0]}
-  6: {mass: 20, com: [0, 0, 180]}
-";
+const MASSES: &str = include_str!("../tests/data/kr270-masses.yaml");
 const ROBOTS: [&str; 2] = ["kuka-kr270", "kuka-ir663"];
 const POINTS: usize = 100;
 const WRENCH: [f64; 6] = [300.0, -500.0, -1500.0, 100.0, -50.0, 80.0];

@@ -6,9 +6,9 @@ use crate::description::units::Units;
 use crate::files::LoadedRobot;
 use crate::model::Model;
 use crate::remark::Remark;
-use crate::simulation::joint_box;
 
 /// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
+/// A list without names gives all of them in order.
 pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Failure> {
     let mut q: Vec<f64> = model
         .variables
@@ -21,12 +21,20 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
         .collect();
     let mut remarks = Vec::new();
     let mut named = std::collections::HashSet::new();
-    for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
-        let Some((name, value)) = entry.split_once('=') else {
-            remarks.push(Remark::error(format!("`{entry}` is not of the form name=value")));
-            continue;
+    let entries: Vec<&str> = text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).collect();
+    let in_order = entries.len() == q.len() && entries.iter().all(|entry| !entry.contains('='));
+    for (k, entry) in entries.into_iter().enumerate() {
+        let (name, value) = match entry.split_once('=') {
+            Some((name, value)) => (name.trim(), value.trim()),
+            None if in_order => (model.variables[k].name.as_str(), entry),
+            None => {
+                let names: Vec<String> = model.variables.iter().map(|v| format!("{}=..", v.name)).collect();
+                return Err(Failure::input(
+                    format!("`{entry}` is not of the form name=value"),
+                    format!("write {}, in any order; or {} numbers without names", names.join(","), q.len()),
+                ));
+            }
         };
-        let (name, value) = (name.trim(), value.trim());
         let Some(index) = model.variables.iter().position(|variable| variable.name == name) else {
             remarks.push(
                 Remark::error(format!("unknown variable `{name}`"))
@@ -50,21 +58,25 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
 }
 
 /// The box of the variables: a share of their limits, and narrower ones.
-pub fn ranges(loaded: &LoadedRobot, share: f64, range: &[String]) -> Result<Vec<[f64; 2]>, Failure> {
+pub fn ranges(
+    flag: &str,
+    loaded: &LoadedRobot,
+    mut within: Vec<[f64; 2]>,
+    range: &[String],
+) -> Result<Vec<[f64; 2]>, Failure> {
     let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
-    let mut within = joint_box(model, share);
     for entry in range {
         let parsed = entry.split_once('=').and_then(|(name, range)| {
             let (low, high) = range.split_once(':')?;
             Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
         });
         let Some((name, low, high)) = parsed.filter(|(_, low, high)| low < high && (high - low).is_finite()) else {
-            return Err(Failure::input(format!("--range `{entry}`"), "write name=low:high"));
+            return Err(Failure::input(format!("{flag} `{entry}`"), "write name=low:high"));
         };
         let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
             let known = model.variables.iter().map(|variable| variable.name.as_str());
             return Err(Failure::Input(vec![
-                Remark::error(format!("--range: unknown variable `{name}`")).suggest(name, known),
+                Remark::error(format!("{flag}: unknown variable `{name}`")).suggest(name, known),
             ]));
         };
         let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
@@ -72,7 +84,7 @@ pub fn ranges(loaded: &LoadedRobot, share: f64, range: &[String]) -> Result<Vec<
         if narrowed[0] >= narrowed[1] {
             let [low, high] = within[k].map(|v| v / factor);
             return Err(Failure::input(
-                format!("--range `{entry}` is outside the variable's limits"),
+                format!("{flag} `{entry}` is outside the variable's limits"),
                 format!("`{name}` goes from {low:.4} to {high:.4}"),
             ));
         }

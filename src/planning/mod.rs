@@ -57,8 +57,10 @@ pub struct Request {
     pub workspace: Option<[[f64; 2]; 3]>,
     /// Least distance between the tool centre points of two configurations, m.
     pub apart: f64,
-    /// Configurations and loads at which the error counts; drawn in the box where empty.
+    /// Configurations and loads at which the error counts; drawn in `tested_within` where empty.
     pub tests: Vec<Loaded>,
+    /// Box of the variables in which test poses are drawn, rad and m.
+    pub tested_within: Vec<[f64; 2]>,
     /// Readings that are made already.
     pub measured: Option<Campaign>,
     /// Parameters to hold at their nominal values.

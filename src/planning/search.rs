@@ -23,9 +23,9 @@ use crate::simulation::{Loaded, draw_in_box, generator};
 /// Configurations drawn to choose from.
 const DRAWN: usize = 300;
 /// Random sets from which the exchange starts beside the greedy one.
-const STARTS: u64 = 2;
+const STARTS: u64 = 8;
 /// Most rounds of moving the joints and exchanging again.
-const ROUNDS: u32 = 4;
+const ROUNDS: u32 = 8;
 /// Test poses drawn where none are given.
 const TESTS: usize = 100;
 /// Random sets with which a planned one is compared.
@@ -56,6 +56,12 @@ pub enum PlanningError {
     NoRoom {
         /// How many were found.
         found: usize,
+        /// How many were drawn.
+        tried: usize,
+    },
+    /// The box of the test poses holds none that the robot can take.
+    #[error("none of {tried} test poses drawn can be taken")]
+    NoTest {
         /// How many were drawn.
         tried: usize,
     },
@@ -250,9 +256,9 @@ fn tests(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Loaded>, PlanningError
     }
     // Another stream than the candidates': the plan must not be tested where it may measure.
     let accepted = |q: &[f64], placements: &Placements| rules.seen_from_anywhere(q, placements);
-    let (drawn, _) = draw_in_box(geometry, &request.within, TESTS, &mut generator(!request.seed), accepted);
+    let (drawn, _) = draw_in_box(geometry, &request.tested_within, TESTS, &mut generator(!request.seed), accepted);
     if drawn.is_empty() {
-        return Err(PlanningError::NoRoom { found: 0, tried: 1000 * TESTS });
+        return Err(PlanningError::NoTest { tried: 1000 * TESTS });
     }
     Ok(drawn.into_iter().enumerate().map(|(k, q)| (q, loads[k % loads.len()])).collect())
 }

@@ -7,7 +7,7 @@ use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, pred
 use elastogeo::description::campaign::{Campaign, Observes};
 use elastogeo::description::raw::RawEffect;
 use elastogeo::files::{load_path, load_robot};
-use elastogeo::kinematics::{Geometry, Placements, Transform, rotation_vector};
+use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
 use elastogeo::prediction::SinglePredictor;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -16,31 +16,11 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
-use crate::support::{bundled, model_of};
-
-/// KR-270 with masses, its URDF beside it.
-const MASSES: &str = "
-gravity: [0, 0, -9.81]
-bodies:  # assumed
-  1: {mass: 480, com: [100, 0, -250]}
-  2: {mass: 220, com: [520, 0, 0]}
-  3: {mass: 230, com: [-20, 200, 0]}
-  4: {mass: 60, com: [0, 0, -250]}
-  5: {mass: 50, com: [0, 0, 0]}
-  6: {mass: 20, com: [0, 0, 180]}
-";
-
-fn write_heavy(folder: &Path) {
-    let root = env!("CARGO_MANIFEST_DIR");
-    std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
-    let text = std::fs::read_to_string(format!("{root}/robots/kuka-kr270.yaml")).expect("a file");
-    std::fs::write(folder.join("heavy.yaml"), text + MASSES).expect("written");
-}
+use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path};
 
 fn heavy() -> Model {
     let folder = tempfile::tempdir().expect("a folder");
-    write_heavy(folder.path());
-    load_robot(&folder.path().join("heavy.yaml").display().to_string()).expect("a robot").model
+    load_robot(&heavy_kr270(folder.path(), KR270_MASSES)).expect("a robot").model
 }
 
 fn effect(name: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
@@ -147,33 +127,6 @@ fn derivatives_by_variables_are_those_of_differences() {
     }
 }
 
-fn nominal_pose(model: &Model, q: &[f64]) -> Transform {
-    let geometry = Geometry::nominal(model).expect("assembled");
-    let mut placements = Placements::default();
-    geometry.place(q, &mut placements).expect("placed");
-    placements.frames[model.tool.0] * geometry.tool()
-}
-
-/// Points at given configurations, wanted where the nominal robot is.
-fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Vec<Result<Desired, Refusal>>) {
-    let plan = Plan {
-        conditions: false,
-        wrenches: Vec::new(),
-        configurations: configurations.to_vec(),
-        markers: vec![None],
-        repeats: 1,
-        observes: Observes::Pose,
-        sigma: 0.0,
-        sigma_orientation: 0.0,
-        estimate: [false, false],
-    };
-    let mut bare = model.clone();
-    bare.effects.clear();
-    let campaign = simulate(&bare, &model.registry.nominal(), &plan, &mut generator(1)).expect("simulated");
-    let desired = configurations.iter().map(|q| Ok(Desired { nominal: q.clone(), target: nominal_pose(model, q) }));
-    (campaign, desired.collect())
-}
-
 #[test]
 fn a_rigid_perfect_robot_is_left_alone_and_a_redundant_one_moves_least() {
     let ur5 = bundled("universal-ur5");
@@ -268,7 +221,7 @@ struct Machine<'a> {
 fn identified_then_compensated(machine: &Machine) {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    write_heavy(at);
+    heavy_kr270(at, KR270_MASSES);
     let ran = |arguments: &[&str]| {
         let ran = run(at, arguments);
         assert_eq!(ran.status, 0, "{arguments:?}: {}{}", ran.out, ran.err);
@@ -494,4 +447,82 @@ fn what_a_new_user_gets_wrong_is_told() {
         assert!(ran.err.contains(expected), "{more:?}: {}", ran.err);
     }
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), before);
+}
+
+/// Targets told in the measurement frame are those told in the base frame, moved by the calibrated base.
+#[test]
+fn paths_in_the_measurement_frame_are_those_of_the_base_moved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let base = ([1500.0, -300.0, 200.0], [5.0, -3.0, 40.0]);
+    let placed = format!("base: {{at: {:?}, rotation: {:?}}}\n", base.0, base.1);
+    heavy_kr270(at, &(KR270_MASSES.to_string() + &placed));
+    let measured = Transform::from_parts(
+        (Vector3::from(base.0) * 1e-3).into(),
+        Rotation3::new(Vector3::from(base.1).map(f64::to_radians)),
+    );
+    let mut texts = ["x,y,z,rx,ry,rz,fz\n".to_string(), "x,y,z,rx,ry,rz,fz\n".to_string()];
+    for k in 0..4 {
+        let own = Transform::from_parts(
+            Vector3::new(1.7, -0.3 + 0.2 * f64::from(k), 1.3).into(),
+            Rotation3::new(Vector3::new(0.1, 2.1, 0.0)),
+        );
+        for (text, pose) in texts.iter_mut().zip([own, measured * own]) {
+            let (p, r) = (pose.translation.vector * 1e3, rotation_vector(&pose.rotation).map(f64::to_degrees));
+            *text += &format!("{:.10},{:.10},{:.10},{:.12},{:.12},{:.12},-1000\n", p.x, p.y, p.z, r.x, r.y, r.z);
+        }
+    }
+    let commands = |name: &str, text: &str, more: &[&str]| -> Value {
+        std::fs::write(at.join(name), text).expect("written");
+        let ran = run(at, &[&["compensate", "heavy.yaml", name, "--format", "json"], more].concat());
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        serde_json::from_str(&ran.out).expect("JSON")
+    };
+    let own = commands("own.csv", &texts[0], &[]);
+    let moved = commands("moved.csv", &texts[1], &["--frame", "measurement"]);
+    for (a, b) in own["points"].as_array().expect("points").iter().zip(moved["points"].as_array().expect("points")) {
+        for (name, q) in a["joints"].as_object().expect("joints") {
+            let away = q.as_f64().expect("a number") - b["joints"][name].as_f64().expect("a number");
+            assert!(away.abs() < 1e-7, "{name}: {away:e}");
+        }
+        assert!(a["before"]["weight"][2].as_f64().expect("a number") < -1e-4, "{a}");
+    }
+}
+
+/// A marker, not the tool centre point, passes where the path says, under own weight and load.
+#[test]
+fn markers_pass_where_a_path_of_positions_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let file = heavy_kr270(at, KR270_MASSES);
+    let wanted = [[1700.0, -300.0, 1300.0], [1750.0, 0.0, 1250.0], [1700.0, 300.0, 1300.0]];
+    let mut text = "marker,x,y,z,fx,fz\n".to_string();
+    for (k, p) in wanted.iter().enumerate() {
+        text += &format!("m{},{},{},{},200,-1500\n", k + 1, p[0], p[1], p[2]);
+    }
+    std::fs::write(at.join("path.csv"), text).expect("written");
+    let from = ["--from", "0,-60,90,0,40,0", "--table", "out.csv", "--residual", "1e-5"];
+    let ran = run(at, &[&["compensate", "heavy.yaml", "path.csv"], &from[..]].concat());
+    assert_eq!(ran.status, 0, "{}{}", ran.out, ran.err);
+    let model = load_robot(&file).expect("a robot").model;
+    let values = model.registry.nominal();
+    let table = std::fs::read_to_string(at.join("out.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 1 + wanted.len());
+    let header: Vec<&str> = table.lines().next().expect("a header").split(',').collect();
+    let first = header.iter().position(|name| *name == "q1").expect("joints");
+    for (row, line) in table.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let joints = cells[first..first + 6].iter();
+        let q: Vec<f64> = joints.map(|cell| cell.parse::<f64>().expect("a number").to_radians()).collect();
+        let (mut path, _) = nominal_path(&model, std::slice::from_ref(&q));
+        path.readings[0].wrench = [200.0, 0.0, -1500.0, 0.0, 0.0, 0.0];
+        path.readings[0].marker = Some(model.marker(&format!("m{}", row + 1)).expect("a marker"));
+        let predictor = SinglePredictor::new(&model, &values, &path).expect("assembled");
+        let mut work = predictor.work();
+        predictor.place(&q, &mut work).expect("placed");
+        let seen = predictor.see(0, &path.readings[0].wrench, &mut work).expect("seen");
+        let away = (seen.real.translation.vector * 1e3 - Vector3::from(wanted[row])).norm();
+        assert!(away < 1e-3, "point {row}: {away} mm");
+        assert!(seen.by_wrench.norm() > 1e-4 && seen.by_weight.norm() > 1e-5);
+    }
 }

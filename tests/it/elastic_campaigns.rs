@@ -12,32 +12,12 @@ use rand::RngExt;
 use serde_json::Value;
 
 use crate::cli::run;
-
-/// KR-270 with masses, as a description beside its URDF.
-fn heavy_kr270(folder: &Path, extra: &str) -> String {
-    let root = env!("CARGO_MANIFEST_DIR");
-    std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
-    let text = std::fs::read_to_string(format!("{root}/robots/kuka-kr270.yaml")).expect("a file");
-    let path = folder.join("heavy.yaml");
-    std::fs::write(&path, text + extra).expect("written");
-    path.display().to_string()
-}
-
-const MASSES: &str = "
-gravity: [0, 0, -9.81]
-bodies:  # assumed
-  1: {mass: 480, com: [100, 0, -250]}
-  2: {mass: 220, com: [520, 0, 0]}
-  3: {mass: 230, com: [-20, 200, 0]}
-  4: {mass: 60, com: [0, 0, -250]}
-  5: {mass: 50, com: [0, 0, 0]}
-  6: {mass: 20, com: [0, 0, 180]}
-";
+use crate::support::{KR270_MASSES, heavy_kr270};
 
 #[test]
 fn geometry_and_stiffness_come_from_one_absolute_campaign() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = heavy_kr270(folder.path(), MASSES);
+    let path = heavy_kr270(folder.path(), KR270_MASSES);
     let loaded =
         load_robot(&path).unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
     let model = &loaded.model;

@@ -1,7 +1,13 @@
 //! What several tests need.
 
+use std::path::Path;
+
+use elastogeo::compensation::{Desired, Refusal};
+use elastogeo::description::campaign::{Campaign, Observes};
 use elastogeo::description::{raw::RawRobot, resolve::resolve};
+use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
+use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
@@ -28,4 +34,45 @@ pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
         serde_json::Value::Array(list) => list.iter().flat_map(numbers).collect(),
         value => vec![value.as_f64().expect("a number")],
     }
+}
+
+/// Masses of the KR-270, to stand below its description.
+pub const KR270_MASSES: &str = include_str!("../data/kr270-masses.yaml");
+
+/// The KR-270 with more below its description (`heavy.yaml`, its URDF beside it); the file's name.
+pub fn heavy_kr270(folder: &Path, extra: &str) -> String {
+    let root = env!("CARGO_MANIFEST_DIR");
+    std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
+    let text = std::fs::read_to_string(format!("{root}/robots/kuka-kr270.yaml")).expect("a file");
+    let path = folder.join("heavy.yaml");
+    std::fs::write(&path, text + extra).expect("written");
+    path.display().to_string()
+}
+
+/// Pose of the tool of the nominal robot, rigid, in its base frame.
+pub fn nominal_pose(model: &Model, q: &[f64]) -> Transform {
+    let geometry = Geometry::nominal(model).expect("assembled");
+    let mut placements = Placements::default();
+    geometry.place(q, &mut placements).expect("placed");
+    placements.frames[model.tool.0] * geometry.tool()
+}
+
+/// Points at given configurations, wanted where the nominal robot is.
+pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Vec<Result<Desired, Refusal>>) {
+    let plan = Plan {
+        conditions: false,
+        wrenches: Vec::new(),
+        configurations: configurations.to_vec(),
+        markers: vec![None],
+        repeats: 1,
+        observes: Observes::Pose,
+        sigma: 0.0,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    };
+    let mut bare = model.clone();
+    bare.effects.clear();
+    let campaign = simulate(&bare, &model.registry.nominal(), &plan, &mut generator(1)).expect("simulated");
+    let desired = configurations.iter().map(|q| Ok(Desired { nominal: q.clone(), target: nominal_pose(model, q) }));
+    (campaign, desired.collect())
 }

@@ -115,6 +115,15 @@ pub struct Plan {
     /// description's units; by default 100 drawn in the box.
     #[arg(long, value_name = "FILE")]
     pub test: Option<PathBuf>,
+    /// Limits between which test poses are drawn, as of --range, which holds for what is not named.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "NAME=LOW:HIGH",
+        allow_hyphen_values = true,
+        conflicts_with = "test"
+    )]
+    pub test_range: Vec<String>,
     /// What is to be best: test-error (position error after compensation at the test poses), D, A, E, O1 to O5.
     #[arg(long, default_value = "test-error")]
     pub criterion: String,

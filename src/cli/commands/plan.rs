@@ -16,6 +16,7 @@ use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::remark::Remark;
 use crate::report::plan::{plan_json, plan_text};
+use crate::simulation::joint_box;
 
 pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     check(command)?;
@@ -88,7 +89,10 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         }
         None => None,
     };
+    let within = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
     let request = Request {
+        tested_within: ranges("--test-range", loaded, within.clone(), &command.test_range)?,
+        within,
         count: command.poses,
         what,
         observes,
@@ -107,7 +111,6 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight,
-        within: ranges(loaded, command.share, &command.range)?,
         workspace,
         apart: command.apart * length,
         tests,
@@ -164,6 +167,7 @@ fn refused(error: PlanningError) -> Failure {
     let remedy = match &error {
         PlanningError::TooFew { least, .. } => format!("give --poses {least} or more, or hold parameters with --hold"),
         PlanningError::NoRoom { .. } => "widen --cone, --workspace, --range or --share, or move the instrument".into(),
+        PlanningError::NoTest { .. } => "widen --test-range, or give poses with --test".into(),
         PlanningError::TooNear { .. } => "lower --apart, or ask for fewer".into(),
         PlanningError::NothingSeen => "load the robot with --wrench, or plan other readings".into(),
         PlanningError::Calibration(_) => "plan for what the description can be fitted for, with --what".into(),

@@ -24,7 +24,7 @@ use crate::files::{LoadedRobot, load_robot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::remark::Remark;
-use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, unmeasured};
+use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
 pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
@@ -72,7 +72,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
         }
         Ok(count) => {
-            let within = ranges(&loaded, command.share, &command.range)?;
+            let within = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
             draw_configurations_in(&geometry, &within, count, &mut random).map_err(Failure::computation)?
         }
         Err(_) if !command.range.is_empty() => {
