@@ -9,7 +9,7 @@ use super::table::{deg, mm, table};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Component, Input};
 use crate::description::raw::JointKind;
-use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level};
+use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level, Step};
 use crate::math::mean_rms_max;
 use crate::model::Model;
 
@@ -47,44 +47,67 @@ pub fn fuzzy_text(fit: &FuzzyFit) -> String {
     out
 }
 
+/// Sets of each input and error, for what each step took; a line for what is fitted together.
+fn grew(steps: &[Step]) -> String {
+    let mut out = String::new();
+    for group in steps.chunk_by(|a, b| (a.axis, &a.columns) == (b.axis, &b.columns)) {
+        let names: Vec<String> =
+            group[0].columns.iter().map(|&column| Component::name([group[0].axis, column])).collect();
+        let own = group.iter().map(|step| {
+            let sets: Vec<String> = step.sets.iter().map(ToString::to_string).collect();
+            let of = match step.column {
+                Some(column) if names.len() > 1 => format!("{} ", Component::name([step.axis, column])),
+                _ => String::new(),
+            };
+            let sets = if step.sets.contains(&0) { "none".into() } else { sets.join("x") };
+            format!("{of}{sets} {:.4}", mm(step.errors[1]))
+        });
+        let _ = writeln!(out, "  {}: {}", names.join(" and "), own.collect::<Vec<_>>().join("  ->  "));
+    }
+    out
+}
+
+/// What is being done, for a progress bar.
+pub fn step_text(step: &Step) -> String {
+    let names: Vec<String> = step.columns.iter().map(|&column| Component::name([step.axis, column])).collect();
+    let sets: Vec<String> = step.sets.iter().map(ToString::to_string).collect();
+    format!("rules for {}: {} sets, test error {:.4} mm", names.join(" and "), sets.join("x"), mm(step.errors[1]))
+}
+
 fn rules_text(fit: &FuzzyFit) -> String {
     let (model, grown) = (&fit.model, &fit.grown);
     let Some(fuzzy) = &model.fuzzy else { return String::new() };
     let inputs: Vec<(&str, bool)> = fuzzy.inputs.iter().map(|&of| input(model, of)).collect();
-    let grew: Vec<String> = grown
-        .steps
-        .iter()
-        .map(|step| {
-            let sets: Vec<String> = step.sets.iter().map(ToString::to_string).collect();
-            format!("{} {:.4}", sets.join("x"), mm(step.errors[1]))
-        })
-        .collect();
-    let mut out = format!("sets of each input, test error in mm: {}\n\n", grew.join("  ->  "));
-    let mut header = vec!["rule".to_string(), "if".to_string()];
-    header.extend(fuzzy.components.iter().map(|component| format!("{} mm/kN", Component::name(component.at))));
-    header.push("data".into());
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let premises = premises(&fuzzy.components.first().map(|c| c.modes.clone()).unwrap_or_default());
-    let rows = premises.iter().enumerate().map(|(rule, modes)| {
-        let about = modes.iter().zip(&inputs).map(|(mode, (name, angle))| {
-            format!("{name} is about {:.2} {}", shown(*mode, *angle), if *angle { "deg" } else { "mm" })
+    let mut out = format!("sets of each input, test error in mm:\n{}", grew(&grown.steps));
+    for (component, own) in fuzzy.components.iter().zip(&grown.components) {
+        out += "\n";
+        let conclusion = format!("{} mm/kN", Component::name(component.at));
+        let rows = premises(&component.modes).into_iter().enumerate().map(|(rule, modes)| {
+            let sets = modes.iter().zip(&inputs).zip(&component.modes).filter(|(_, sets)| sets.len() > 1);
+            let about: Vec<String> = sets
+                .map(|((mode, (name, angle)), _)| {
+                    format!("{name} is about {:.2} {}", shown(*mode, *angle), if *angle { "deg" } else { "mm" })
+                })
+                .collect();
+            let data = if own.unseen.contains(&rule) { "none".into() } else { format!("{:.1}", own.support[rule]) };
+            let about = if about.is_empty() { "always".into() } else { about.join(" and ") };
+            vec![(rule + 1).to_string(), about, format!("{:.4}", 1e6 * component.conclusions[rule]), data]
         });
-        let about: Vec<String> = about.collect();
-        let mut row =
-            vec![(rule + 1).to_string(), if about.is_empty() { "always".into() } else { about.join(" and ") }];
-        row.extend(fuzzy.components.iter().map(|component| format!("{:.4}", 1e6 * component.conclusions[rule])));
-        row.push(if grown.unseen.contains(&rule) { "none".into() } else { format!("{:.1}", grown.support[rule]) });
-        row
-    });
-    out += &table(&header, rows);
-    if !grown.unseen.is_empty() {
-        let rules: Vec<String> = grown.unseen.iter().map(|rule| (rule + 1).to_string()).collect();
-        let _ =
-            writeln!(out, "no data reach rules {}: their conclusions are those of their neighbours", rules.join(", "));
+        out += &table(&["rule", "if", &conclusion, "data"], rows);
+        if !own.unseen.is_empty() {
+            let rules: Vec<String> = own.unseen.iter().map(|rule| (rule + 1).to_string()).collect();
+            let _ = writeln!(
+                out,
+                "no data reach rules {} of {}: their conclusions are those of their neighbours",
+                rules.join(", "),
+                Component::name(component.at)
+            );
+        }
     }
+    out += "\n";
+    let used = grown.used();
     for (k, &of) in fuzzy.inputs.iter().enumerate() {
         let (name, angle) = inputs[k];
-        let used = used_inputs(fit);
         let [low, high] = used.get(k).map_or([f64::NAN; 2], |&k| grown.range[k]);
         let limits = match of {
             Input::Variable(k) => model.variables[k].limits,
@@ -105,11 +128,6 @@ fn rules_text(fit: &FuzzyFit) -> String {
         let _ = writeln!(out, "{} of the readings set aside are outside that range", grown.beyond);
     }
     out
-}
-
-/// Which of the offered inputs have a say.
-fn used_inputs(fit: &FuzzyFit) -> Vec<usize> {
-    (0..fit.grown.modes.len()).filter(|&k| fit.grown.modes[k].len() > 1).collect()
 }
 
 fn levels_text(levels: &[Level]) -> String {
@@ -137,21 +155,29 @@ pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
     let components: Vec<Value> = fuzzy
         .iter()
         .flat_map(|fuzzy| &fuzzy.components)
-        .map(|c| json!({"name": Component::name(c.at), "modes": c.modes, "conclusions": c.conclusions}))
+        .zip(&grown.components)
+        .map(|(c, own)| {
+            json!({"name": Component::name(c.at), "modes": c.modes, "conclusions": c.conclusions,
+                   "support": own.support, "unseen": own.unseen})
+        })
         .collect();
     let steps: Vec<Value> = grown
         .steps
         .iter()
-        .map(|s| json!({"sets": s.sets, "fit": s.errors[0].is_finite().then(|| mm(s.errors[0])), "test": mm(s.errors[1])}))
+        .map(|s| {
+            let names: Vec<String> = s.columns.iter().map(|&column| Component::name([s.axis, column])).collect();
+            json!({"components": names, "component": s.column.map(|column| Component::name([s.axis, column])),
+                   "sets": s.sets,
+                   "fit": s.errors[0].is_finite().then(|| mm(s.errors[0])), "test": mm(s.errors[1])})
+        })
         .collect();
     let levels: Vec<Value> = fit
         .levels
         .iter()
         .map(|l| json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": 1.96 * l.sigma}))
         .collect();
-    let range: Vec<[f64; 2]> = used_inputs(fit).into_iter().map(|k| grown.range[k]).collect();
-    json!({"inputs": inputs, "components": components, "support": grown.support, "unseen": grown.unseen,
-           "range": range, "outside": grown.beyond, "steps": steps, "levels": levels, "unit": "mm",
+    let range: Vec<[f64; 2]> = grown.used().into_iter().map(|k| grown.range[k]).collect();
+    json!({"inputs": inputs, "components": components, "range": range, "outside": grown.beyond, "steps": steps, "levels": levels, "unit": "mm",
            "residuals": {"after": errors_json(&fit.errors[0]), "check_after": errors_json(&fit.errors[1])}})
 }
 

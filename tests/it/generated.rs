@@ -12,5 +12,6 @@ fn assert_fresh(file: &str, schema: schemars::Schema) {
 fn schemas_are_fresh() {
     assert_fresh("robot.schema.json", schemars::schema_for!(elastogeo::description::raw::RawRobot));
     assert_fresh("process.schema.json", schemars::schema_for!(elastogeo::description::process::RawProcess));
+    assert_fresh("rules.schema.json", schemars::schema_for!(elastogeo::description::raw::RawFuzzy));
     assert_fresh("campaign.schema.json", schemars::schema_for!(elastogeo::description::campaign::raw::RawCampaign));
 }

@@ -58,6 +58,8 @@ pub enum SchemaOf {
     Campaign,
     /// Process.
     Process,
+    /// Compliance by rules in a file of its own.
+    Rules,
 }
 
 /// `completions`

@@ -6,19 +6,23 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::convert::written;
-use crate::cli::args::{Identify, PlacementName};
-use crate::cli::{Failure, Output};
+use super::schema::file_name;
+use crate::cli::args::{Identify, PlacementName, SchemaOf};
+use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
-use crate::estimation::fuzzy::{Placement, fit_fuzzy, fit_grey};
+use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
+use crate::estimation::least_squares::Progress;
 use crate::estimation::{CalibrationError, Settings, What, calibrate};
-use crate::files::LoadedCampaign;
+use crate::files::{LoadedCampaign, schema_line};
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
 use crate::remark::Remark;
-use crate::report::fuzzy::{Method, comparison_json, comparison_text, fuzzy_json, fuzzy_text, grey_json, grey_text};
+use crate::report::fuzzy::{
+    Method, comparison_json, comparison_text, fuzzy_json, fuzzy_text, grey_json, grey_text, step_text,
+};
 
 const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
 
@@ -93,35 +97,41 @@ pub fn run(
     let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
     let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
     let mut output = Output::new(String::new(), json!({}));
+    let bar = terminal::bar(None, "{spinner} {msg}");
+    let taken = |step: &Step| bar.set_message(step_text(step));
+    let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
     if command.compare || command.what.len() > 1 {
         let mut methods = Vec::new();
         if has("elastic") {
-            let found = calibrate(model, campaign, aside, &elastic, &mut |_| {}).map_err(Failure::computation)?;
+            let found = calibrate(model, campaign, aside, &elastic, &mut iterated).map_err(Failure::computation)?;
             methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
         }
         if has("fuzzy") {
-            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement).map_err(failure)?;
+            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken).map_err(failure)?;
             methods.push(Method { name: "fuzzy", residual: residual(&fit.model, &fit.values)? });
         }
         if has("grey") {
-            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut |_| {}).map_err(failure)?;
+            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)
+                .map_err(failure)?;
             let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
             methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
         }
         output.text = comparison_text(whole, &judges, &methods);
         output.json = comparison_json(whole, &judges, &methods);
     } else if has("fuzzy") {
-        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement).map_err(failure)?;
+        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken).map_err(failure)?;
         output.text = fuzzy_text(&fit);
         output.json = fuzzy_json(&fit);
         save(command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
-        let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut |_| {}).map_err(failure)?;
+        let fit =
+            fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken).map_err(failure)?;
         output.text = grey_text(&fit);
         output.json = grey_json(&fit);
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
         save(command, loaded, with, &fit.parametric.values, &mut output)?;
     }
+    bar.finish_and_clear();
     output.json["seconds"] = json!(started.elapsed().as_secs_f64());
     output.remarks.extend(loaded.remarks.iter().cloned());
     Ok(output)
@@ -163,7 +173,8 @@ fn save(
     let Some(path) = &command.save else { return Ok(()) };
     let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
     if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
-        let text = yaml::write(fuzzy).map_err(Failure::Computation)?;
+        let line = schema_line(file, file_name(SchemaOf::Rules));
+        let text = line + &yaml::write(fuzzy).map_err(Failure::Computation)?;
         let named = relative(file, path)?;
         output.text += &format!("identified rules: {}\n", file.display());
         output.files.push((file.clone(), text));

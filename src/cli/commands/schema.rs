@@ -4,7 +4,7 @@ use crate::cli::args::{Schema, SchemaOf};
 use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::RawCampaign;
 use crate::description::process::RawProcess;
-use crate::description::raw::RawRobot;
+use crate::description::raw::{RawFuzzy, RawRobot};
 
 pub fn run(command: &Schema) -> Result<Output, Failure> {
     let text = text(command.of)?;
@@ -17,6 +17,7 @@ pub fn text(of: SchemaOf) -> Result<String, Failure> {
     let schema = match of {
         SchemaOf::Robot => schemars::schema_for!(RawRobot),
         SchemaOf::Process => schemars::schema_for!(RawProcess),
+        SchemaOf::Rules => schemars::schema_for!(RawFuzzy),
         SchemaOf::Campaign => schemars::schema_for!(RawCampaign),
     };
     Ok(serde_json::to_string_pretty(&schema).map_err(Failure::computation)? + "\n")
@@ -28,5 +29,6 @@ pub fn file_name(of: SchemaOf) -> &'static str {
         SchemaOf::Robot => "robot.schema.json",
         SchemaOf::Campaign => "campaign.schema.json",
         SchemaOf::Process => "process.schema.json",
+        SchemaOf::Rules => "rules.schema.json",
     }
 }

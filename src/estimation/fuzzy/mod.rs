@@ -1,5 +1,5 @@
-//! Fuzzy compliances from deflections: conclusions in closed form, modal values by a bounded optimiser, structure grown
-//! until the test error stops falling; and the grey box, a fuzzy correction of what a calibrated structure leaves.
+//! Fuzzy compliances from deflections, each component with a partition of its own: conclusions in closed form, modal values
+//! by a bounded optimiser, structure grown until the test error stops falling; and the grey box, a fuzzy correction of what a calibrated structure leaves.
 //!
 //! Source: IR663 calibration paper, sec. 2.2.2 and 3.3.2, with two changes. Conclusions are linear in the readings and
 //! are solved for instead of descended to; modal values then are the only unknowns, and are found by Gauss-Newton steps
@@ -10,7 +10,8 @@ mod modes;
 mod rules;
 mod samples;
 
-pub use grow::{Grown, Step};
+pub use grow::{Grown, Step, SubModel};
+pub use rules::Partition;
 pub use samples::Level;
 
 use super::calibrate;
@@ -67,6 +68,7 @@ pub struct GreyFit {
 const WORTH: f64 = 0.03;
 
 /// Fits a fuzzy compliance to the deflections that are not set `aside`; what the springs of the model give is left out.
+/// `taken` hears of every set that is added.
 ///
 /// # Errors
 /// [`CalibrationError::Malformed`] where the readings are no deflections of one marker; see [`super::calibrate`].
@@ -76,9 +78,10 @@ pub fn fit_fuzzy(
     aside: &[bool],
     inputs: &[Input],
     placement: Placement,
+    taken: &(dyn Fn(&Step) + Sync),
 ) -> Result<FuzzyFit, CalibrationError> {
     let samples = Samples::measured(model, campaign, aside, inputs)?;
-    let grown = grow(&samples, placement, None)?;
+    let grown = grow(&samples, placement, false, taken)?;
     let values = model.registry.nominal();
     finished(model, campaign, aside, inputs, &values, &samples, grown, false)
 }
@@ -87,6 +90,7 @@ pub fn fit_fuzzy(
 ///
 /// # Errors
 /// As [`fit_fuzzy`] and [`super::calibrate`].
+#[allow(clippy::too_many_arguments)] // those of both fits
 pub fn fit_grey(
     model: &Model,
     campaign: &Campaign,
@@ -95,12 +99,13 @@ pub fn fit_grey(
     placement: Placement,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
+    taken: &(dyn Fn(&Step) + Sync),
 ) -> Result<GreyFit, CalibrationError> {
     let settings = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
     let parametric = calibrate(model, campaign, aside, &settings, progress)?;
     let samples = Samples::left(model, campaign, aside, inputs, &parametric)?;
-    let grown = grow(&samples, placement, Some(samples.rms(|_| true)))?;
-    let cross_validated = cross_validated(&samples, &grown.modes);
+    let grown = grow(&samples, placement, true, taken)?;
+    let cross_validated = cross_validated(&samples, &grown);
     let helps = cross_validated[1] < (1.0 - WORTH) * cross_validated[0];
     let correction = if helps {
         let fit = finished(model, campaign, aside, inputs, &parametric.values, &samples, grown, true)?;

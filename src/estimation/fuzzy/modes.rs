@@ -6,8 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::Placement;
-use super::rules::{left, solve};
-use super::samples::Samples;
+use super::rules::{Group, Partition};
 use crate::estimation::least_squares::{self, Bounds, EvaluationError, Problem};
 
 /// Least gap between neighbouring modes, and to the ends of the range, beside the others.
@@ -17,17 +16,19 @@ const TRIALS: usize = 400;
 /// Steps of Gauss and Newton.
 const STEPS: usize = 25;
 
-/// Partitions of the range of the samples as gaps: below the first mode, between modes, above the last one.
+/// The partition of one component as gaps: below the first mode, between modes, above the last one.
 struct Gaps<'a> {
-    samples: &'a Samples,
-    fitted: Vec<usize>,
+    group: &'a Group<'a>,
+    /// Partitions by load component, and which of them is sought.
+    parts: &'a [Partition],
+    own: usize,
     counts: Vec<usize>,
 }
 
 impl Gaps<'_> {
     fn of(&self, modes: &[Vec<f64>]) -> Vec<f64> {
         let mut gaps = Vec::new();
-        for (own, [low, high]) in modes.iter().zip(&self.samples.range).filter(|(own, _)| own.len() > 1) {
+        for (own, [low, high]) in modes.iter().zip(&self.group.samples.range).filter(|(own, _)| own.len() > 1) {
             let mut last = *low;
             for end in own.iter().chain([high]) {
                 gaps.push(((end - last) / (high - low)).max(LEAST_GAP));
@@ -53,12 +54,30 @@ impl Gaps<'_> {
             };
             own[..count].iter().map(each).collect()
         };
-        self.counts.iter().zip(&self.samples.range).map(place).collect()
+        self.counts.iter().zip(&self.group.samples.range).map(place).collect()
     }
 
     fn left(&self, gaps: &[f64]) -> Vec<f64> {
-        let modes = self.modes(gaps);
-        left(self.samples, &modes, &solve(self.samples, &modes, &self.fitted), &self.fitted)
+        let mut parts = self.parts.to_vec();
+        parts[self.own] = self.modes(gaps);
+        let b = self.group.solve(&parts, &self.group.fitted);
+        self.group.left(&parts, &b, &self.group.fitted)
+    }
+
+    /// Better gaps.
+    fn improved(&self, gaps: &[f64], placement: Placement) -> Vec<f64> {
+        if gaps.is_empty() {
+            return Vec::new();
+        }
+        match placement {
+            Placement::GaussNewton => {
+                let bounds = Bounds { lower: vec![LEAST_GAP; gaps.len()], upper: vec![1.0; gaps.len()] };
+                let settings =
+                    least_squares::Settings { max_iterations: STEPS, cost_tolerance: 1e-6, ..Default::default() };
+                least_squares::minimize(self, gaps, &bounds, &settings).map_or(gaps.to_vec(), |solution| solution.x)
+            }
+            Placement::SolisWets(seed) => solis_wets(self, gaps, seed),
+        }
     }
 
     fn squares(&self, gaps: &[f64]) -> f64 {
@@ -72,7 +91,7 @@ impl Problem for Gaps<'_> {
     }
 
     fn residuals(&self) -> usize {
-        3 * self.fitted.len()
+        self.group.fitted.len()
     }
 
     fn evaluate(
@@ -99,24 +118,17 @@ impl Problem for Gaps<'_> {
     }
 }
 
-/// Better modal values of the same number.
-pub fn place(samples: &Samples, start: &[Vec<f64>], placement: Placement) -> Vec<Vec<f64>> {
-    let problem =
-        Gaps { samples, fitted: samples.indices(false, |_| true), counts: start.iter().map(Vec::len).collect() };
-    let gaps = problem.of(start);
-    if gaps.is_empty() {
-        return start.to_vec();
-    }
-    let found = match placement {
-        Placement::GaussNewton => {
-            let bounds = Bounds { lower: vec![LEAST_GAP; gaps.len()], upper: vec![1.0; gaps.len()] };
-            let settings =
-                least_squares::Settings { max_iterations: STEPS, cost_tolerance: 1e-6, ..Default::default() };
-            least_squares::minimize(&problem, &gaps, &bounds, &settings).map_or(gaps.clone(), |solution| solution.x)
-        }
-        Placement::SolisWets(seed) => solis_wets(&problem, &gaps, seed),
-    };
-    if problem.squares(&found) < problem.squares(&gaps) { problem.modes(&found) } else { problem.modes(&gaps) }
+/// The partition by load component `own` of a group with the best modal values found from several starts.
+pub fn place(group: &Group, parts: &[Partition], own: usize, starts: &[Partition], placement: Placement) -> Partition {
+    let placed = starts.iter().enumerate().filter(|(k, start)| !starts[..*k].contains(start)).map(|(_, start)| {
+        let counts: Vec<usize> = start.iter().map(Vec::len).collect();
+        let problem = Gaps { group, parts, own, counts };
+        let gaps = problem.of(start);
+        let found = problem.improved(&gaps, placement);
+        let [before, after] = [&gaps, &found].map(|gaps| problem.squares(gaps));
+        if after < before { (problem.modes(&found), after) } else { (problem.modes(&gaps), before) }
+    });
+    placed.min_by(|a, b| a.1.total_cmp(&b.1)).map_or_else(|| parts[own].clone(), |(modes, _)| modes)
 }
 
 /// Random search with a memory of directions that helped (Solis and Wets 1981, algorithm 1).

@@ -103,13 +103,6 @@ impl Samples {
     pub fn indices(&self, aside: bool, among: impl Fn(usize) -> bool) -> Vec<usize> {
         (0..self.x.len()).filter(|&k| self.aside[k] == aside && among(k)).collect()
     }
-
-    /// Root mean square displacement of the test samples, of the fitted ones where there are none, m.
-    pub fn rms(&self, among: impl Fn(usize) -> bool) -> f64 {
-        let test = self.indices(true, &among);
-        let of = if test.is_empty() { self.indices(false, &among) } else { test };
-        (of.iter().map(|&k| self.d[k].norm_squared()).sum::<f64>() / of.len().max(1) as f64).sqrt()
-    }
 }
 
 /// Whether what is measured under loads of one size is what the model, linear in the load, says.
