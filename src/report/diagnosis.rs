@@ -134,6 +134,10 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
         );
         let _ = writeln!(out, "   pattern   {}", cause.words[0]);
         for p in &cause.parameters {
+            if p.name == "count" {
+                let _ = writeln!(out, "   {:<9} {:.0}", p.name, p.value);
+                continue;
+            }
             let width = if p.ci95.is_finite() { format!(" +- {:.1e} {}", p.ci95, p.unit) } else { String::new() };
             let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
         }
@@ -155,13 +159,17 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
         let _ = writeln!(out, "wrong readings, by row: {}\n", rows.join(", "));
     }
     out += "where the gap lies\n";
-    out += &table(
-        &["a free error at", "could carry %", "95 % from", "to"],
-        found.location.sites.iter().take(8).map(|s| {
-            let shown = |v: f64| format!("{:.0}", 100.0 * v);
-            vec![s.site.clone(), shown(s.share), shown(s.ci95[0]), shown(s.ci95[1])]
-        }),
-    );
+    if found.location.sites.is_empty() {
+        out += "no site could carry it by a free error\n";
+    } else {
+        out += &table(
+            &["a free error at", "could carry %", "95 % from", "to"],
+            found.location.sites.iter().take(8).map(|s| {
+                let shown = |v: f64| format!("{:.0}", 100.0 * v);
+                vec![s.site.clone(), shown(s.share), shown(s.ci95[0]), shown(s.ci95[1])]
+            }),
+        );
+    }
     for condition in &found.location.conditions {
         let _ = writeln!(
             out,

@@ -72,7 +72,7 @@ pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
     let model = geometry.model;
     let mut placements = Placements::default();
     geometry.place(q, &mut placements).ok()?;
-    compliance(geometry, &placements).ok()??;
+    compliance(geometry, q, &placements).ok()??;
     let range = |k: usize| {
         let variable = &model.variables[k];
         let [low, high] = variable.limits.filter(|l| l.iter().all(|v| v.is_finite())).unwrap_or([-10.0, 10.0]);
@@ -136,7 +136,7 @@ fn node(geometry: &Geometry, q: &[f64], swept: [f64; 2], placements: &mut Placem
     if !model.frames.iter().zip(&placements.joints).all(inside) {
         return None;
     }
-    let compliance = compliance(geometry, placements).ok()??;
+    let compliance = compliance(geometry, q, placements).ok()??;
     let translation: Matrix3<f64> = compliance.fixed_view::<3, 3>(0, 0).into_owned();
     let greatest = translation.symmetric_eigenvalues().max();
     if !(greatest.is_finite() && greatest > 0.0) {

@@ -7,6 +7,7 @@ use crate::description::campaign::Campaign;
 use crate::elastics::{Elastics, Mechanism, Response, Statics, shares, spatial};
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
+use crate::surrogate;
 
 /// Most readings over which shares are taken.
 const MOST: usize = 60;
@@ -24,13 +25,14 @@ pub struct Yielding {
     pub readings: usize,
 }
 
-/// Compliance at the tool centre point at placed frames, base axes; `None` where nothing in the description gives.
+/// Compliance at the tool centre point at a placed configuration, base axes, by springs and beams or by rules; `None` where
+/// nothing in the description gives.
 ///
 /// # Errors
 /// A structure that can move without any force.
-pub fn compliance(geometry: &Geometry, placements: &Placements) -> Result<Option<Matrix6<f64>>, Mechanism> {
+pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Result<Option<Matrix6<f64>>, Mechanism> {
     let elastics = Elastics::new(geometry.model, geometry.values(), &[]);
-    if !elastics.gives_at_all() {
+    if !elastics.gives_at_all() && geometry.model.fuzzy.is_none() {
         return Ok(None);
     }
     let local = geometry.tool().translation.vector;
@@ -39,14 +41,18 @@ pub fn compliance(geometry: &Geometry, placements: &Placements) -> Result<Option
     elastics.prepare(placements, &mut statics)?;
     let mut response = Response::new(&elastics, geometry.model.structure.carrier(frame, &local));
     response.evaluate(&elastics, &mut statics);
-    Ok(Some(response.compliance_at(&(placements.frames[frame] * Point3::from(local)).coords)))
+    surrogate::put(geometry, q, placements, &mut response);
+    let found = response.compliance_at(&(placements.frames[frame] * Point3::from(local)).coords);
+    // Rules identified component by component are reciprocal only as far as the readings were.
+    Ok(Some(0.5 * (found + found.transpose())))
 }
 
-/// Shares of all elements in the work that loads do over a campaign; `None` where nothing gives.
+/// Shares of all elements in the work that loads do over a campaign; `None` where nothing gives, or rules stand in the
+/// elements' place.
 pub fn yielding(geometry: &Geometry, campaign: &Campaign) -> Option<Yielding> {
     let model = geometry.model;
     let elastics = Elastics::new(model, geometry.values(), &[]);
-    if !elastics.gives_at_all() {
+    if !elastics.gives_at_all() || model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds) {
         return None;
     }
     let own_loads = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));

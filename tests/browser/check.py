@@ -155,6 +155,24 @@ def distances(browser, program, folder, keep):
     print("distances: anchors drawn, turned")
 
 
+def rules(browser, program, folder, keep):
+    """A compliance by rules: its surfaces are drawn, labelled, and fit."""
+    arm, into, page = (os.path.join(folder, name) for name in ("ruled.yaml", "rules", "rules.html"))
+    with open(arm, "w") as file:
+        file.write(ARM + "fuzzy:\n  inputs: [q1, q2]\n  components:\n"
+                   "    z.fz: {modes: [[-60, 50], [-50, 10, 60]], conclusions: [1e-3, 2e-3, 1e-3, 3e-3, 2e-3, 1e-3]}\n")
+    subprocess.run([program, "simulate", arm, "--poses", "40", "--observes", "deflection", "--errors", "0", "--wrench=0,0,-100", "--into", into],
+                   check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "report", into, "--output", page], check=True, stdout=subprocess.DEVNULL)
+    look(browser, page, "rules", folder if keep else None)
+    browser.open(page)
+    charts = "document.querySelectorAll('#rules svg.chart').length"
+    expect(browser.evaluate(charts) == 1 and browser.evaluate(UNLABELLED) == 0, "rules: one labelled surface")
+    expect(browser.evaluate("document.querySelector('#stiffness a[href=\"#rules\"]') !== null"), "rules: said to give in the place of springs")
+    expect(not browser.complaints(), f"rules: {browser.complaints()}")
+    print("rules: their surface drawn")
+
+
 def large(browser, program, folder):
     """A campaign of 3000 readings: below 3 MB, and open within a second."""
     into, page = os.path.join(folder, "large"), os.path.join(folder, "large.html")
@@ -188,6 +206,7 @@ def main():
         for robot, flags in ROBOTS.items():
             view(browser, program, robot, flags, folder, keep)
         distances(browser, program, folder, keep)
+        rules(browser, program, folder, keep)
         large(browser, program, folder)
     finally:
         browser.close()

@@ -32,7 +32,22 @@ fn without_rounding(text: &str) -> String {
 #[test]
 fn every_command_fits_a_screen() {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("arm.yaml"), PLANAR).expect("written");
+    let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("written");
+    write("arm.yaml", PLANAR.into());
+    let grid = (0..49).map(|n| format!("0,{},{},0,90,0\n", 620 + 50 * (n / 7), 610 + 45 * (n % 7)));
+    write("grid.csv", format!("q1,stroke2,stroke8,q4,q5,q7\n{}", grid.collect::<String>()));
+    // About joint 2 at the origin the spring's point turns on 184.7 mm; about its anchor, three points on 30, 45 and 60 mm.
+    let about = |[x, y]: [f64; 2], radius: f64, angle: f64| [x + radius * angle.cos(), y + radius * angle.sin()];
+    let point = |k: i32| {
+        let [x, z] = about([0.0, 0.0], 184.7, -f64::from(10 * k).to_radians());
+        format!("{},{x:.3},{},{z:.3}\n", f64::from(10 * k) - 120.0, 0.02 * f64::from(k % 3))
+    };
+    write("circle.csv", format!("q,x,y,z\n{}", (0..9).map(point).collect::<String>()));
+    let turned = |k: i32| {
+        let [x, z] = about([-680.0, -100.0], 30.0 + 15.0 * f64::from(k % 3), 0.08 * f64::from(k));
+        format!("p{},{x:.3},0,{z:.3}\n", k % 3)
+    };
+    write("anchor.csv", format!("point,x,y,z\n{}", (0..18).map(turned).collect::<String>()));
     let cases: &[(&str, &[&str])] = &[
         ("init", &["init", "my-robot"]),
         ("explain", &["explain", "gear-ratio"]),
@@ -54,13 +69,43 @@ fn every_command_fits_a_screen() {
         ("view", &["view", "arm.yaml"]),
         ("compensate", &["compensate", "kuka-ir663", "ir663-strip", "--process", "ir663-strip"]),
         ("plan", &["plan", "arm.yaml", "--poses", "8", "--table", "poses.csv"]),
+        (
+            "simulate-deflections",
+            &[
+                "simulate",
+                "kuka-ir663",
+                "--into",
+                "d",
+                "--poses",
+                "grid.csv",
+                "--observes",
+                "deflection",
+                "--errors",
+                "0",
+                "--markers",
+                "wrist",
+                "--wrench=1000,0,0",
+                "--wrench=0,0,-1000",
+            ],
+        ),
+        ("identify-fuzzy", &["identify", "d", "--what", "fuzzy"]),
+        ("identify-grey", &["identify", "d", "--what", "grey"]),
+        ("identify-fuzzy-compare", &["identify", "d", "--what", "fuzzy", "--compare"]),
+        ("compensator", &["compensator", "--circle", "circle.csv", "--anchor", "anchor.csv"]),
+        (
+            "blind-make",
+            &["blind", "make", "--count", "2", "--seed", "7", "--plan", "kuka-kr270:deflection:20", "--into", "sealed"],
+        ),
+        ("blind-score", &["blind", "score", "sealed"]),
+        ("man", &["man", "man1"]),
         ("help", &["identify", "--help"]),
     ];
     for (name, arguments) in cases {
         for columns in [80, 140] {
             // What a command wrote at the first width is in its way at the second.
-            if *name == "init" && columns == 140 {
-                std::fs::remove_dir_all(folder.path().join("my-robot")).expect("removed");
+            let into = [("init", "my-robot"), ("blind-make", "sealed")].into_iter().find(|(of, _)| of == name);
+            if let Some((_, into)) = into.filter(|_| columns == 140) {
+                std::fs::remove_dir_all(folder.path().join(into)).expect("removed");
             }
             let text = at(folder.path(), columns, arguments);
             let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);

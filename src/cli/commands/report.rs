@@ -135,7 +135,7 @@ pub fn shot(scene: &Scene, geometry: &Geometry, q: &[f64], name: String, rows: V
     let mut placements = Placements::default();
     geometry.place(q, &mut placements).ok()?;
     let points = scene.place(geometry, &placements);
-    let compliance = compliance(geometry, &placements).ok().flatten();
+    let compliance = compliance(geometry, q, &placements).ok().flatten();
     let compliance = compliance.map(|c| -> Matrix3<f64> { c.fixed_view::<3, 3>(0, 0).into_owned() });
     Some(Shot { name, points, moved: Vec::new(), compliance, rows })
 }

@@ -111,17 +111,19 @@ fn grow_group(
     taken: &(dyn Fn(&Step) + Sync),
 ) -> (Vec<Partition>, Vec<Step>) {
     let (samples, fitted, test) = (group.samples, &group.fitted, &group.test);
+    // Errors of fitted and of test readings, and the one foretold for others by generalised cross-validation, which
+    // stands for the test error where there is no test set.
     let errors = |parts: &[Partition]| {
         let b = group.solve(parts, fitted);
         let own = rms(&group.left(parts, &b, fitted));
-        // Without a test set: the error foretold by generalised cross-validation.
         let freedom = 1.0 - b.len() as f64 / fitted.len() as f64;
-        let unseen = if test.is_empty() { own / freedom.max(1e-3) } else { rms(&group.left(parts, &b, test)) };
-        [own, unseen]
+        let foretold = own / freedom.max(1e-3);
+        let unseen = if test.is_empty() { foretold } else { rms(&group.left(parts, &b, test)) };
+        ([own, unseen], foretold)
     };
     let constant: Partition = samples.range.iter().map(|[low, high]| vec![0.5 * (low + high)]).collect();
     let mut parts = vec![constant; group.columns.len()];
-    let mut best = errors(&parts);
+    let (mut best, mut foretold) = errors(&parts);
     let mut steps = Vec::new();
     let mut take = |column: Option<usize>, sets: Vec<usize>, errors: [f64; 2]| {
         let step = Step { axis: group.axis, columns: group.columns.clone(), column, sets, errors };
@@ -162,15 +164,15 @@ fn grow_group(
                 }
                 let mut trial = parts.clone();
                 trial[j] = place(group, &parts, j, &starts, placement);
-                let found = errors(&trial);
-                Some((j, trial, found))
+                let (found, other) = errors(&trial);
+                // A small test set also falls by chance.
+                (found[1] < (1.0 - WORTH) * best[1] && other < foretold).then_some((j, trial, found, other))
             });
-            let tried: Vec<(usize, Vec<Partition>, [f64; 2])> = tried.collect();
-            let best_of = tried.into_iter().min_by(|a, b| a.2[1].total_cmp(&b.2[1]));
-            best_of.filter(|(_, _, found)| found[1] < (1.0 - WORTH) * best[1])
+            let tried: Vec<(usize, Vec<Partition>, [f64; 2], f64)> = tried.collect();
+            tried.into_iter().min_by(|a, b| a.2[1].total_cmp(&b.2[1]))
         });
-        let Some((j, trial, found)) = better else { return (parts, steps) };
-        (parts, best) = (trial, found);
+        let Some((j, trial, found, other)) = better else { return (parts, steps) };
+        (parts, best, foretold) = (trial, found, other);
         take(Some(group.columns[j]), parts[j].iter().map(Vec::len).collect(), best);
     }
 }

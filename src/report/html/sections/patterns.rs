@@ -19,41 +19,64 @@ struct Axis {
     values: Vec<f64>,
 }
 
+/// Three components of a reading (or its distance) that are drawn on one scale.
+struct Scale {
+    /// First of them among the reading's.
+    first: usize,
+    names: &'static [&'static str],
+    /// Unit, and its size in SI.
+    unit: (&'static str, f64),
+}
+
+const DISTANCE: Scale = Scale { first: 0, names: &["distance"], unit: ("mm", 1e-3) };
+const POSITION: Scale = Scale { first: 0, names: &["x", "y", "z"], unit: ("mm", 1e-3) };
+const ROTATION: Scale = Scale { first: 3, names: &["rx", "ry", "rz"], unit: ("deg", std::f64::consts::PI / 180.0) };
+
 pub fn section(report: &Report, page: &Page) -> Option<Section> {
     let components = report.campaign.components();
-    let left = report.readings.left();
-    let pattern = &report.readings.pattern;
-    let count = report.campaign.readings.len();
-    let coordinate =
-        |all: &[f64], k: usize| -> Vec<f64> { (0..count).map(|i| 1e3 * all[i * components + k]).collect() };
-    let shown = components.min(3);
-    let errors: Vec<Vec<f64>> = (0..shown).map(|k| coordinate(left, k)).collect();
-    let taken: Vec<Vec<f64>> =
-        if pattern.is_empty() { Vec::new() } else { (0..shown).map(|k| coordinate(pattern, k)).collect() };
-    // One height for all charts, so that they compare; what is far outside it is counted, not drawn.
+    let axes = axes(report);
+    let own = if components == 1 { &DISTANCE } else { &POSITION };
+    let order = chosen(&coordinates(report, report.readings.left(), own), report.campaign.readings.len());
+    let (rows, beyond) = rows(report, &axes, own, &order);
+    let (rotations, _) = if components > 3 { self::rows(report, &axes, &ROTATION, &order) } else { (Vec::new(), 0) };
+    let html = page.render(
+        "patterns.html",
+        context! {
+            rows, rotations, beyond, drawn => order.len(), count => report.campaign.readings.len(),
+            suspected => !report.readings.pattern.is_empty(), columns => own.names.len(),
+        },
+    );
+    Some(Section { id: "patterns", title: "What the errors follow".into(), html })
+}
+
+/// Residuals of all readings by component, in the scale's unit; none where there are none.
+fn coordinates(report: &Report, all: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let of =
+        |k: usize| all.chunks(report.campaign.components()).map(|own| own[scale.first + k] / scale.unit.1).collect();
+    (0..scale.names.len()).map(of).collect()
+}
+
+/// A row of charts for each axis, all of one height so that they compare; and how many coordinates are far outside it:
+/// these are counted, not drawn.
+fn rows(report: &Report, axes: &[Axis], scale: &Scale, order: &[usize]) -> (Vec<minijinja::Value>, usize) {
+    let errors = coordinates(report, report.readings.left(), scale);
+    let taken = coordinates(report, &report.readings.pattern, scale);
     let mut sizes: Vec<f64> = errors.iter().chain(&taken).flatten().map(|v| v.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = 1.25 * sizes.get((sizes.len().saturating_sub(1)) * 99 / 100).copied().unwrap_or(1.0).max(1e-6);
     let beyond = errors.iter().flatten().filter(|v| v.abs() > most).count();
-    let order = chosen(&errors, count);
-    let names: &[&str] = if shown == 1 { &["distance"] } else { &["x", "y", "z"] };
-    let rows: Vec<_> = axes(report)
-        .iter()
-        .map(|axis| {
-            let charts: Vec<_> = (0..shown)
-                .map(|k| {
-                    let pattern = taken.get(k).map(Vec::as_slice);
-                    safe(panel(axis, names[k], &errors[k], pattern, &order, most))
-                })
-                .collect();
-            context! { name => axis.name.as_str(), charts }
-        })
-        .collect();
-    let html = page.render(
-        "patterns.html",
-        context! { rows, drawn => order.len(), count, beyond, suspected => !taken.is_empty(), columns => shown },
-    );
-    Some(Section { id: "patterns", title: "What the errors follow".into(), html })
+    let row = |axis: &Axis| {
+        let chart = |(k, errors): (usize, &Vec<f64>)| {
+            let label = format!("error in {}, {}", scale.names[k], scale.unit.0);
+            safe(panel(axis, &label, errors, taken.get(k).map(Vec::as_slice), order, most))
+        };
+        let charts: Vec<_> = errors.iter().enumerate().map(chart).collect();
+        context! { name => axis.name.as_str(), charts }
+    };
+    (axes.iter().map(row).collect(), beyond)
 }
 
 /// All axes along which readings differ.
@@ -123,7 +146,7 @@ fn means(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
     order.chunks(order.len().div_ceil(BINS).max(1)).map(mean).collect()
 }
 
-fn panel(axis: &Axis, name: &str, errors: &[f64], pattern: Option<&[f64]>, order: &[usize], most: f64) -> String {
+fn panel(axis: &Axis, label: &str, errors: &[f64], pattern: Option<&[f64]>, order: &[usize], most: f64) -> String {
     let points = |y: &[f64]| -> Vec<(f64, f64)> {
         order.iter().map(|&i| (axis.values[i], y[i])).filter(|(_, y)| y.abs() <= most).collect()
     };
@@ -146,8 +169,7 @@ fn panel(axis: &Axis, name: &str, errors: &[f64], pattern: Option<&[f64]>, order
     let (low, high) =
         axis.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     let margin = 0.04 * (high - low);
-    let label = format!("error in {name}, mm");
     let alt = format!("{label} against {}", axis.name);
-    let frame = Frame { size: [330.0, 210.0], x: &axis.name, y: &label, alt: &alt };
+    let frame = Frame { size: [330.0, 210.0], x: &axis.name, y: label, alt: &alt };
     chart(&frame, Some([(low - margin, high + margin), (-most, most)]), plots, |layout| layout.with_ticks(5))
 }

@@ -44,7 +44,8 @@ pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
             map => map.as_ref().map(|(svg, ..)| safe(svg.clone())), magnified => map.as_ref().map(|m| m.1.clone()),
             levels => map.as_ref().map(|m| m.2.clone()), swept => report.slice.as_ref().map(swept),
             bars => bars.map(safe), elements => shares.iter().map(|s| s.0.clone()).collect::<Vec<_>>(),
-            rigid => report.slice.is_none() && report.yielding.is_none(),
+            rigid => report.slice.is_none() && report.yielding.is_none() && report.model.fuzzy.is_none(),
+            ruled => report.model.fuzzy.is_some(),
         },
     );
     Some(Section { id: "stiffness", title, html })
