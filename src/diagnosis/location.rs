@@ -210,7 +210,7 @@ fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let count = campaign.readings.len();
     let mut features: Vec<Feature> = Vec::new();
     for (k, variable) in model.variables.iter().enumerate() {
-        let (unit, size) = if variable.is_angle { ("rad", 1.0) } else { ("mm", 1e-3) };
+        let (unit, size) = if variable.is_angle { ("deg", 1f64.to_radians()) } else { ("mm", 1e-3) };
         let values = (0..count).map(|i| campaign.configuration(i)[k]).collect();
         features.push((variable.name.clone(), unit, size, values));
     }

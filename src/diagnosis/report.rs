@@ -125,6 +125,8 @@ pub struct Diagnosis {
     pub causes: Vec<Cause>,
     /// Rejected hypotheses, the nearest first.
     pub rejected: Vec<Rejected>,
+    /// What stands for [`Rejected::rms`] with no effect at all, m.
+    pub with_none: f64,
     /// Root mean square error with all causes, m, held out, and its 95 % interval.
     pub after: (f64, [f64; 2]),
     /// Structure left beside all causes.

@@ -237,7 +237,7 @@ impl Round {
             Verdict::NoGap if causes.iter().any(|cause| cause.effect == "outliers") => Verdict::Explained,
             other => other,
         };
-        let rejected = rejected(&ground, &members, evidence);
+        let (rejected, with_none) = rejected(&ground, &members, evidence);
         let next = if settings.propose && verdict != Verdict::NoGap {
             progress("proposing configurations");
             next_poses(model, &self.campaign, &self.values, evidence, &self.kept, &rivals_of, settings.seed)
@@ -261,6 +261,7 @@ impl Round {
             verdict,
             causes,
             rejected,
+            with_none,
             after: (rms_after, rms_interval),
             structure,
             shrinkage,
@@ -337,8 +338,9 @@ fn merged(causes: Vec<Cause>) -> Vec<Cause> {
     out
 }
 
-/// What was not taken, each effect at each site in its best form, with it alone beside the causes.
-fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> Vec<Rejected> {
+/// What was not taken, each effect at each site in its best form, with it alone; and the error with none at all, likewise
+/// of all readings, by degree of freedom.
+fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> (Vec<Rejected>, f64) {
     let gains = ground.gains(&[], GREATEST);
     let empty = ground.fit(&[]);
     let mut best: Vec<(usize, f64)> = Vec::new();
@@ -354,11 +356,13 @@ fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> Vec<Reje
     }
     best.sort_by(|a, b| b.1.total_cmp(&a.1));
     let size = evidence.sigmas.first().copied().unwrap_or(1.0) * 3.0_f64.sqrt();
-    best.into_iter()
+    let left = |gain: f64| ((empty.squares - gain).max(0.0) / ground.freedom()).sqrt() * size;
+    let rejected = best
+        .into_iter()
         .map(|(h, gain)| Rejected {
             effect: evidence.hypotheses[h].effect.name().into(),
             site: evidence.hypotheses[h].site.name.clone(),
-            rms: ((empty.squares - gain).max(0.0) / ground.freedom()).sqrt() * size,
+            rms: left(gain),
             why: if gains[h].1 == 0 {
                 "calibration takes it up entirely, or its sign cannot be"
             } else if ground.is_chance(gain, gains[h].1) {
@@ -369,5 +373,6 @@ fn rejected(ground: &Ground, members: &[usize], evidence: &Evidence) -> Vec<Reje
                 "the causes found do better"
             },
         })
-        .collect()
+        .collect();
+    (rejected, left(0.0))
 }

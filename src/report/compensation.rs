@@ -34,7 +34,7 @@ impl Compensation<'_> {
         self.outcome.points.iter().filter_map(|point| point.as_ref().ok())
     }
 
-    /// Numbers of the points refused, from 0, and why.
+    /// Indices of the points refused, from 0, and why.
     pub fn refused(&self) -> impl Iterator<Item = (usize, &Refusal)> {
         self.outcome.points.iter().enumerate().filter_map(|(k, point)| Some((k, point.as_ref().err()?)))
     }
@@ -103,7 +103,7 @@ impl Compensation<'_> {
         let norm = |v: &Vector3<f64>| format!("{:.4}", mm(v.norm()));
         let rows = self.outcome.points.iter().enumerate().filter_map(|(index, point)| {
             let point = point.as_ref().ok()?;
-            let mut row = vec![index.to_string(), self.names[index].clone()];
+            let mut row = vec![(index + 1).to_string(), self.names[index].clone()];
             match &point.before {
                 Some(d) => row.extend([&d.all, &d.geometry, &d.weight, &d.wrench, &d.effects].map(norm)),
                 None => row.extend(std::iter::repeat_n("-".to_string(), 5)),
@@ -115,8 +115,8 @@ impl Compensation<'_> {
         let rows: Vec<Vec<String>> = rows.collect();
         let left = rows.len().saturating_sub(MOST_SHOWN);
         let header = [
-            "index",
             "point",
+            "name",
             "missed mm",
             "geometry",
             "own weight",
@@ -134,14 +134,21 @@ impl Compensation<'_> {
         }
         let [before, after] = self.before_and_after();
         let done = self.done().count();
-        let _ = writeln!(
-            out,
-            "\n{done} of {} points: {:.4} mm rms, {:.4} mm at most without correction; predicted residual {:.1e} mm at most",
-            self.outcome.points.len(),
-            mm(before[1]),
-            mm(before[2]),
-            mm(after[2])
-        );
+        if self.done().any(|point| point.before.is_none()) {
+            out += "\n-: without correction arm and process find no balance there\n";
+        }
+        let all = self.outcome.points.len();
+        let _ = if done == 0 {
+            writeln!(out, "none of {all} points can be met")
+        } else {
+            writeln!(
+                out,
+                "\n{done} of {all} points: {:.4} mm rms, {:.4} mm at most without correction; predicted residual {:.1e} mm at most",
+                mm(before[1]),
+                mm(before[2]),
+                mm(after[2])
+            )
+        };
         if !self.outcome.left_out.is_empty() {
             let names = self.outcome.left_out.join(", ");
             let _ = writeln!(out, "left out, being of the measurement and not of the robot: {names}");
@@ -151,7 +158,7 @@ impl Compensation<'_> {
         }
         let refused: Vec<String> = self
             .refused()
-            .map(|(index, why)| format!("point {index} ({}) refused: {why}", self.names[index]))
+            .map(|(index, why)| format!("point {} ({}) refused: {why}", index + 1, self.names[index]))
             .collect();
         for line in refused.iter().take(MOST_SHOWN) {
             let _ = writeln!(out, "{line}");

@@ -64,6 +64,7 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
         "verdict": verdict(found.verdict),
         "causes": found.causes.iter().map(cause_json).collect::<Vec<_>>(),
         "rejected": rejected,
+        "with_none": mm(found.with_none),
         "after_all": {"rms": mm(found.after.0), "rms_ci95": found.after.1.map(mm), "shrinkage": found.shrinkage.value,
                       "shrinkage_ci95": found.shrinkage.ci95},
         "structure": structure,
@@ -185,7 +186,7 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
         let _ = writeln!(out, "the robot yields {inside} than predicted where {}, {outside} elsewhere", found.when);
     }
     let [x, y, z] = found.location.directions.map(mm);
-    let _ = writeln!(out, "by direction: x {x:.4}, y {y:.4}, z {z:.4} mm");
+    let _ = writeln!(out, "all readings, by direction: x {x:.4}, y {y:.4}, z {z:.4} mm");
     if !found.structure.is_empty() {
         let one = |s: &Structure| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
         let all: Vec<String> = found.structure.iter().map(one).collect();
@@ -193,6 +194,7 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
     }
     out.push('\n');
     if !found.rejected.is_empty() {
+        let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", mm(found.with_none));
         out += &table(
             &["not taken", "at", "rms with it alone mm", "why"],
             found

@@ -36,9 +36,12 @@ fn premises(modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
 /// Text of `identify --what fuzzy`.
 pub fn fuzzy_text(fit: &FuzzyFit) -> String {
     let mut out = format!(
-        "fuzzy compliance: rms error {:.4} mm on the fitted readings, {:.4} mm on those set aside\n\n",
+        "fuzzy compliance: rms error {:.4} mm on the fitted readings, {:.4} mm on those set aside\n\
+         (a rigid robot: {:.4} and {:.4} mm)\n\n",
         mm(fit.errors[0].distance[1]),
-        mm(fit.errors[1].distance[1])
+        mm(fit.errors[1].distance[1]),
+        mm(fit.rigid[0]),
+        mm(fit.rigid[1])
     );
     out += &errors_table(&[("fit", &fit.errors[0]), ("check", &fit.errors[1])]);
     out += "\n";
@@ -133,7 +136,7 @@ fn rules_text(fit: &FuzzyFit) -> String {
 fn levels_text(levels: &[Level]) -> String {
     let mut out = String::new();
     for level in levels {
-        let bent = (level.gain - 1.0).abs() > 3.0 * level.sigma && (level.gain - 1.0).abs() > 0.02;
+        let bent = |[gain, sigma]: [f64; 2]| (gain - 1.0).abs() > 3.0 * sigma && (gain - 1.0).abs() > 0.02;
         let _ = writeln!(
             out,
             "at {:.0} N: {} readings, measured {:.3} +- {:.3} times what is predicted{}",
@@ -141,8 +144,18 @@ fn levels_text(levels: &[Level]) -> String {
             level.readings,
             level.gain,
             1.96 * level.sigma,
-            if bent { ": NOT linear in the load" } else { "" }
+            match level.linear {
+                Some(linear) if bent(linear) => format!(
+                    "; {:.3} +- {:.3} beside loads of other sizes in the same directions: NOT linear in the load",
+                    linear[0],
+                    1.96 * linear[1]
+                ),
+                _ => String::new(),
+            }
         );
+    }
+    if levels.iter().all(|level| level.linear.is_none()) {
+        out += "no direction was loaded by several sizes: whether the arm is linear in the load is not tested\n";
     }
     out
 }
@@ -174,10 +187,14 @@ pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
     let levels: Vec<Value> = fit
         .levels
         .iter()
-        .map(|l| json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": 1.96 * l.sigma}))
+        .map(|l| {
+            json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": 1.96 * l.sigma,
+                   "linear": l.linear.map(|[gain, sigma]| json!({"gain": gain, "ci95": 1.96 * sigma}))})
+        })
         .collect();
     let range: Vec<[f64; 2]> = grown.used().into_iter().map(|k| grown.range[k]).collect();
     json!({"inputs": inputs, "components": components, "range": range, "outside": grown.beyond, "steps": steps, "levels": levels, "unit": "mm",
+           "rigid": {"fit": mm(fit.rigid[0]), "check": mm(fit.rigid[1])},
            "residuals": {"after": errors_json(&fit.errors[0]), "check_after": errors_json(&fit.errors[1])}})
 }
 

@@ -225,6 +225,11 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
     Value::Object(map)
 }
 
+/// Whether base or tool have a say in the readings: not in deflections.
+fn registers(campaign: &Campaign) -> bool {
+    campaign.observes != Observes::Deflection
+}
+
 /// Text of `identify`.
 pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration) -> String {
     let mut out = format!("{}\n\n", campaign.name);
@@ -236,19 +241,22 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
     };
     let _ = writeln!(
         out,
-        "rms error {:.4} mm with base and tool fitted alone -> {:.4} mm calibrated ({})\n",
+        "rms error {:.4} mm {} -> {:.4} mm calibrated ({})\n",
         mm(judged.0.distance[1]),
+        if registers(campaign) { "with base and tool fitted alone" } else { "with the description as it is" },
         mm(judged.1.distance[1]),
         judged.2
     );
-    out += &errors_table(&[
+    let rows = [
         ("fit: description as it is", &found.before.fit),
         ("fit: registration only", &registration.fit),
         ("fit: calibrated", &after.fit),
         ("check: description as it is", &found.before.check),
         ("check: registration only", &registration.check),
         ("check: calibrated", &after.check),
-    ]);
+    ];
+    let shown = |(name, _): &&(&str, &Errors)| registers(campaign) || !name.contains("registration");
+    out += &errors_table(&rows.iter().filter(shown).copied().collect::<Vec<_>>());
     out += "\n";
     out += &steps(campaign, found);
     out += "\n";
@@ -264,8 +272,10 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
     if campaign.sigma.is_some() {
         let _ = writeln!(out, "residuals are {:.2} times the stated noise", found.noise_ratio);
         if found.noise_ratio > 2.0 {
-            let _ =
-                writeln!(out, "  something that is not geometry is left: intervals cover its scatter, not its shape");
+            let _ = writeln!(
+                out,
+                "  something else than what was fitted is left: intervals cover its scatter, not its shape"
+            );
         }
     }
     out += "\n";
@@ -317,11 +327,11 @@ fn steps(campaign: &Campaign, found: &Calibration) -> String {
     let seen = found.after.check.readings == 0;
     let of = |figures: &Figures| if seen { figures.fit.distance[1] } else { figures.check.distance[1] };
     let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{:.4} mm", mm(rms)));
-    let mut rows = vec![
-        row("description as it is", of(&found.before)),
-        row("registration only", of(&found.registration)),
-        row("calibrated", of(&found.after)),
-    ];
+    let mut rows = vec![row("description as it is", of(&found.before))];
+    if registers(campaign) {
+        rows.push(row("registration only", of(&found.registration)));
+    }
+    rows.push(row("calibrated", of(&found.after)));
     if let Some(sigma) = campaign.sigma.filter(|_| campaign.observes != Observes::Distance) {
         rows.push(row("stated noise", sigma.iter().map(|s| s * s).sum::<f64>().sqrt()));
     }

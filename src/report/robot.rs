@@ -5,10 +5,10 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::table::{table, unit};
-use crate::description::raw::{JointKind, RawRobot};
+use crate::description::raw::{JointKind, RawEffect, RawRobot};
 use crate::description::robot::Motion;
 use crate::model::{Model, Stage};
-use crate::parameter::Parameter;
+use crate::parameter::{Group, Kind, Parameter};
 
 fn motion(model: &Model, index: usize) -> String {
     let frame = &model.frames[index];
@@ -41,6 +41,32 @@ fn elastic(raw: &RawRobot) -> Vec<(&'static str, Vec<String>)> {
         ("springs", keys(raw.springs.keys().collect())),
         ("effects switched on", raw.effects.iter().filter_map(|e| e.effect.clone()).collect()),
     ]
+}
+
+/// An effect with its site and amounts.
+fn switched_on(entry: &RawEffect) -> Option<String> {
+    let amounts: Vec<String> = entry.parameters.iter().map(|(name, value)| format!("{name}={value:e}")).collect();
+    let site = entry.site.as_ref().map_or(String::new(), |site| format!("@{site}"));
+    Some(format!("{}{site} ({})", entry.effect.as_ref()?, amounts.join(", ")))
+}
+
+/// Row of a spring that gives; none of other parameters and of what is rigid.
+fn spring(parameter: &Parameter) -> Option<Vec<String>> {
+    let value = parameter.nominal;
+    let (stiffness, compliance, kind) = match parameter.kind {
+        Kind::LinearCompliance | Kind::RotationalCompliance => (1.0 / value, value, parameter.kind),
+        Kind::LinearStiffness | Kind::RotationalStiffness => (value, 1.0 / value, parameter.kind.inverse()),
+        _ => return None,
+    };
+    (parameter.group == Group::Elastic && compliance > 0.0 && compliance.is_finite()).then(|| {
+        vec![
+            parameter.name.clone(),
+            format!("{stiffness:.4e}"),
+            kind.inverse().unit().into(),
+            format!("{compliance:.4e}"),
+            kind.unit().into(),
+        ]
+    })
 }
 
 /// What `check` prints.
@@ -110,8 +136,19 @@ pub fn text(model: &Model, raw: &RawRobot) -> String {
         let _ = writeln!(out, "markers: {}", names.join(", "));
     }
     let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
-    for (what, names) in elastic(raw).into_iter().filter(|(_, names)| !names.is_empty()) {
+    let springs: Vec<Vec<String>> = model.registry.all().iter().filter_map(spring).collect();
+    if !springs.is_empty() {
+        out += "\n";
+        out += &table(&["spring", "stiffness", "unit", "compliance", "unit"], springs);
+        out += "\n";
+    }
+    for (what, names) in elastic(raw).into_iter().filter(|(what, names)| !names.is_empty() && !what.contains("effects"))
+    {
         let _ = writeln!(out, "{what}: {}", names.join(" "));
+    }
+    let effects: Vec<String> = raw.effects.iter().filter_map(switched_on).collect();
+    if !effects.is_empty() {
+        let _ = writeln!(out, "effects switched on: {}", effects.join("; "));
     }
     if let Some(fuzzy) = &raw.fuzzy {
         let rules = fuzzy.components.iter().map(|(name, component)| format!("{name} {}", component.conclusions.len()));

@@ -24,6 +24,8 @@ pub struct Stiffness {
     pub load_factor: Option<f64>,
     /// Whether there is a load.
     pub is_loaded: bool,
+    /// Whether rules stand in the place of springs and beams.
+    pub by_rules: bool,
 }
 
 impl Stiffness {
@@ -44,8 +46,10 @@ fn rows(matrix: &Matrix6<f64>) -> Value {
 
 /// JSON of `stiffness`, SI.
 pub fn stiffness_json(found: &Stiffness) -> Value {
-    let shares: Map<String, Value> =
-        found.shares.energy.iter().map(|(name, share)| (name.clone(), json!(share))).collect();
+    let shares: Map<String, Value> = match found.by_rules {
+        true => Map::new(),
+        false => found.shares.energy.iter().map(|(name, share)| (name.clone(), json!(share))).collect(),
+    };
     json!({"at": found.at, "compliance": rows(&found.compliance), "stiffness": found.stiffness().map(|k| rows(&k)),
            "deflection": found.deflection, "load_factor": found.load_factor.filter(|factor| factor.is_finite()),
            "shares": shares, "nodes": found.shares.nodes})
@@ -87,6 +91,10 @@ pub fn stiffness_text(model: &Model, found: &Stiffness) -> String {
         );
         if let Some(factor) = found.load_factor.filter(|factor| *factor < 100.0) {
             let _ = writeln!(out, "the loads may grow {factor:.2} fold before they use up the stiffness (buckling)\n");
+        }
+        if found.by_rules {
+            out += "by rules (`fuzzy`), in the place of springs and beams: no element has a share\n";
+            return out;
         }
         let shares =
             found.shares.energy.iter().map(|(name, share)| vec![name.clone(), format!("{:.2}", 100.0 * share)]);

@@ -9,8 +9,11 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::description::fuzzy::{Component, Fuzzy, Input};
+use crate::description::raw::JointKind;
 use crate::elastics::Response;
 use crate::kinematics::{Geometry, Placements};
+use crate::model::Model;
+use crate::remark::Remark;
 
 /// Membership of `x` in a strong triangular partition: the lower of the two sets that share it, and the weight of the
 /// upper one.
@@ -83,6 +86,56 @@ pub fn put(geometry: &Geometry, q: &[f64], placements: &Placements, response: &m
     } else {
         response.compliance = spatial;
     }
+}
+
+/// Share of the span of an input's sets by which configurations may lie outside before it is told.
+const BEYOND: f64 = 0.1;
+
+/// What should be told where rules are asked for more than they hold: configurations (rad, m) with the point of each (a
+/// marker; `Some(None)` is the tool centre point, `None` any other).
+pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Option<usize>>)]) -> Vec<Remark> {
+    let Some(fuzzy) = &model.fuzzy else { return Vec::new() };
+    let mut remarks = Vec::new();
+    let turns = fuzzy.components.iter().any(|component| component.at[0] >= 3);
+    if !turns && asked.iter().any(|(_, point)| *point != Some(fuzzy.at)) {
+        let own = fuzzy.at.map_or("the tool centre point", |marker| model.markers[marker].name.as_str());
+        let text = format!(
+            "the rules (`fuzzy`) are those of {own}, and say nothing of rotation: another point is taken to move alike"
+        );
+        remarks.push(Remark::warning(text).remedy("ask for the point of the rules, or fit rules there"));
+    }
+    let mut placements = Placements::default();
+    let mut x = Vec::new();
+    for (k, input) in fuzzy.inputs.iter().enumerate() {
+        let own = fuzzy.components.iter().map(|component| &component.modes[k]).filter(|modes| modes.len() > 1);
+        let [low, high] = own.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], modes| {
+            [low.min(modes[0]), high.max(modes[modes.len() - 1])]
+        });
+        let margin = BEYOND * (high - low);
+        let outside = asked.iter().filter(|(q, _)| {
+            geometry.place(q, &mut placements).is_ok() && {
+                inputs(&fuzzy.inputs, q, &placements, &mut x);
+                x[k] < low - margin || x[k] > high + margin
+            }
+        });
+        let (name, angle) = match *input {
+            Input::Variable(k) => (&model.variables[k].name, model.variables[k].is_angle),
+            Input::Joint(k) => (&model.frames[k].name, model.frames[k].joint == JointKind::Revolute),
+        };
+        let (unit, size) = if angle { ("deg", 1f64.to_radians()) } else { ("mm", 1e-3) };
+        let count = outside.count();
+        if count > 0 {
+            let text = format!(
+                "the rules (`fuzzy`) hold for `{name}` from {:.1} to {:.1} {unit}, and {count} of {} configurations are outside: \
+                 the compliance is held there at its last value",
+                low / size,
+                high / size,
+                asked.len()
+            );
+            remarks.push(Remark::warning(text).remedy("measure deflections there, and fit the rules again"));
+        }
+    }
+    remarks
 }
 
 /// A compliance at a point (m) as one of spatial wrenches and twists.

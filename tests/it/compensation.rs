@@ -330,8 +330,8 @@ fn singular_unreachable_and_forbidden_points_are_refused_by_number() {
     let arguments = ["compensate", "kuka-kr270", "path.csv", "--table", "out.csv"];
     let ran = run(at, &arguments);
     assert_eq!(ran.status, 1, "{}", ran.err);
-    assert!(ran.out.contains("point 1 (row 2) refused: singular"), "{}", ran.out);
-    assert!(ran.out.contains("point 4 (row 5) refused: "), "{}", ran.out);
+    assert!(ran.out.contains("point 2 (row 2) refused: singular"), "{}", ran.out);
+    assert!(ran.out.contains("point 5 (row 5) refused: "), "{}", ran.out);
     assert!(ran.out.contains("out.csv is not written"), "{}", ran.out);
     assert!(!at.join("out.csv").exists());
     let ran = run(at, &[&arguments[..], &["--keep-going", "--format", "json"]].concat());
@@ -350,7 +350,7 @@ fn singular_unreachable_and_forbidden_points_are_refused_by_number() {
     std::fs::write(at.join("poses.csv"), poses).expect("written");
     let ran = run(at, &["compensate", "kuka-kr270", "poses.csv"]);
     assert_eq!(ran.status, 1, "{}", ran.err);
-    assert!(ran.out.contains("point 1 (row 2) refused: unreachable"), "{}", ran.out);
+    assert!(ran.out.contains("point 2 (row 2) refused: unreachable"), "{}", ran.out);
     assert!(ran.out.contains("2 of 3 points"), "{}", ran.out);
     // At the edge of a limit that the correction would pass.
     let model = model_of(&(PLANAR.to_string() + "joint_stiffness:\n  1: {kar: {value: 1e5}}\n"));
@@ -525,4 +525,26 @@ fn markers_pass_where_a_path_of_positions_says() {
         assert!(away < 1e-3, "point {row}: {away} mm");
         assert!(seen.by_wrench.norm() > 1e-4 && seen.by_weight.norm() > 1e-5);
     }
+}
+
+/// `--wrench` is a column of one wrench; and what nothing gives under is told.
+#[test]
+fn a_constant_load_need_not_stand_in_the_path() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
+    write("with.csv", "q1,q2,q3,q4,q5,q6,fx,fz\n0,-60,90,0,40,0,200,-1000\n10,-60,90,0,40,0,200,-1000\n");
+    write("bare.csv", "q1,q2,q3,q4,q5,q6\n0,-60,90,0,40,0\n10,-60,90,0,40,0\n");
+    let joints = |arguments: &[&str]| -> Value {
+        let ran = run(at, &[&["compensate", "kuka-kr270"], arguments, &["--format", "json"]].concat());
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        serde_json::from_str(&ran.out).expect("JSON")
+    };
+    assert_eq!(joints(&["with.csv"])["points"], joints(&["bare.csv", "--wrench", "200,0,-1000"])["points"]);
+    let both = run(at, &["compensate", "kuka-kr270", "with.csv", "--wrench", "200,0,-1000"]);
+    assert!(both.status == 2 && both.err.contains("wrenches of its own"), "{}", both.err);
+    write("arm.yaml", PLANAR);
+    write("planar.csv", "q1,q2\n0.3,0.5\n");
+    let rigid = run(at, &["compensate", "arm.yaml", "planar.csv", "--wrench", "0,10,0"]);
+    assert!(rigid.status == 0 && rigid.err.contains("nothing that gives"), "{}", rigid.err);
 }

@@ -5,6 +5,7 @@ use elastogeo::kinematics::{
 };
 use elastogeo::model::Model;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 use crate::random_robots::{Draw, Sketch, planar, serial, spatial, two_loops};
 use crate::support::{bundled, model_of};
@@ -99,17 +100,17 @@ fn columns_agree(model: &Model, q: &[f64]) -> bool {
     true
 }
 
-/// Checks a robot where its loops are known to close and near there; how many configurations were regular.
+/// Checks a robot where its loops are known to close and near there; how many configurations were regular. None counts
+/// where the first, from which the loops are followed, is near a dead point: moved a little, they may not close there.
 fn robot_agrees(sketch: &Sketch, seed: u64) -> usize {
     let model = model_of(&sketch.yaml());
     let known = configuration(&model, sketch);
     let draw = &mut Draw::new(seed);
-    (0..2)
-        .filter(|n| {
-            let q: Vec<f64> = known.iter().map(|v| v + *n as f64 * draw.within(-0.03, 0.03)).collect();
-            columns_agree(&model, &q)
-        })
-        .count()
+    if !columns_agree(&model, &known) {
+        return 0;
+    }
+    let near: Vec<f64> = known.iter().map(|v| v + draw.within(-0.03, 0.03)).collect();
+    1 + usize::from(columns_agree(&model, &near))
 }
 
 /// At the known configuration the tree written anew places every frame as the library does.
@@ -125,8 +126,11 @@ fn known_configuration_is_found(sketch: &Sketch) {
     }
 }
 
+/// The same robots each time; others by `PROPTEST_RNG_SEED=n`.
 fn settings() -> ProptestConfig {
-    ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() }
+    let own = ProptestConfig::default();
+    let rng_seed = if own.rng_seed == RngSeed::Random { RngSeed::Fixed(1) } else { own.rng_seed };
+    ProptestConfig { cases: 96, failure_persistence: None, rng_seed, ..own }
 }
 
 proptest! {

@@ -262,3 +262,45 @@ fn identified_rules_are_saved_in_a_file_of_their_own_and_drawn() {
     let page = std::fs::read_to_string(folder.path().join("r.html")).expect("written");
     assert!(page.contains("id=\"rules\"") && page.contains("Compliance by rules"), "no section");
 }
+
+/// Rules over many inputs and few readings: what hardly any reading reaches is what its neighbours are, and doubtful use is
+/// told.
+#[test]
+fn rules_say_no_more_than_the_readings_did() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let simulate =
+        ["simulate", "kuka-kr270", "--poses", "120", "--observes", "deflection", "--markers", "m1", "--into", "c"];
+    let loads = ["--errors", "0", "--share", "0.3", "--wrench=1500,0,0", "--wrench=0,0,-1500", "--wrench=0,0,-800"];
+    let ran = run(folder.path(), &[&simulate[..], &loads].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let identify = ["identify", "c", "--what", "fuzzy", "--save", "rules.yaml", "--format", "json"];
+    let json = json_of(&run(folder.path(), &identify));
+    let mut unseen = 0;
+    for component in json["components"].as_array().expect("components") {
+        let conclusions = numbers(&component["conclusions"]);
+        let bare: Vec<usize> = numbers(&component["unseen"]).iter().map(|rule| *rule as usize).collect();
+        let seen = (0..conclusions.len()).filter(|rule| !bare.contains(rule)).map(|rule| conclusions[rule]);
+        let [low, high] = seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], c| [low.min(c), high.max(c)]);
+        let margin = 0.05 * (high - low);
+        for rule in &bare {
+            let own = conclusions[*rule];
+            assert!(own >= low - margin && own <= high + margin, "{} rule {rule}: {own:e}", component["name"]);
+        }
+        unseen += bare.len();
+    }
+    println!("{unseen} rules without data");
+    assert!(unseen > 0, "the case has rules that no reading reaches");
+    // Two sizes in one direction: whether the arm is linear can be told, and it is.
+    let levels = json["levels"].as_array().expect("levels");
+    let linear: Vec<f64> = levels.iter().filter_map(|level| level["linear"]["gain"].as_f64()).collect();
+    assert!(linear.len() == 2 && linear.iter().all(|gain| (gain - 1.0).abs() < 0.02), "{levels:?}");
+
+    let stiffness = ["stiffness", "rules.yaml", "--wrench", "0,0,-500", "--joints"];
+    let at_home = run(folder.path(), &[&stiffness[..], &["q2=-70,q3=60", "--at", "m1"]].concat());
+    assert!(at_home.status == 0 && at_home.out.contains("no element has a share"), "{}", at_home.out);
+    assert!(!at_home.err.contains("rotation"), "{}", at_home.err);
+    let elsewhere = run(folder.path(), &[&stiffness[..], &["q1=170,q2=-70,q3=60"]].concat());
+    assert!(elsewhere.err.contains("those of m1") && elsewhere.err.contains("are outside"), "{}", elsewhere.err);
+    let view = run(folder.path(), &["view", "rules.yaml", "--wrench", "0,0,-500"]);
+    assert!(view.status == 2 && view.err.contains("leave --wrench out"), "{}", view.err);
+}

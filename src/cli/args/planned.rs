@@ -198,6 +198,9 @@ pub struct Compensate {
     /// What of the targets is held; by default all that the robot's variables can.
     #[arg(long, value_enum)]
     pub hold: Option<HoldName>,
+    /// Load of all points, base axes, in the description's units, where the path has no columns fx .. mz.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
     /// Process that pushes back as the tool moves: a YAML file, or a bundled one.
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,

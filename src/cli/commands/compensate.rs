@@ -4,14 +4,16 @@ use nalgebra::Rotation3;
 use serde_json::{Value, json};
 
 use crate::cli::args::{Compensate, FrameName, HoldName};
-use crate::cli::values::{joints, units_with};
+use crate::cli::values::{joints, units_with, wrench};
 use crate::cli::{Failure, Output};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
+use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, load_path, load_process, load_robot, writable};
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::remark::Remark;
 use crate::report::compensation::Compensation;
+use crate::surrogate;
 
 pub fn run(command: &Compensate) -> Result<Output, Failure> {
     if let Some(table) = &command.table {
@@ -29,6 +31,13 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
     let mut path = load_path(&command.path, &loaded, units)?;
     at_marker(command.at.as_deref(), &loaded, &mut path)?;
+    if let Some(text) = &command.wrench {
+        if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {
+            return Err(Failure::input("--wrench, and the path has wrenches of its own", "give one of them"));
+        }
+        let constant = wrench(&loaded.raw.units, text)?;
+        path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
+    }
     let mut remarks = loaded.remarks.clone();
     let process = match &command.process {
         Some(file) => {
@@ -59,6 +68,20 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     settings.largest = command.largest.to_radians();
     let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
     let values = model.registry.nominal();
+    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let asked: Vec<(&[f64], Option<Option<usize>>)> = desired
+        .iter()
+        .zip(&path.campaign.readings)
+        .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
+        .collect();
+    remarks.extend(surrogate::doubts(model, &geometry, &asked));
+    let pushed = process.is_some() || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    if pushed && model.fuzzy.is_none() && !Elastics::new(model, &values, &[]).gives_at_all() {
+        let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
+        remarks.push(
+            Remark::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
+        );
+    }
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
         .map_err(Failure::computation)?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();

@@ -41,13 +41,17 @@ pub fn asked(command: &Identify) -> Result<bool, Failure> {
         ));
     }
     if by_rules && (command.what.len() > 1 || command.compare) && command.save.is_some() {
-        return Err(Failure::input("--save: several models are compared", "ask for one with --what to save it"));
+        let remedy = if command.compare { "leave --compare out to save one" } else { "ask for one with --what" };
+        return Err(Failure::input("--save: several models are compared", remedy));
     }
     if !by_rules && command.save_rules.is_some() {
         return Err(Failure::input("--save-rules: no rules are asked for", "add --what fuzzy or --what grey"));
     }
     if !by_rules && (!command.inputs.is_empty() || command.fit_force.is_some()) {
         return Err(Failure::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
+    }
+    if by_rules && command.prior {
+        return Err(Failure::input("--prior: rules have no tolerances", "leave it out"));
     }
     Ok(by_rules)
 }
@@ -102,6 +106,7 @@ pub fn run(
     let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
     if command.compare || command.what.len() > 1 {
         let mut methods = Vec::new();
+        let mut dropped = false;
         if has("elastic") {
             let found = calibrate(model, campaign, aside, &elastic, &mut iterated).map_err(Failure::computation)?;
             methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
@@ -113,10 +118,15 @@ pub fn run(
         if has("grey") {
             let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)
                 .map_err(failure)?;
+            dropped = fit.correction.is_none();
             let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
             methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
         }
         output.text = comparison_text(whole, &judges, &methods);
+        if dropped {
+            output.text +=
+                "grey: no correction is kept, since none helps readings that it has not seen; these are the springs\n";
+        }
         output.json = comparison_json(whole, &judges, &methods);
     } else if has("fuzzy") {
         let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken).map_err(failure)?;
@@ -172,6 +182,9 @@ fn save(
 ) -> Result<(), Failure> {
     let Some(path) = &command.save else { return Ok(()) };
     let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
+    if command.save_rules.is_some() && raw.fuzzy.is_none() {
+        output.text += "no rules are kept, so that --save-rules writes no file\n";
+    }
     if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
         let line = schema_line(file, file_name(SchemaOf::Rules));
         let text = line + &yaml::write(fuzzy).map_err(Failure::Computation)?;

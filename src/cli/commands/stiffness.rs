@@ -66,8 +66,11 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         shares: shares(&elastics, &statics, &response, &loaded_by, command.weight),
         load_factor,
         is_loaded: load.is_some() || command.weight,
+        by_rules: model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds),
     };
     let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
     output.remarks = loaded.remarks;
+    let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
+    output.remarks.extend(surrogate::doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
 }

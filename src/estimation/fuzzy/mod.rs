@@ -21,6 +21,7 @@ use super::settings::{Settings, What};
 use super::statistics::{Errors, errors_of};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::Input;
+use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};
 use grow::grow;
@@ -47,6 +48,8 @@ pub struct FuzzyFit {
     pub grown: Grown,
     /// Errors of fitted readings and of those set aside.
     pub errors: [Errors; 2],
+    /// Root mean square displacement measured, which a rigid robot would miss by, m: of the same.
+    pub rigid: [f64; 2],
     /// Residuals of all readings, as [`Linearised::residual`].
     pub residual: Vec<f64>,
     /// Whether deflections grow as the load does.
@@ -133,6 +136,10 @@ fn finished(
     let mut found = Linearised::default();
     Predictor::new(&model, campaign, Vec::new())?.linearise(values, false, &mut found)?;
     let errors = [false, true].map(|set| errors_of(campaign, &found.residual, |i| aside[i] == set));
+    let rigid = [false, true].map(|set| {
+        let of = campaign.readings.iter().zip(aside).filter(|(_, aside)| **aside == set);
+        mean_rms_max(of.map(|(r, _)| r.measured[..3].iter().map(|v| v * v).sum::<f64>().sqrt()))[1]
+    });
     let levels = samples::levels(campaign, &found.residual);
-    Ok(FuzzyFit { values: values.to_vec(), grown, errors, residual: found.residual, levels, model })
+    Ok(FuzzyFit { values: values.to_vec(), grown, errors, rigid, residual: found.residual, levels, model })
 }

@@ -11,7 +11,7 @@ use crate::surrogate::firing;
 /// Modal values by input, rad or m; one where the input has no say.
 pub type Partition = Vec<Vec<f64>>;
 
-/// Weight of the difference between neighbouring conclusions beside one reading a rule: settles those no reading reaches.
+/// Weight of the difference between neighbouring conclusions beside the readings of a rule.
 const SMOOTH: f64 = 1e-3;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
@@ -94,13 +94,24 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// Differences of neighbouring conclusions that count as readings of zero: columns, and their weight.
+    /// Differences of neighbouring conclusions that count as readings of zero: columns, and their weight. A rule that
+    /// hardly fires is tied to its neighbours by as much as it lacks of one reading, or noise would make up its conclusion.
     fn smoothing(&self, parts: &[Partition], starts: &[usize], of: &[usize]) -> Vec<([usize; 2], f64)> {
         let one = |(j, (&column, modes)): (usize, (&usize, &Partition))| {
-            let squares: f64 = of.iter().map(|&k| self.samples.load[k][column].powi(2)).sum();
-            let size = SMOOTH * (squares / rules(modes) as f64).sqrt();
+            let mut support = vec![0.0; rules(modes)];
+            let (mut squares, mut loaded) = (0.0, 0.0);
+            for &k in of.iter().filter(|&&k| self.samples.load[k][column] != 0.0) {
+                firing(modes, &self.samples.x[k], &mut |rule, weight| support[rule] += weight);
+                squares += self.samples.load[k][column].powi(2);
+                loaded += 1.0;
+            }
+            let least = SMOOTH * (squares / rules(modes) as f64).sqrt();
+            let reading = (squares / f64::max(loaded, 1.0)).sqrt();
             let start = starts[j];
-            neighbours(modes).into_iter().map(move |[one, other]| ([start + one, start + other], size))
+            neighbours(modes).into_iter().map(move |[one, other]| {
+                let lacking = 1.0 - support[one].min(support[other]);
+                ([start + one, start + other], least.max(reading * lacking))
+            })
         };
         self.columns.iter().zip(parts).enumerate().flat_map(one).collect()
     }
