@@ -1,6 +1,9 @@
 //! Files written whole or not at all.
 
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
+
+use tempfile::NamedTempFile;
 
 use crate::remark::Remark;
 
@@ -28,35 +31,30 @@ pub fn writable(path: &Path) -> Result<(), Remark> {
 /// # Errors
 /// What the system said, and of which file.
 pub fn write_whole(files: &[(&Path, &str)]) -> Result<(), String> {
-    let mut beside: Vec<(PathBuf, &Path)> = Vec::new();
-    let mut outcome = Ok(());
+    let failed = |path: &Path, error: &std::io::Error| format!("`{}` cannot be written: {error}", path.display());
+    // What is not moved into its place is removed when it is dropped.
+    let mut beside: Vec<(NamedTempFile, &Path)> = Vec::new();
     for (path, text) in files {
-        let mut part = path.as_os_str().to_owned();
-        part.push(format!(".{}.part", std::process::id()));
-        let part = PathBuf::from(part);
         // A device or a pipe is written as it is: nothing can be moved into its place.
-        let special = std::fs::metadata(path).is_ok_and(|known| !known.is_file());
-        let written = if special { std::fs::write(path, text) } else { std::fs::write(&part, text) };
-        if !special {
-            beside.push((part, path));
+        if std::fs::metadata(path).is_ok_and(|known| !known.is_file()) {
+            std::fs::write(path, text).map_err(|error| failed(path, &error))?;
+            continue;
         }
-        if let Err(error) = written {
-            outcome = Err(format!("`{}` cannot be written: {error}", path.display()));
-            break;
-        }
+        let part = beside_of(path).and_then(|mut part| part.write_all(text.as_bytes()).map(|()| part));
+        beside.push((part.map_err(|error| failed(path, &error))?, path));
     }
-    for (part, path) in &beside {
-        if outcome.is_ok()
-            && let Err(error) = std::fs::rename(part, path)
-        {
-            outcome = Err(format!("`{}` cannot be written: {error}", path.display()));
-        }
+    for (part, path) in beside {
+        part.persist(path).map_err(|error| failed(path, &error.error))?;
     }
-    if outcome.is_err() {
-        for (part, _) in &beside {
-            // It may have been moved already, or never made.
-            let _ = std::fs::remove_file(part);
-        }
-    }
-    outcome
+    Ok(())
+}
+
+/// An empty file beside another, with the rights that new files have.
+fn beside_of(path: &Path) -> std::io::Result<NamedTempFile> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".elastogeo-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
