@@ -98,7 +98,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     let mut tables = Vec::new();
     let files = table_files(&raw, &place, &document, &mut remarks);
     let expected = campaign::expected_columns(&raw, &robot.robot);
-    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal.unwrap_or('.') };
+    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal, of_campaign: true };
     let most = raw.csv.max_rows.unwrap_or(1_000_000);
     // With a fault in what says how the files are read, their faults would be echoes.
     let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));

@@ -18,7 +18,7 @@ fn expected() -> Vec<ExpectedColumn> {
 }
 
 fn dialect(delimiter: Option<char>, decimal: char) -> Dialect {
-    Dialect { delimiter, decimal }
+    Dialect { delimiter, decimal: Some(decimal), of_campaign: true }
 }
 
 fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Remark>> {
@@ -26,7 +26,7 @@ fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Remark>> {
 }
 
 fn read(bytes: &[u8]) -> Result<Table, Vec<Remark>> {
-    read_as(bytes, &Dialect::default())
+    read_as(bytes, &Dialect { of_campaign: true, ..Dialect::default() })
 }
 
 /// Each remark as `line:column [what is highlighted] message | remedy`.
@@ -78,10 +78,10 @@ fn what_laboratories_write_is_read() {
 fn renamed_columns_are_read() {
     let rename = BTreeMap::from([("q1".to_owned(), "joint 1".to_owned())]);
     let bytes: &[u8] = b"pose,joint 1,x\na,1,2\n";
-    let table = read_table("m.csv", bytes, &expected(), &rename, &[], &Dialect::default(), 9).unwrap();
+    let table = read_table("m.csv", bytes, &expected(), &rename, &[], &dialect(None, '.'), 9).unwrap();
     assert_eq!(table.numbers("q1").unwrap(), [1.0]);
     let rename = BTreeMap::from([("q1".to_owned(), "joint1".to_owned()), ("qq".to_owned(), "x".to_owned())]);
-    let result = read_table("m.csv", bytes, &expected(), &rename, &[], &Dialect::default(), 9);
+    let result = read_table("m.csv", bytes, &expected(), &rename, &[], &dialect(None, '.'), 9);
     insta::assert_snapshot!(told(result));
 }
 

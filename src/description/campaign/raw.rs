@@ -123,7 +123,7 @@ pub struct RawCsv {
     /// Between fields; guessed from the header line where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<char>,
-    /// `.` or `,`; `.` where absent.
+    /// `.` or `,`; where absent a point between commas, else that of the first number that has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decimal: Option<char>,
     /// Most rows accepted of one file; a million where absent.

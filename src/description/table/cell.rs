@@ -24,11 +24,12 @@ pub(super) enum Wrong {
 
 impl Wrong {
     /// In words, with the remedy.
-    pub fn remark(self, cell: &[u8], column: &Column, dialect: &Dialect) -> Remark {
+    ///
+    /// `decimal` is the sign in force, declared or that of the cells above.
+    pub fn remark(self, cell: &[u8], column: &Column, dialect: &Dialect, delimiter: u8, decimal: char) -> Remark {
         let text = String::from_utf8_lossy(cell);
         let text: String = text.trim().chars().take(40).collect();
         let must = format!("column `{}` must hold a finite number", column.title);
-        let decimal = dialect.decimal;
         match self {
             Self::Empty => {
                 let remark = Remark::error(format!("empty cell in column `{}`", column.title));
@@ -38,11 +39,16 @@ impl Wrong {
             Self::NotFinite => {
                 Remark::error(format!("{must}, found `{text}`")).remedy("correct the value, or remove the row")
             }
-            Self::DecimalComma => Remark::error(format!("{must}, found `{text}` with a decimal comma"))
-                .remedy("declare it: `csv: {decimal: \",\"}`"),
+            Self::DecimalComma => {
+                Remark::error(format!("{must}, found `{text}` with a decimal comma")).remedy(match dialect.decimal {
+                    Some(_) => "declare it: `csv: {decimal: \",\"}`",
+                    None if delimiter == b',' => "write decimal points, or separate the columns by `;`",
+                    None => "write one decimal sign throughout; cells above have a point",
+                })
+            }
             Self::DecimalPoint => {
                 Remark::error(format!("{must}, found `{text}` with a point, while the decimal sign is `{decimal}`"))
-                    .remedy("write one decimal sign throughout; without `csv: {decimal: ...}` it is the point")
+                    .remedy("write one decimal sign throughout")
             }
             Self::NotNumber => {
                 let remedy = if text.contains('\u{2212}') {
@@ -64,8 +70,8 @@ impl Data {
         }
     }
 
-    /// Checks a cell and, if asked to, keeps it.
-    pub fn push(&mut self, cell: &[u8], decimal: char, keep: bool) -> Result<(), Wrong> {
+    /// Checks a cell and, if asked to, keeps it. The first number with a decimal sign settles one that is open.
+    pub fn push(&mut self, cell: &[u8], decimal: &mut Option<char>, keep: bool) -> Result<(), Wrong> {
         let text = unquoted(std::str::from_utf8(cell).map_err(|_| Wrong::NotText)?);
         if text.is_empty() {
             return Err(Wrong::Empty);
@@ -103,15 +109,24 @@ impl Data {
     }
 }
 
-/// A finite number, written with the given decimal sign.
-fn number(text: &str, decimal: char) -> Result<f64, Wrong> {
+/// A finite number, written with the given decimal sign; one that is open is settled by the first number that has one.
+fn number(text: &str, decimal: &mut Option<char>) -> Result<f64, Wrong> {
+    let with_comma = || -> Option<f64> {
+        (text.matches(',').count() == 1).then(|| text.replace(',', ".").parse().ok()).flatten()
+    };
     let parsed = match decimal {
-        ',' if text.contains('.') => Err(Wrong::DecimalPoint),
-        ',' => text.replace(',', ".").parse::<f64>().map_err(|_| Wrong::NotNumber),
-        _ => text.parse::<f64>().map_err(|_| {
-            let comma = text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok();
-            if comma { Wrong::DecimalComma } else { Wrong::NotNumber }
-        }),
+        Some(',') if text.contains('.') => Err(Wrong::DecimalPoint),
+        Some(',') => text.replace(',', ".").parse::<f64>().map_err(|_| Wrong::NotNumber),
+        Some(_) => text
+            .parse::<f64>()
+            .map_err(|_| if with_comma().is_some() { Wrong::DecimalComma } else { Wrong::NotNumber }),
+        None => match text.parse::<f64>() {
+            Ok(number) => {
+                *decimal = text.contains('.').then_some('.');
+                Ok(number)
+            }
+            Err(_) => with_comma().inspect(|_| *decimal = Some(',')).ok_or(Wrong::NotNumber),
+        },
     }?;
     if parsed.is_finite() { Ok(parsed) } else { Err(Wrong::NotFinite) }
 }

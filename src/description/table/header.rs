@@ -33,6 +33,20 @@ pub(super) fn unquoted(cell: &str) -> &str {
     cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).map_or(cell, str::trim)
 }
 
+/// How to begin a file.
+fn wanted(expected: &[ExpectedColumn]) -> String {
+    let names = |all: bool| -> Vec<&str> {
+        let wanted = expected.iter().filter(|column| all || column.required);
+        wanted.map(|column| column.name.as_str()).filter(|name| !name.contains('.')).collect()
+    };
+    match names(false) {
+        needed if needed.is_empty() => {
+            format!("start it with a header line that names its columns, of {}", names(true).join(", "))
+        }
+        needed => format!("start it with a header line that names {}", needed.join(", ")),
+    }
+}
+
 /// A tab is named, not shown.
 fn shown(delimiter: u8) -> &'static str {
     match delimiter {
@@ -67,12 +81,7 @@ impl Header {
         let skipped = head.split_inclusive(|&byte| byte == b'\n').take(blank).map(<[u8]>::len).sum();
         let line = head.get(skipped..).unwrap_or_default();
         if line.trim_ascii().is_empty() {
-            let names: Vec<&str> =
-                expected.iter().filter(|column| column.required).map(|column| column.name.as_str()).collect();
-            return Err(fatal(
-                "the file is empty",
-                &format!("start it with a header line that names {}", names.join(", ")),
-            ));
+            return Err(fatal("the file is empty", &wanted(expected)));
         }
         let delimiter = delimiter(line, dialect);
         let Some(delimiter) = delimiter else {
@@ -110,11 +119,23 @@ impl Header {
             let found = shown(other);
             let remark = Remark::error(format!("the header is one column; is `{found}` the delimiter?"))
                 .at(row.place(at..at + 1));
-            return Err(vec![remark.remedy(format!("declare it: `csv: {{delimiter: \"{found}\"}}`"))]);
+            return Err(vec![remark.remedy(if dialect.of_campaign {
+                format!("declare it: `csv: {{delimiter: \"{found}\"}}`")
+            } else {
+                "separate all columns by one of `,`, `;` and the tab".to_owned()
+            })]);
+        }
+        let named = |title: &String| {
+            expected.iter().any(|column| column.name == *title) || rename.values().any(|renamed| renamed.trim() == title)
+        };
+        let numbers = titles.iter().filter(|title| title.replace(',', ".").parse::<f64>().is_ok()).count();
+        if 2 * numbers > titles.len() && !titles.iter().any(named) {
+            let remark = Remark::error("the first line must be a header that names the columns, found numbers");
+            return Err(vec![remark.at(row.fields_from(0)).remedy(wanted(expected))]);
         }
         let mut header =
             Self { columns: Vec::new(), count: titles.len(), nameless: None, delimiter, faults: Vec::new() };
-        header.resolve(&row, &titles, expected, rename, ignore);
+        header.resolve(&row, &titles, expected, rename, ignore, dialect.of_campaign);
         Ok(header)
     }
 
@@ -126,8 +147,10 @@ impl Header {
         expected: &[ExpectedColumn],
         rename: &BTreeMap<String, String>,
         ignore: &[String],
+        of_campaign: bool,
     ) {
         let mut used = vec![false; titles.len()];
+        let ignored = |title: &str| ignore.iter().any(|ignored| ignored.trim() == title);
         for column in expected {
             let renamed = rename.get(&column.name);
             let title = renamed.unwrap_or(&column.name).trim();
@@ -141,6 +164,7 @@ impl Header {
                         renamed,
                         near.and_then(|near| Some((near, titles.get(near)?))),
                         row,
+                        of_campaign,
                     ));
                     // It is named already; it need not be called unknown too.
                     if let Some(used) = near.and_then(|near| used.get_mut(near)) {
@@ -151,6 +175,14 @@ impl Header {
             };
             if let Some(used) = used.get_mut(field) {
                 *used = true;
+            }
+            if ignored(title) {
+                if column.required {
+                    let message = format!("`ignore:` leaves out the column `{title}`, which is needed");
+                    let remark = Remark::error(message).at(row.field(field));
+                    self.faults.push(remark.remedy("take it out of `ignore:`"));
+                }
+                continue;
             }
             self.columns.push(Column { name: column.name.clone(), title: title.to_owned(), kind: column.kind, field });
         }
@@ -164,7 +196,7 @@ impl Header {
                 self.nameless = Some(field);
                 continue;
             }
-            if ignore.iter().any(|ignored| ignored.trim() == title) {
+            if ignored(title) {
                 continue;
             }
             if title.is_empty() {
@@ -179,19 +211,29 @@ impl Header {
             } else if !used.get(field).copied().unwrap_or(false) {
                 let free = expected.iter().map(|column| column.name.as_str());
                 let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
-                let rename = nearest(title, free).map_or_else(String::new, |ours| {
-                    format!("if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else ")
-                });
-                let remark = Remark::error(format!("unknown column `{title}`")).at(row.field(field));
-                self.faults
-                    .push(remark.remedy(format!("{rename}list it under `ignore:`, or rename it under `columns:`")));
+                let near = nearest(title, free);
+                let remedy = match (near, of_campaign) {
+                    (Some(ours), true) => format!(
+                        "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
+                    ),
+                    (None, true) => "list it under `ignore:`, or rename it under `columns:`".to_owned(),
+                    (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
+                    (None, false) => "remove the column, or rename it".to_owned(),
+                };
+                self.faults.push(Remark::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
             }
         }
     }
 }
 
 /// An expected column that the file does not have; `near` is the one of the file's that is most like it.
-fn missing(column: &ExpectedColumn, renamed: Option<&String>, near: Option<(usize, &String)>, row: &Row<'_>) -> Remark {
+fn missing(
+    column: &ExpectedColumn,
+    renamed: Option<&String>,
+    near: Option<(usize, &String)>,
+    row: &Row<'_>,
+    of_campaign: bool,
+) -> Remark {
     let name = &column.name;
     let place = near.map_or_else(|| row.fields_from(0), |(field, _)| row.field(field));
     match (renamed, near) {
@@ -206,21 +248,29 @@ fn missing(column: &ExpectedColumn, renamed: Option<&String>, near: Option<(usiz
         }
         (None, Some((_, near))) => {
             let remark = Remark::error(format!("the column `{name}` is missing")).at(place);
-            remark.remedy(format!("if it is `{near}`, rename it or add `columns: {{{name}: {near}}}`"))
+            let declare = if of_campaign { format!(" or add `columns: {{{name}: {near}}}`") } else { String::new() };
+            remark.remedy(format!("if it is `{near}`, rename it{declare}"))
         }
         (None, None) => {
             let remark = Remark::error(format!("the column `{name}` is missing")).at(place);
-            remark.remedy(format!("add it, or name the column that holds it: `columns: {{{name}: ...}}`"))
+            remark.remedy(if of_campaign {
+                format!("add it, or name the column that holds it: `columns: {{{name}: ...}}`")
+            } else {
+                "add it, or rename the column that holds it".to_owned()
+            })
         }
     }
 }
 
 /// The delimiter declared, or the one the header holds most of; `None` if the declared one cannot be.
 fn delimiter(line: &[u8], dialect: &Dialect) -> Option<u8> {
-    let decimal = u8::try_from(dialect.decimal).ok().filter(|decimal| matches!(decimal, b'.' | b','))?;
+    let decimal = match dialect.decimal {
+        Some(decimal) => Some(u8::try_from(decimal).ok().filter(|decimal| matches!(decimal, b'.' | b','))?),
+        None => None,
+    };
     if let Some(declared) = dialect.delimiter {
         let declared = u8::try_from(declared).ok().filter(u8::is_ascii)?;
-        return (declared != decimal && !matches!(declared, b'\n' | b'\r' | b'"' | 0)).then_some(declared);
+        return (Some(declared) != decimal && !matches!(declared, b'\n' | b'\r' | b'"' | 0)).then_some(declared);
     }
     let count = |delimiter: u8| {
         let mut quoted = false;
@@ -230,7 +280,7 @@ fn delimiter(line: &[u8], dialect: &Dialect) -> Option<u8> {
         });
         outside.count()
     };
-    let candidates = [b'\t', b';', b','].into_iter().filter(|&delimiter| delimiter != decimal);
+    let candidates = [b'\t', b';', b','].into_iter().filter(|&delimiter| Some(delimiter) != decimal);
     candidates.max_by_key(|&delimiter| count(delimiter))
 }
 

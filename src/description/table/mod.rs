@@ -18,18 +18,14 @@ use std::io::Read;
 const MOST_SHOWN: usize = 20;
 
 /// How a file separates its columns and writes its numbers.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Dialect {
     /// `None`: whichever of `,`, `;` and the tab the header line holds most of.
     pub delimiter: Option<char>,
-    /// `.` or `,`.
-    pub decimal: char,
-}
-
-impl Default for Dialect {
-    fn default() -> Self {
-        Self { delimiter: None, decimal: '.' }
-    }
+    /// `.` or `,`; `None`: a point between commas, else that of the first number that has one.
+    pub decimal: Option<char>,
+    /// Whether a campaign file says how the table is read, so that remedies may name its keys.
+    pub of_campaign: bool,
 }
 
 /// What the cells of a column hold.
@@ -159,7 +155,8 @@ pub fn read_table(
     builder.delimiter(header.delimiter).has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'));
     let reader = builder.buffer_capacity(1 << 16).from_reader(source);
     let (faults, data, lines) = (Faults::default(), Vec::new(), Vec::new());
-    Rows { file, header, dialect, reader, faults, data, lines, quote_told: false }.read(max_rows)
+    let decimal = dialect.decimal.or((header.delimiter == b',').then_some('.'));
+    Rows { file, header, dialect, decimal, reader, faults, data, lines, quote_told: false }.read(max_rows)
 }
 
 /// A failure of the disk or the network.
@@ -207,6 +204,8 @@ struct Rows<'a, R> {
     file: &'a str,
     header: Header,
     dialect: &'a Dialect,
+    /// The decimal sign, once it is known.
+    decimal: Option<char>,
     reader: Reader<Source<R>>,
     faults: Faults,
     data: Vec<Data>,
@@ -320,9 +319,11 @@ impl<R: Read> Rows<'_, R> {
         }
         for (column, data) in self.header.columns.iter().zip(&mut self.data) {
             let cell = record.get(column.field).unwrap_or_default();
-            if let Err(wrong) = data.push(cell, self.dialect.decimal, self.faults.none()) {
+            if let Err(wrong) = data.push(cell, &mut self.decimal, self.faults.none()) {
                 let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
-                self.faults.add(|| wrong.remark(cell, column, self.dialect).at(row.field(column.field)));
+                let (delimiter, decimal) = (self.header.delimiter, self.decimal.unwrap_or('.'));
+                let remark = || wrong.remark(cell, column, self.dialect, delimiter, decimal);
+                self.faults.add(|| remark().at(row.field(column.field)));
             }
         }
         if let Some(&field) = self.header.nameless.as_ref()
