@@ -79,7 +79,7 @@ pub fn main() -> ExitCode {
         // Fails only if a pool stands already, which nothing before this makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
     }
-    match run(&arguments) {
+    match run(&arguments).and_then(|output| sparing_inputs(&arguments, output)) {
         Ok(output) => {
             if !arguments.quiet {
                 say(&render(&output.remarks, color));
@@ -101,6 +101,19 @@ pub fn main() -> ExitCode {
             say(&format!("error: {message}\n"));
             ExitCode::from(1)
         }
+    }
+}
+
+/// Refuses to write over what was read.
+fn sparing_inputs(arguments: &Arguments, output: Output) -> Result<Output, Failure> {
+    let printed = arguments.output.as_deref().filter(|_| !output.written);
+    let mut targets = output.files.iter().map(|(path, _)| path.as_path()).chain(printed);
+    match targets.find(|path| crate::files::was_read(path)) {
+        Some(path) => Err(Failure::input(
+            format!("`{}` would be written over, and this command has read it", path.display()),
+            "give another name",
+        )),
+        None => Ok(output),
     }
 }
 

@@ -51,28 +51,46 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             Ok(value) if value.is_finite() => {
                 remarks.push(Remark::error(format!("`{value:e}` is too great (variable `{name}`)")));
             }
-            _ => remarks.push(Remark::error(format!("`{value}` is no finite number (variable `{name}`)"))),
+            _ => {
+                let unit = if model.variables[index].is_angle { units.angle.symbol() } else { units.length.symbol() };
+                remarks.push(
+                    Remark::error(format!("`{value}` is no finite number (variable `{name}`)")).remedy(
+                        if value.contains('=') {
+                            "separate the variables by commas: a=1,b=2".to_owned()
+                        } else {
+                            format!("write the number alone, in {unit}: {name}=1.5")
+                        },
+                    ),
+                );
+            }
         }
     }
     if remarks.is_empty() { Ok(q) } else { Err(Failure::Input(remarks)) }
 }
 
-/// The box of the variables: a share of their limits, and narrower ones.
+/// The box of the variables: a share of their limits, and narrower ones; warnings of those that reach out of it.
 pub fn ranges(
     flag: &str,
     loaded: &LoadedRobot,
     mut within: Vec<[f64; 2]>,
     range: &[String],
-) -> Result<Vec<[f64; 2]>, Failure> {
+) -> Result<(Vec<[f64; 2]>, Vec<Remark>), Failure> {
     let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
+    let mut remarks = Vec::new();
     for entry in range {
         let parsed = entry.split_once('=').and_then(|(name, range)| {
             let (low, high) = range.split_once(':')?;
             Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
         });
-        let Some((name, low, high)) = parsed.filter(|(_, low, high)| low < high && (high - low).is_finite()) else {
-            return Err(Failure::input(format!("{flag} `{entry}`"), "write name=low:high"));
+        let Some((name, low, high)) = parsed.filter(|(_, low, high)| (high - low).is_finite()) else {
+            return Err(Failure::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
         };
+        if low >= high {
+            return Err(Failure::input(
+                format!("{flag} `{entry}`: low must be below high"),
+                format!("write {name}={high}:{low}"),
+            ));
+        }
         let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
             let known = model.variables.iter().map(|variable| variable.name.as_str());
             return Err(Failure::Input(vec![
@@ -88,9 +106,15 @@ pub fn ranges(
                 format!("`{name}` goes from {low:.4} to {high:.4}"),
             ));
         }
+        if narrowed != [low * factor, high * factor] {
+            let [least, most] = narrowed.map(|v| v / factor);
+            let message = format!("{flag} `{entry}` is narrowed to {least:.4}:{most:.4}");
+            let remedy = "beyond these are the variable's limits, or the --share of them";
+            remarks.push(Remark::warning(message).remedy(remedy));
+        }
         within[k] = narrowed;
     }
-    Ok(within)
+    Ok((within, remarks))
 }
 
 /// A list of finite numbers of one of the lengths allowed.
@@ -157,6 +181,7 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Failure> {
         }
         all[kind] = serde_json::Value::String(unit.into());
         if let Err(error) = serde_json::from_value::<Units>(all.clone()) {
+            // Serde lists the units that there are.
             return Err(Failure::input(format!("--units `{entry}`: {error}"), "write kind=unit, as `length=mm`"));
         }
     }

@@ -7,6 +7,7 @@ pub mod campaign;
 pub mod coupling;
 pub mod elastic;
 pub mod fuzzy;
+pub mod limits;
 pub mod path;
 pub mod process;
 pub mod raw;

@@ -7,7 +7,7 @@ use super::place::{PROCESSES, Place, open};
 use super::robot::LoadedRobot;
 use crate::description::path::{Path, expected_columns, read};
 use crate::description::process::{RawProcess, faults};
-use crate::description::table::{Dialect, read_table};
+use crate::description::table::{Dialect, Table, read_table};
 use crate::description::units::Units;
 use crate::description::yaml;
 use crate::process::Process;
@@ -49,11 +49,29 @@ fn or_bundled(mut said: Vec<Remark>, name: &str) -> Vec<Remark> {
 /// # Errors
 /// Every fault found, located.
 pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
+    read(&table(name, robot, &[])?, &robot.robot, units)
+}
+
+/// The same of commands to carry out: where there are joints they count, and poses beside them are passed over.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
+    let poses = ["x", "y", "z", "rx", "ry", "rz"];
+    let ignored: Vec<String> = poses.into_iter().filter(|name| robot.robot.variables.iter().all(|v| v.name != *name)).map(String::from).collect();
+    match table(name, robot, &ignored) {
+        Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
+            read(&table, &robot.robot, units)
+        }
+        _ => load_path(name, robot, units),
+    }
+}
+
+fn table(name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Remark>> {
     let place = found(name, "path.csv");
     let bytes = open(&place).map_err(|remark| or_bundled(vec![remark], name))?;
     let expected = expected_columns(&robot.robot);
-    let table = read_table(&place.name(), bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
-    read(&table, &robot.robot, units)
+    read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &Dialect::default(), MOST_POINTS)
 }
 
 /// Reads a process: a YAML file, or a bundled one.

@@ -1,7 +1,9 @@
 //! Where texts come from: the disk, or the set bundled with the program.
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use include_dir::{Dir, include_dir};
 
@@ -56,6 +58,7 @@ impl Place {
                     let mut bytes = Vec::new();
                     // One byte more than is allowed tells that there is more; a device has no length to ask for.
                     let file = std::fs::File::open(path).map_err(told)?;
+                    remember(path);
                     let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
                     if read as u64 > MOST_BYTES {
                         return Err(vec![Remark::error(format!("`{name}` has more than {MOST_BYTES} bytes")).remedy(
@@ -87,12 +90,26 @@ pub fn text_of_file(path: &Path) -> Result<String, Vec<Remark>> {
     Place::Disk(path.into()).text()
 }
 
+/// What to give instead of a folder: the files in it that may be meant.
+fn inside(folder: &Path) -> String {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().take(10_000).flatten();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|end| ["yaml", "yml", "urdf", "csv"].iter().any(|e| end == *e)))
+        .map(|path| format!("`{}`", path.display()))
+        .collect();
+    names.sort();
+    let more = if names.len() > 5 { ", .." } else { "" };
+    names.truncate(5);
+    if names.is_empty() { "give a file".into() } else { format!("give a file in it: {}{more}", names.join(", ")) }
+}
+
 /// Why a file cannot be read, with the nearest file name beside it where there is none.
 fn unreadable(path: &Path, error: &std::io::Error) -> Remark {
     let shown = path.display();
     if error.kind() != std::io::ErrorKind::NotFound {
         return if path.is_dir() {
-            Remark::error(format!("`{shown}` is a folder, and a file is needed"))
+            Remark::error(format!("`{shown}` is a folder, and a file is needed")).remedy(inside(path))
         } else {
             Remark::error(format!("`{shown}` cannot be read: {error}"))
         };
@@ -119,14 +136,41 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Remark {
     }
 }
 
+/// Files on disk that were opened to be read, by their real paths.
+static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn remember(path: &Path) {
+    if let (Ok(path), Ok(mut read)) = (path.canonicalize(), READ.lock()) {
+        read.insert(path);
+    }
+}
+
+/// Whether this process has read that file: to write over it would destroy an input. Devices do not count.
+pub fn was_read(path: &Path) -> bool {
+    path.is_file()
+        && path.canonicalize().is_ok_and(|path| READ.lock().is_ok_and(|read| read.contains(&path)))
+}
+
+/// Opens a table on disk.
+///
+/// # Errors
+/// Why it cannot be read, with the nearest file name beside it where there is none.
+pub fn table_file(path: &Path) -> Result<Box<dyn Read>, Remark> {
+    open(&Place::Disk(path.into()))
+}
+
 /// Opens a file of measurements.
 pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
     match place {
         Place::Disk(path) if path.is_dir() => {
-            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name())))
+            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name()))
+                .remedy(inside(path)))
         }
         Place::Disk(path) => match std::fs::File::open(path) {
-            Ok(file) => Ok(Box::new(file)),
+            Ok(file) => {
+                remember(path);
+                Ok(Box::new(file))
+            }
             Err(error) => Err(unreadable(path, &error)),
         },
         Place::Bundled(path) => match CAMPAIGNS.get_file(path).or_else(|| PROCESSES.get_file(path)) {

@@ -10,7 +10,7 @@ use crate::cli::values::numbers;
 use crate::cli::{Failure, Output};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
-use crate::remark::Remark;
+use crate::files::table_file;
 use crate::report::compensator::{Compensator as Found, compensator_json, compensator_text};
 
 pub fn run(command: &Compensator) -> Result<Output, Failure> {
@@ -74,9 +74,9 @@ pub fn run(command: &Compensator) -> Result<Output, Failure> {
 fn read(path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Failure> {
     let name = path.display().to_string();
     let listed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-    let file = std::fs::File::open(path).map_err(|error| {
-        let remark = Remark::error(format!("`{name}` cannot be read: {error}"));
-        Failure::Input(vec![remark.remedy(format!("give a CSV with the columns {}", listed.join(", ")))])
+    let file = table_file(path).map_err(|remark| {
+        let wanted = format!("give a CSV with the columns {}", listed.join(", "));
+        Failure::Input(vec![if remark.remedy.is_some() { remark } else { remark.remedy(wanted) }])
     })?;
     let mut expected: Vec<ExpectedColumn> = columns
         .iter()

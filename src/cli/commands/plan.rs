@@ -30,6 +30,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     let measured = command.add_to.as_deref().map(|name| load_campaign(name, Some(&command.robot))).transpose()?;
     // A campaign may leave elements out.
     let loaded = measured.as_ref().map_or(&robot, |measured| &measured.robot);
+    let mut remarks = measured.as_ref().map_or(&robot.remarks, |measured| &measured.remarks).clone();
     let (model, units) = (&loaded.model, &loaded.raw.units);
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let measured = measured.as_ref().map(|measured| &measured.campaign);
@@ -39,7 +40,11 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     };
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Failure>>()?;
     let tests = match &command.test {
-        Some(path) => loaded_configurations(loaded, path)?,
+        Some(path) => {
+            let (rows, said) = loaded_configurations(loaded, path)?;
+            remarks.extend(said);
+            rows
+        }
         None => Vec::new(),
     };
     if command.test.is_some() && tests.is_empty() {
@@ -89,9 +94,12 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         }
         None => None,
     };
-    let within = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
+    let (within, said) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
+    remarks.extend(said);
+    let (tested_within, said) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
+    remarks.extend(said);
     let request = Request {
-        tested_within: ranges("--test-range", loaded, within.clone(), &command.test_range)?,
+        tested_within,
         within,
         count: command.poses,
         what,
@@ -122,16 +130,28 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     };
     let started = Instant::now();
     let bar = terminal::bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
-    let planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
+    let mut planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
     bar.finish_and_clear();
+    if let Some(measured) = measured {
+        rename(&mut planned, &measured.poses);
+    }
     let seconds = started.elapsed().as_secs_f64();
     let mut output = Output::new(plan_text(model, &request, &planned), plan_json(model, &request, &planned, seconds));
-    output.remarks = loaded.remarks.clone();
+    output.remarks = remarks;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
         output.files.push((path.clone(), csv(loaded, &planned)));
     }
     Ok(output)
+}
+
+/// Names that the campaign does not have, counted on from its own.
+fn rename(planned: &mut Planned, known: &[String]) {
+    let number = |name: &String| name.strip_prefix('p').and_then(|number| number.parse::<usize>().ok());
+    let last = known.iter().filter_map(number).max().unwrap_or(0);
+    for (k, name) in planned.campaign.poses.iter_mut().enumerate() {
+        *name = format!("p{:03}", last.saturating_add(k + 1));
+    }
 }
 
 fn check(command: &Plan) -> Result<(), Failure> {
@@ -188,7 +208,7 @@ fn csv(loaded: &LoadedRobot, planned: &Planned) -> String {
     }
     let mut text = header.join(",") + "\n";
     for (k, station) in planned.stations.iter().enumerate() {
-        let mut row = vec![format!("p{:03}", k + 1)];
+        let mut row = vec![planned.campaign.poses[k].clone()];
         row.extend(station.q.iter().zip(&model.variables).map(|(q, variable)| {
             format!("{:.4}", q / if variable.is_angle { units.angle.factor() } else { units.length.factor() })
         }));

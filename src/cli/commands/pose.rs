@@ -8,20 +8,30 @@ use serde_json::{Map, Value, json};
 use crate::cli::args::Pose;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
+use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::elastics::{Elastics, Response, Statics, equilibrium};
-use crate::files::{LoadedRobot, load_robot};
+use crate::files::{LoadedRobot, load_robot, table_file};
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
+use crate::remark::Remark;
 use crate::report::table::{deg, mm, table};
 use crate::simulation::Loaded;
 use crate::surrogate;
 
 pub fn run(command: &Pose) -> Result<Output, Failure> {
-    let loaded = load_robot(&command.robot)?;
+    let mut loaded = load_robot(&command.robot)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
     let configurations = match (&command.joints, &command.table) {
-        (_, Some(path)) => configurations(&loaded, path)?,
-        (Some(text), None) => vec![joints(&loaded.model, &loaded.raw.units, text)?],
+        (_, Some(path)) => {
+            let (rows, said) = read(&loaded, path, &[])?;
+            loaded.remarks.extend(said);
+            rows.into_iter().map(|(q, _)| q).collect()
+        }
+        (Some(text), None) => {
+            let q = joints(&loaded.model, &loaded.raw.units, text)?;
+            loaded.remarks.extend(beyond_limits(&loaded, &q));
+            vec![q]
+        }
         (None, None) => return Err(Failure::input("no configuration", "give --joints or --table")),
     };
     linear(&loaded.model, command.equilibrium)?;
@@ -104,32 +114,45 @@ fn deflected(
     Ok(all)
 }
 
-/// Configurations of a CSV with one column a variable, in the description's units.
-pub fn configurations(loaded: &LoadedRobot, path: &std::path::Path) -> Result<Vec<Vec<f64>>, Failure> {
-    Ok(read(loaded, path, &[])?.into_iter().map(|(q, _)| q).collect())
-}
-
-/// The same with the load of each row: columns fx, fy, fz, mx, my, mz, which may be absent, and so may `pose`.
-pub fn loaded_configurations(loaded: &LoadedRobot, path: &std::path::Path) -> Result<Vec<Loaded>, Failure> {
-    let also = LOAD.map(|name| (name, ColumnKind::Number));
-    read(loaded, path, &[&also[..], &[("pose", ColumnKind::Text)]].concat())
+/// Configurations of a CSV with one column a variable, in the description's units, with the load of each row: columns
+/// fx, fy, fz, mx, my, mz, which may be absent; and warnings of limits. The name of a row and the pose that
+/// `compensate --table` writes beside the joints are passed over.
+pub fn loaded_configurations(
+    loaded: &LoadedRobot,
+    path: &std::path::Path,
+) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
+    read(loaded, path, &LOAD)
 }
 
 /// Columns of a load.
 pub const LOAD: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[(&str, ColumnKind)]) -> Result<Vec<Loaded>, Failure> {
+/// Columns that `plan` and `compensate` write beside the joints.
+const PASSED_OVER: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
+
+/// Warnings of joints given beyond the description's limits.
+pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Remark> {
+    beyond(&loaded.model.variables, &loaded.raw.units, "configurations", std::iter::once(q), |_, _| None)
+}
+
+fn read(
+    loaded: &LoadedRobot,
+    path: &std::path::Path,
+    also: &[&str],
+) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
     let name = path.display().to_string();
-    let file = std::fs::File::open(path).map_err(|error| {
-        Failure::input(format!("`{name}` cannot be read: {error}"), "give a CSV with one column a variable")
+    let file = table_file(path).map_err(|remark| {
+        let remark = if remark.remedy.is_some() { remark } else { remark.remedy("give a CSV with one column a variable") };
+        Failure::Input(vec![remark])
     })?;
-    let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), ColumnKind::Number, true));
-    let also = also.iter().map(|&(name, kind)| (name, kind, false));
+    let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), true));
     let expected: Vec<ExpectedColumn> = variables
-        .chain(also)
-        .map(|(name, kind, required)| ExpectedColumn { name: name.into(), kind, required })
+        .chain(also.iter().map(|&name| (name, false)))
+        .map(|(name, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Number, required })
         .collect();
-    let table = read_table(&name, file, &expected, &BTreeMap::new(), &[], &Dialect::default(), 1_000_000)?;
+    let ignored = PASSED_OVER.iter().filter(|name| expected.iter().all(|column| column.name != **name));
+    let ignored: Vec<String> = ignored.map(ToString::to_string).collect();
+    let table = read_table(&name, file, &expected, &BTreeMap::new(), &ignored, &Dialect::default(), 1_000_000)?;
     let units = &loaded.raw.units;
     let factor = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
     let at = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
@@ -141,7 +164,11 @@ fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[(&str, ColumnKind)
         });
         (loaded.model.variables.iter().map(value).collect(), load)
     };
-    Ok((0..table.row_count()).map(row).collect())
+    let rows: Vec<Loaded> = (0..table.row_count()).map(row).collect();
+    let configurations = rows.iter().map(|(q, _)| q.as_slice());
+    let remarks =
+        beyond(&loaded.model.variables, units, "rows", configurations, |row, variable| table.place(row, variable));
+    Ok((rows, remarks))
 }
 
 fn joint_values(geometry: &Geometry, placements: &Placements) -> Vec<(String, f64, bool)> {

@@ -23,6 +23,7 @@ use crate::effects::{Form, by_name, catalogue};
 use crate::files::{LoadedRobot, load_robot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::parameter::Kind;
 use crate::remark::Remark;
 use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
@@ -38,11 +39,13 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
         ));
     }
+    spares_readings(&command.into)?;
     let mut loaded = load_robot(&command.robot)?;
     for text in &command.effect {
         let entry = effect(&loaded.model, text)?;
         loaded.model.switch_on(entry);
     }
+    let mut remarks = Vec::new();
     let model = &loaded.model;
     let mut random = generator(seed);
     let mut values = draw_errors(model, command.errors, command.elastic_errors, &mut random);
@@ -72,7 +75,8 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
         }
         Ok(count) => {
-            let within = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            let (within, said) = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            remarks.extend(said);
             draw_configurations_in(&geometry, &within, count, &mut random).map_err(Failure::computation)?
         }
         Err(_) if !command.range.is_empty() => {
@@ -82,7 +86,8 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             ));
         }
         Err(_) => {
-            let rows = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
+            let (rows, said) = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
+            remarks.extend(said);
             if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
                 row_loads = rows.iter().map(|(_, load)| *load).collect();
             }
@@ -129,7 +134,26 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
     }
     let campaign = carry_out(model, &values, &plan, blank, &mut random).map_err(Failure::computation)?;
-    delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)
+    let mut output =
+        delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)?;
+    output.remarks.extend(remarks);
+    Ok(output)
+}
+
+/// Refuses a folder with readings that were not simulated.
+fn spares_readings(folder: &std::path::Path) -> Result<(), Failure> {
+    let truth = std::fs::read_to_string(folder.join("truth.json")).ok();
+    let truth = truth.and_then(|text| serde_json::from_str::<Value>(&text).ok());
+    if truth.is_some_and(|truth| truth.get("seed").is_some() && truth.get("parameters").is_some()) {
+        return Ok(());
+    }
+    match ["campaign.yaml", "measurements.csv"].into_iter().find(|name| folder.join(name).exists()) {
+        Some(name) => Err(Failure::input(
+            format!("--into: `{}` has a {name} that `simulate` did not write", folder.display()),
+            "give another folder",
+        )),
+        None => Ok(()),
+    }
 }
 
 /// What a campaign was made with.
@@ -259,6 +283,25 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
             Ok(value) if value == f64::INFINITY && parameter.inverted => values[slot] = 0.0,
             Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
                 let changed = parameter.shown(parameter.nominal) + value * factor;
+                let stays = match parameter.shown_kind() {
+                    Kind::LinearStiffness | Kind::RotationalStiffness | Kind::Pressure => changed > 0.0,
+                    Kind::LinearCompliance | Kind::RotationalCompliance | Kind::Mass => changed >= 0.0,
+                    _ => true,
+                };
+                if !stays {
+                    return Err(Failure::input(
+                        format!(
+                            "--set `{entry}` makes `{}` {}, and it cannot be below 0",
+                            parameter.name,
+                            changed / factor
+                        ),
+                        format!(
+                            "--set adds to what the description says, {}: give more than {}",
+                            parameter.shown(parameter.nominal) / factor,
+                            -parameter.shown(parameter.nominal) / factor
+                        ),
+                    ));
+                }
                 // Shown and held are each other's inverse, or the same.
                 values[slot] = parameter.shown(changed);
             }

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Map, Value, json};
 
+use super::pose::beyond_limits;
 use crate::cli::args::Solve;
 use crate::cli::values::{joints, numbers};
 use crate::cli::{Failure, Output};
@@ -11,13 +12,16 @@ use crate::kinematics::{Geometry, InverseSettings, Target, solve};
 use crate::report::table::{deg, mm, table};
 
 pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
-    let loaded = load_robot(&command.robot)?;
-    let units = &loaded.raw.units;
+    let mut loaded = load_robot(&command.robot)?;
+    let units = loaded.raw.units;
     let target = numbers("--target", &command.target, &[3, 6])?;
     let (length, angle) = (units.length.factor(), units.angle.factor());
     let position = Point3::new(target[0], target[1], target[2]) * length;
     let rotation = target.get(3..6).map(|r| Rotation3::new(Vector3::new(r[0], r[1], r[2]) * angle));
-    let from = command.from.as_deref().map(|text| joints(&loaded.model, units, text)).transpose()?;
+    let from = command.from.as_deref().map(|text| joints(&loaded.model, &units, text)).transpose()?;
+    if let Some(q) = &from {
+        loaded.remarks.extend(beyond_limits(&loaded, q));
+    }
     let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
     let settings = InverseSettings { restarts: command.restarts, seed, from, ..InverseSettings::default() };
     let solutions = solve(&geometry, &Target { position, rotation }, &settings).map_err(Failure::computation)?;

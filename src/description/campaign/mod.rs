@@ -1,5 +1,6 @@
 //! Campaigns: measurements of a robot, resolved against its model, in SI.
 
+mod doubts;
 pub mod raw;
 mod read;
 

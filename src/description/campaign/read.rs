@@ -6,6 +6,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::raw::{Observes, RawCampaign, RawSigma};
+use super::doubts::doubts;
 use super::{Campaign, Reading};
 use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
@@ -95,6 +96,9 @@ pub fn resolve(
         let message = format!("`{}` has a column `time`, but `{}` has not", with.file(), lacking.file());
         remarks
             .push(Remark::error(message).at(locate(&["measurements"])).remedy("give `time` in all files or in none"));
+    }
+    if !remarks.iter().any(Remark::is_error) {
+        remarks.extend(doubts(&campaign, &raw.units, locate, robot, tables));
     }
     if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((campaign, remarks)) }
 }

@@ -9,7 +9,8 @@ use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::{Failure, Output};
 use crate::compensation::predict_path;
 use crate::description::campaign::Observes;
-use crate::files::{LoadedRobot, load_path, load_process};
+use crate::description::limits::beyond;
+use crate::files::{LoadedRobot, load_commands, load_process};
 use crate::report::table::{mm, table};
 use crate::simulation::{Plan, measure};
 
@@ -46,7 +47,11 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
         ));
     }
     let (process, mut remarks) = load_process(file)?;
-    let mut path = load_path(&command.poses, loaded, loaded.raw.units)?;
+    let mut path = load_commands(&command.poses, loaded, loaded.raw.units)?;
+    if path.joints {
+        let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
+        remarks.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
+    }
     if let Some(marker) = marker {
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
     }
