@@ -152,12 +152,15 @@ impl Remark {
     }
 }
 
-/// The valid name most like `found`, if any is like it at all.
+/// The valid name most like `found`, if any is like it at all; two names of which every letter differs never are.
 pub fn nearest<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     valid
         .into_iter()
         .map(|name| (name, strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase())))
-        .filter(|&(name, distance)| distance <= 1 + name.chars().count().max(found.chars().count()) / 4)
+        .filter(|&(name, distance)| {
+            let longest = name.chars().count().max(found.chars().count());
+            distance <= 1 + longest / 4 && (distance < longest || distance == 0)
+        })
         .min_by_key(|&(_, distance)| distance)
         .map(|(name, _)| name)
 }

@@ -53,15 +53,13 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             }
             _ => {
                 let unit = if model.variables[index].is_angle { units.angle.symbol() } else { units.length.symbol() };
-                remarks.push(
-                    Remark::error(format!("`{value}` is no finite number (variable `{name}`)")).remedy(
-                        if value.contains('=') {
-                            "separate the variables by commas: a=1,b=2".to_owned()
-                        } else {
-                            format!("write the number alone, in {unit}: {name}=1.5")
-                        },
-                    ),
-                );
+                remarks.push(Remark::error(format!("`{value}` is no finite number (variable `{name}`)")).remedy(
+                    if value.contains('=') {
+                        "separate the variables by commas: a=1,b=2".to_owned()
+                    } else {
+                        format!("write the number alone, in {unit}: {name}=1.5")
+                    },
+                ));
             }
         }
     }
@@ -181,7 +179,6 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Failure> {
         }
         all[kind] = serde_json::Value::String(unit.into());
         if let Err(error) = serde_json::from_value::<Units>(all.clone()) {
-            // Serde lists the units that there are.
             return Err(Failure::input(format!("--units `{entry}`: {error}"), "write kind=unit, as `length=mm`"));
         }
     }

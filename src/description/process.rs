@@ -77,7 +77,12 @@ pub struct RawAnchored {
     pub stiffness: [f64; 3],
 }
 
-/// Values that no process has.
+/// Farthest coordinate from the robot's base (m) that is no slip of units.
+const FARTHEST: f64 = 100.0;
+/// A strip softer than this (Pa) is no strip.
+const SOFTEST: f64 = 1e6;
+
+/// Values that no process has, and (as warnings) those that come of undeclared units.
 pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
     let mut remarks = Vec::new();
     let mut tell = |path: &[&str], message: String, remedy: &str| {
@@ -143,6 +148,39 @@ pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
                 "the stiffness is no number that a spring has".into(),
                 "give three",
             );
+        }
+    }
+    remarks.extend(doubtful_units(raw, locate));
+    remarks
+}
+
+/// Coordinates that no robot reaches, and a strip softer than any solid.
+fn doubtful_units(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
+    let length = raw.units.length.factor();
+    let mut remarks = Vec::new();
+    let mut doubt = |path: &[&str], message: String, kind: &str, remedy: &str| {
+        let remedy = format!("{kind}; if they are not, declare them: `units: {{{remedy}}}`");
+        remarks.push(Remark::warning(message).at(locate(path)).remedy(remedy));
+    };
+    let far = |at: &[f64; 3]| {
+        let most = at.iter().fold(0.0, |most: f64, v| most.max((v * length).abs()));
+        (FARTHEST..=GREATEST).contains(&most).then_some(most)
+    };
+    let lengths = format!("lengths here are in {}", raw.units.length.symbol());
+    if let Some(strip) = &raw.strip {
+        if let Some(most) = far(&strip.clamp) {
+            doubt(&["strip", "clamp"], format!("`clamp` is {most:.0} m away"), &lengths, "length: mm");
+        }
+        let young = strip.young * raw.units.pressure.factor();
+        if young > 0.0 && young < SOFTEST {
+            let message = format!("`young` of the strip is {young} Pa, softer than any strip");
+            let moduli = format!("moduli here are in {}", raw.units.pressure.symbol());
+            doubt(&["strip", "young"], message, &moduli, "pressure: GPa");
+        }
+    }
+    for (index, spring) in raw.springs.iter().enumerate() {
+        if let Some(most) = far(&spring.at) {
+            doubt(&["springs", &index.to_string(), "at"], format!("`at` is {most:.0} m away"), &lengths, "length: mm");
         }
     }
     remarks

@@ -231,6 +231,32 @@ pub fn fault(model: &Model, entry: &RawEffect) -> Result<(), (String, String)> {
     }
 }
 
+/// What is doubtful about an effect that a description declares and that has no [`fault`]: that it has no amount, or one
+/// that makes a compliance or another parameter negative that cannot be. What, and the remedy.
+pub fn doubt(model: &Model, entry: &RawEffect) -> Option<(String, String)> {
+    let name = entry.effect.as_deref().unwrap_or_default();
+    let effect = by_name(name)?;
+    let at = effect.sites(model).into_iter().find(|known| entry.site.as_deref() == Some(known.name.as_str()))?;
+    let parameters = effect.parameters(model, &at, &form_of(effect, entry));
+    let given = |parameter: &EffectParameter| entry.parameters.get(&parameter.symbol).copied();
+    if !parameters.is_empty() && parameters.iter().all(|parameter| given(parameter).is_none()) {
+        let symbols: Vec<&str> = parameters.iter().map(|parameter| parameter.symbol.as_str()).collect();
+        let message = format!("`{name}` has no amount, and changes nothing");
+        return Some((message, format!("give its parameters (SI): {}", symbols.join(", "))));
+    }
+    parameters.iter().filter(|parameter| parameter.is_positive).find_map(|parameter| {
+        let amount = given(parameter)?;
+        let declared = model.registry.slot(&parameter.symbol).map_or(0.0, |slot| model.registry[slot].nominal);
+        (declared + amount < 0.0).then(|| {
+            let (symbol, unit) = (&parameter.symbol, parameter.unit);
+            (
+                format!("`{symbol}: {amount:e}` makes it {:e} {unit}, and it cannot be below 0", declared + amount),
+                format!("the amount adds to what the description says, {declared:e} {unit}"),
+            )
+        })
+    })
+}
+
 /// The form in which an effect is declared.
 pub fn form_of(effect: &dyn Effect, entry: &RawEffect) -> Form {
     effect

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::place::{CAMPAIGNS, Place, open};
+use super::place::{CAMPAIGNS, Place, inside, open};
 use super::robot::{LoadedRobot, Without, find_robot, load_robot_without};
+use super::schema_line::told_schema;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign};
 use crate::description::campaign::{self, Campaign};
 use crate::description::table::{Dialect, read_table};
@@ -40,6 +41,12 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         Place::Disk(path)
     };
     let text = place.text().map_err(|mut said| {
+        if path_given.is_dir() {
+            if let Some(first) = said.first_mut() {
+                first.remedy.get_or_insert_with(|| format!("`campaign.yaml` is sought there; {}", inside(path_given)));
+            }
+            return said;
+        }
         if path_given.exists() {
             return said;
         }
@@ -56,6 +63,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         said
     })?;
     let (raw, document, mut remarks) = yaml::read::<RawCampaign>(&place.name(), &text);
+    told_schema(&mut remarks, "campaign");
     let Some(raw) = raw else { return Err(remarks) };
     let locate = |path: &[&str]| document.place_of_value(path);
     remarks.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));

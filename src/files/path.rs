@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path as FilePath, PathBuf};
 
-use super::place::{PROCESSES, Place, open};
+use super::place::{PROCESSES, Place, inside, open};
 use super::robot::LoadedRobot;
+use super::schema_line::told_schema;
 use crate::description::path::{Path, expected_columns, read};
 use crate::description::process::{RawProcess, faults};
 use crate::description::table::{Dialect, Table, read_table};
@@ -32,9 +33,16 @@ fn found(name: &str, file: &str) -> Place {
 /// A process left as it was said of it, with the nearest bundled name.
 fn or_bundled(mut said: Vec<Remark>, name: &str) -> Vec<Remark> {
     let known: Vec<&str> = PROCESSES.dirs().filter_map(|dir| dir.path().to_str()).collect();
+    let path = FilePath::new(name);
     if let Some(first) = said.first_mut()
         && first.remedy.is_none()
-        && !FilePath::new(name).exists()
+        && path.is_dir()
+    {
+        first.remedy = Some(inside(path));
+    }
+    if let Some(first) = said.first_mut()
+        && first.remedy.is_none()
+        && !path.exists()
     {
         first.remedy = Some(match nearest(name, known.iter().copied()) {
             Some(near) => format!("did you mean the bundled `{near}`?"),
@@ -58,7 +66,11 @@ pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, 
 /// Every fault found, located.
 pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
     let poses = ["x", "y", "z", "rx", "ry", "rz"];
-    let ignored: Vec<String> = poses.into_iter().filter(|name| robot.robot.variables.iter().all(|v| v.name != *name)).map(String::from).collect();
+    let ignored: Vec<String> = poses
+        .into_iter()
+        .filter(|name| robot.robot.variables.iter().all(|v| v.name != *name))
+        .map(String::from)
+        .collect();
     match table(name, robot, &ignored) {
         Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
             read(&table, &robot.robot, units)
@@ -82,6 +94,7 @@ pub fn load_process(name: &str) -> Result<(Process, Vec<Remark>), Vec<Remark>> {
     let place = found(name, "process.yaml");
     let text = place.text().map_err(|said| or_bundled(said, name))?;
     let (raw, document, mut remarks) = yaml::read::<RawProcess>(&place.name(), &text);
+    told_schema(&mut remarks, "process");
     let Some(raw) = raw else { return Err(remarks) };
     if !remarks.iter().any(Remark::is_error) {
         remarks.extend(faults(&raw, &|path| document.place_of_value(path)));

@@ -91,7 +91,7 @@ pub fn text_of_file(path: &Path) -> Result<String, Vec<Remark>> {
 }
 
 /// What to give instead of a folder: the files in it that may be meant.
-fn inside(folder: &Path) -> String {
+pub(super) fn inside(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(10_000).flatten();
     let mut names: Vec<String> = entries
         .map(|entry| entry.path())
@@ -147,8 +147,7 @@ fn remember(path: &Path) {
 
 /// Whether this process has read that file: to write over it would destroy an input. Devices do not count.
 pub fn was_read(path: &Path) -> bool {
-    path.is_file()
-        && path.canonicalize().is_ok_and(|path| READ.lock().is_ok_and(|read| read.contains(&path)))
+    path.is_file() && path.canonicalize().is_ok_and(|path| READ.lock().is_ok_and(|read| read.contains(&path)))
 }
 
 /// Opens a table on disk.
@@ -163,8 +162,7 @@ pub fn table_file(path: &Path) -> Result<Box<dyn Read>, Remark> {
 pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
     match place {
         Place::Disk(path) if path.is_dir() => {
-            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name()))
-                .remedy(inside(path)))
+            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name())).remedy(inside(path)))
         }
         Place::Disk(path) => match std::fs::File::open(path) {
             Ok(file) => {

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::change::{elements, leave_out, merge};
 use super::place::{Place, bundled_robots};
+use super::schema_line::told_schema;
 use crate::description::raw::{RawFuzzy, RawRobot};
-use crate::description::resolve::resolve_explained;
+use crate::description::resolve::{doubtful_sizes, resolve_explained};
 use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
-use crate::effects::fault;
+use crate::effects::{doubt, fault};
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 use crate::remark::{Place as Location, Remark, nearest};
@@ -94,6 +95,7 @@ pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Remar
 
 fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Remark>> {
     let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), text);
+    told_schema(&mut remarks, "robot");
     let Some(mut raw) = raw else { return Err(remarks) };
     if let Some(file) = raw.urdf.take() {
         let urdf_place = place.beside(&file);
@@ -145,6 +147,7 @@ fn rules(
             .collect::<Vec<_>>()
     })?;
     let (found, rules, mut said) = yaml::read::<RawFuzzy>(&name, &text);
+    told_schema(&mut said, "rules");
     let Some(found) = found else { return Err(said) };
     if found.file.is_some() {
         let remark = Remark::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));
@@ -204,6 +207,10 @@ fn finish(
     let explained = |path: &[&str]| texts.explains(path);
     let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
     remarks.append(&mut said);
+    // A URDF has no units but its own.
+    if texts.document.is_some() {
+        remarks.extend(doubtful_sizes(&raw, &locate));
+    }
     let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     let known = elements(&raw);
@@ -248,6 +255,12 @@ fn finish(
         .collect();
     if !impossible.is_empty() {
         return Err(remarks.into_iter().chain(impossible).collect());
+    }
+    for (k, entry) in robot.effects.iter().enumerate() {
+        if let Some((message, remedy)) = doubt(&model, entry) {
+            let remark = Remark::warning(format!("effect {} of `effects:`: {message}", k + 1)).remedy(remedy);
+            remarks.push(remark.at(locate(&["effects", &k.to_string()])));
+        }
     }
     let contradicted = contradictions(&raw, &model);
     if !contradicted.is_empty() {

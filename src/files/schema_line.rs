@@ -1,6 +1,9 @@
-//! The line by which editors find the schema of a YAML file.
+//! The schema that a YAML file should follow: the line by which editors find it, and what an empty file is told.
 
 use std::path::Path;
+
+use crate::description::yaml;
+use crate::remark::Remark;
 
 /// Folders above a file in which its schema is sought.
 const HIGHEST: usize = 4;
@@ -18,4 +21,11 @@ pub fn schema_line(to: &Path, file: &str) -> String {
         }
     }
     String::new()
+}
+
+/// Adds to what is said of an empty file which schema it should follow.
+pub(super) fn told_schema(remarks: &mut [Remark], kind: &str) {
+    for remark in remarks.iter_mut().filter(|remark| remark.message == yaml::EMPTY) {
+        remark.remedy = Some(format!("write `key: value` pairs; `elastogeo schema {kind}` prints what is expected"));
+    }
 }

@@ -43,7 +43,7 @@ pub struct Identifiability {
     /// Robot and campaign.
     #[command(flatten)]
     pub on: OnCampaign,
-    /// Which columns: geometric, elastic, or both; by default as `identify`.
+    /// Which columns: `geometric`, `elastic`, or `geometric,elastic`; by default as `identify`.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
     /// Reduction.
@@ -59,8 +59,8 @@ pub struct Identify {
     /// Another description than the campaign's.
     #[arg(long)]
     pub robot: Option<String>,
-    /// What to identify: geometric, elastic, or both; by default stiffness from deflections and geometry from all
-    /// other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; or `grey`, springs with a fuzzy
+    /// What to identify: `geometric`, `elastic`, or `geometric,elastic`; by default stiffness from deflections and
+    /// geometry from all other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; or `grey`, springs with a fuzzy
     /// correction of what they leave.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,

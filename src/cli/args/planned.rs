@@ -12,7 +12,8 @@ use super::Reduction;
 pub struct Simulate {
     /// Bundled name, or a .yaml or .urdf file.
     pub robot: String,
-    /// Number of configurations to draw, or a CSV of configurations in the description's units.
+    /// Number of configurations to draw, or a CSV of configurations in the description's units: one column a variable, and
+    /// loads fx, .., mz. Where it has a pose beside the joints, as `compensate --table` writes it, the joints count.
     #[arg(long, value_name = "N|FILE")]
     pub poses: String,
     /// Folder to write campaign.yaml, measurements.csv and truth.json to.
@@ -82,8 +83,8 @@ pub struct Plan {
     /// Number of configurations to choose.
     #[arg(long, value_name = "N")]
     pub poses: usize,
-    /// What is to be identified: geometric, elastic, or both; by default stiffness from deflections and geometry from
-    /// all other readings.
+    /// What is to be identified: `geometric`, `elastic`, or `geometric,elastic`; by default stiffness from deflections
+    /// and geometry from all other readings.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
     /// What a reading is; by default a deflection where only stiffness is to be identified, else a position.
@@ -95,10 +96,10 @@ pub struct Plan {
     /// Readings of each marker at each configuration.
     #[arg(long, default_value_t = 1)]
     pub repeats: usize,
-    /// Noise of a coordinate, one sigma, mm.
+    /// Noise of a coordinate, one sigma, mm; with --add-to the noise that the campaign states counts.
     #[arg(long, default_value_t = 0.03)]
     pub noise: f64,
-    /// Noise of a component of the orientation, one sigma, deg.
+    /// Noise of a component of the orientation, one sigma, deg; with --add-to the campaign's, where stated.
     #[arg(long, default_value_t = 0.003)]
     pub orientation_noise: f64,
     /// The robot's place in the measurement frame is unknown.

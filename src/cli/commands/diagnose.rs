@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::convert::{can_write, written};
+use super::identify::left_to_fit;
 use crate::cli::args::Diagnose;
 use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Observes;
@@ -20,6 +21,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;
     let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    left_to_fit(campaign, &aside)?;
     let bar = terminal::bar(None, "{spinner} {msg}");
     let started = Instant::now();
     let found = diagnose(model, campaign, &aside, &Settings::new(campaign, seed), &mut |doing| {

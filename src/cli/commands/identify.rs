@@ -7,7 +7,7 @@ use super::identifiability::{reduction, what};
 use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
 use crate::cli::{Failure, Output, terminal};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Observes};
 use crate::estimation::least_squares::Loss;
 use crate::estimation::{CalibrationError, Scheme, Settings, Split, Weights, calibrate, compare, split};
 use crate::files::load_campaign;
@@ -63,6 +63,7 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
         None => loaded.campaign.clone(),
     };
     let aside = split(&campaign, command.check, seed);
+    left_to_fit(&campaign, &aside)?;
     if by_rules {
         return super::identify_fuzzy::run(command, &loaded, &campaign, &aside, &settings, seed);
     }
@@ -95,6 +96,25 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
         output.files.push((path.clone(), text));
     }
     Ok(output)
+}
+
+/// Refuses a campaign of which all readings, or all that are loaded, are set aside to check.
+pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Failure> {
+    let mut fitted =
+        campaign.readings.iter().zip(aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading).peekable();
+    if fitted.peek().is_none() {
+        return Err(Failure::input(
+            "no reading is left to fit: all are set aside to check",
+            "mark readings to fit with `fit` in the column `set`",
+        ));
+    }
+    if campaign.observes == Observes::Deflection && fitted.all(|reading| reading.wrench == [0.0; 6]) {
+        return Err(Failure::input(
+            "no reading to fit is loaded, and deflections are observed",
+            "mark loaded readings with `fit` in the column `set`",
+        ));
+    }
+    Ok(())
 }
 
 fn failure(error: CalibrationError) -> Failure {

@@ -135,14 +135,11 @@ pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Remark> {
     beyond(&loaded.model.variables, &loaded.raw.units, "configurations", std::iter::once(q), |_, _| None)
 }
 
-fn read(
-    loaded: &LoadedRobot,
-    path: &std::path::Path,
-    also: &[&str],
-) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
+fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[&str]) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
     let name = path.display().to_string();
     let file = table_file(path).map_err(|remark| {
-        let remark = if remark.remedy.is_some() { remark } else { remark.remedy("give a CSV with one column a variable") };
+        let remark =
+            if remark.remedy.is_some() { remark } else { remark.remedy("give a CSV with one column a variable") };
         Failure::Input(vec![remark])
     })?;
     let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), true));

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use nalgebra::Matrix3;
 
+use super::identify::left_to_fit;
 use crate::cli::args::{Arguments, Format, Report};
 use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Campaign;
@@ -34,6 +35,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     };
     doing("calibrating");
     let aside = split(campaign, CHECK, seed);
+    left_to_fit(campaign, &aside)?;
     let started = Instant::now();
     let calibration = match calibrate(model, campaign, &aside, &Settings::default(), &mut |_| bar.tick()) {
         Ok(found) => Ok((found, started.elapsed().as_secs_f64())),

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-use super::raw::{Observes, RawCampaign, RawSigma};
 use super::doubts::doubts;
+use super::raw::{Observes, RawCampaign, RawSigma};
 use super::{Campaign, Reading};
 use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
 use crate::description::robot::Robot;

@@ -5,10 +5,12 @@ mod elastic;
 mod elastic_values;
 mod fuzzy;
 mod motion;
+mod sizes;
 mod tree;
 
 pub use elastic::EFFECTS;
 pub use elastic_values::power;
+pub use sizes::doubtful_sizes;
 
 use nalgebra::Vector3;
 

@@ -111,15 +111,14 @@ impl Data {
 
 /// A finite number, written with the given decimal sign; one that is open is settled by the first number that has one.
 fn number(text: &str, decimal: &mut Option<char>) -> Result<f64, Wrong> {
-    let with_comma = || -> Option<f64> {
-        (text.matches(',').count() == 1).then(|| text.replace(',', ".").parse().ok()).flatten()
-    };
+    let with_comma =
+        || -> Option<f64> { (text.matches(',').count() == 1).then(|| text.replace(',', ".").parse().ok()).flatten() };
     let parsed = match decimal {
         Some(',') if text.contains('.') => Err(Wrong::DecimalPoint),
         Some(',') => text.replace(',', ".").parse::<f64>().map_err(|_| Wrong::NotNumber),
-        Some(_) => text
-            .parse::<f64>()
-            .map_err(|_| if with_comma().is_some() { Wrong::DecimalComma } else { Wrong::NotNumber }),
+        Some(_) => {
+            text.parse::<f64>().map_err(|_| if with_comma().is_some() { Wrong::DecimalComma } else { Wrong::NotNumber })
+        }
         None => match text.parse::<f64>() {
             Ok(number) => {
                 *decimal = text.contains('.').then_some('.');

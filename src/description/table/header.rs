@@ -126,7 +126,8 @@ impl Header {
             })]);
         }
         let named = |title: &String| {
-            expected.iter().any(|column| column.name == *title) || rename.values().any(|renamed| renamed.trim() == title)
+            expected.iter().any(|column| column.name == *title)
+                || rename.values().any(|renamed| renamed.trim() == title)
         };
         let numbers = titles.iter().filter(|title| title.replace(',', ".").parse::<f64>().is_ok()).count();
         if 2 * numbers > titles.len() && !titles.iter().any(named) {
@@ -220,7 +221,8 @@ impl Header {
                     (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
                     (None, false) => "remove the column, or rename it".to_owned(),
                 };
-                self.faults.push(Remark::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
+                self.faults
+                    .push(Remark::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
             }
         }
     }

@@ -93,8 +93,8 @@ impl Index {
             Some(root) => root.kind == Kind::Scalar && matches!(text.get(root.value.clone()), Some("" | "~" | "null")),
         };
         if empty {
-            let remark = Remark::error("the file is empty").at(Place::in_text(file, text, 0..0));
-            return Err(remark.remedy("write `key: value` pairs; `elastogeo schema` prints what is expected"));
+            let remark = Remark::error(super::EMPTY).at(Place::in_text(file, text, 0..0));
+            return Err(remark.remedy("write `key: value` pairs"));
         }
         Ok((walk.index, walk.duplicates))
     }

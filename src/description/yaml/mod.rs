@@ -14,6 +14,8 @@ use serde::de::DeserializeOwned;
 use std::ops::Range;
 use wording::{About, Fault, starts_at};
 
+/// What is said of a text that holds nothing.
+pub const EMPTY: &str = "the file is empty";
 /// Most faults shown of one text.
 const MOST_FAULTS: usize = 100;
 /// A text longer than this (bytes) is read until its first fault only.

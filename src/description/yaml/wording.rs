@@ -136,7 +136,15 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
         }
         Error::SerdeUnknownVariant { variant, expected, .. } => {
             let remark = error_of(format!("{name}: unknown choice `{}`", clip(variant)));
-            (About::Whole, remark.suggest(variant, expected.iter().copied()))
+            // The nearest name of a unit is another unit.
+            let is_unit = node.is_some_and(|node| index.path(node).starts_with("units"));
+            let valid = || expected.iter().map(|unit| format!("`{unit}`")).collect::<Vec<_>>().join(", ");
+            let remark = if is_unit {
+                remark.remedy(format!("valid here: {}", valid()))
+            } else {
+                remark.suggest(variant, expected.iter().copied())
+            };
+            (About::Whole, remark)
         }
         Error::SerdeMissingField { field, .. } => {
             missing = Some(*field);

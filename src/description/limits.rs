@@ -1,0 +1,65 @@
+//! Configurations beyond the limits that a description declares: mostly a matter of units.
+
+use super::robot::Variable;
+use super::units::Units;
+use crate::remark::{Place, Remark};
+
+/// Beyond its limits by less than this (rad or m) a value counts as rounded.
+const ROUNDED: f64 = 1e-4;
+
+/// One warning a variable that some of the `configurations` (rad, m) take beyond its limits: how many, and the first.
+///
+/// `of` says what they are (`readings`); `units` are those they were given in; `place` says where a row's variable stands.
+pub fn beyond<'a>(
+    variables: &[Variable],
+    units: &Units,
+    of: &str,
+    configurations: impl Iterator<Item = &'a [f64]>,
+    place: impl Fn(usize, &str) -> Option<Place>,
+) -> Vec<Remark> {
+    // Of each variable: how many, and the first: its row and value.
+    let mut found: Vec<Option<(usize, usize, f64)>> = vec![None; variables.len()];
+    let mut all = 0;
+    for (row, q) in configurations.enumerate() {
+        all += 1;
+        for ((variable, value), found) in variables.iter().zip(q).zip(&mut found) {
+            let Some([low, high]) = variable.limits else { continue };
+            if *value < low - ROUNDED || *value > high + ROUNDED {
+                *found = Some(found.map_or((1, row, *value), |(count, row, value)| (count + 1, row, value)));
+            }
+        }
+    }
+    let told = variables.iter().zip(found).filter_map(|(variable, found)| Some((variable, found?)));
+    told.map(|(variable, (count, row, value))| {
+        let (kind, unit, factor) = if variable.is_angle {
+            ("angles", units.angle.symbol(), units.angle.factor())
+        } else {
+            ("lengths", units.length.symbol(), units.length.factor())
+        };
+        let [low, high] = variable.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]).map(|v| shown(v / factor));
+        let value = shown(value / factor);
+        let name = &variable.name;
+        let message = if all > 1 {
+            format!(
+                "`{name}` is beyond its limits {low} .. {high} {unit} in {count} of {all} {of}; the first: {value} {unit}"
+            )
+        } else {
+            format!("`{name}` = {value} {unit} is beyond its limits {low} .. {high} {unit}")
+        };
+        let remedy = if of == READINGS {
+            format!("{kind} here are in {unit}: check the campaign's `units`, or `limits` of the description")
+        } else {
+            format!("{kind} here are in {unit}: check the values, or `units` and `limits` of the description")
+        };
+        Remark::warning(message).at(place(row, name)).remedy(remedy)
+    })
+    .collect()
+}
+
+/// What rows of a campaign are.
+pub const READINGS: &str = "readings";
+
+/// As many digits as serve.
+fn shown(value: f64) -> String {
+    if value.is_finite() { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value}") }
+}
