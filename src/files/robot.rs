@@ -207,11 +207,11 @@ fn finish(
     let explained = |path: &[&str]| texts.explains(path);
     let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
     remarks.append(&mut said);
+    let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
     // A URDF has no units but its own.
     if texts.document.is_some() {
         remarks.extend(doubtful_sizes(&raw, &locate));
     }
-    let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     let known = elements(&raw);
     let mut reduced = false;

@@ -8,6 +8,7 @@ mod compensator;
 mod derivatives;
 mod diagnosis;
 mod docs;
+mod doubts;
 mod dual;
 mod effects;
 mod elastic_campaigns;

@@ -351,6 +351,7 @@ fn files_that_are_no_descriptions() {
         (bomb.as_bytes(), "aliases"),
         (&[b"frames: ".to_vec(), vec![b'['; 10_000]].concat(), "nest"),
         (b"", "the file is empty"),
+        (b"", "`elastogeo schema robot` prints"),
         (b"frames:\n", "declares no frame"),
         (&[0x7f, b'E', b'L', b'F', 2, 1, 1, 0, 0, 0xff, 0xfe], "UTF-8"),
         (&wide, "UTF-16"),
@@ -396,8 +397,13 @@ fn tables() {
     assert_eq!(residuals(CAMPAIGN, semicolons.as_bytes()).status, 0);
     let commas = semicolons.replace(";900;", ";900,25;");
     let ran = residuals(CAMPAIGN, commas.as_bytes());
+    assert_eq!(ran.status, 0, "between semicolons a decimal comma needs no word: {}", ran.err);
+    assert_eq!(residuals(&format!("{CAMPAIGN}csv: {{decimal: \",\"}}\n"), commas.as_bytes()).out, ran.out);
+    let ran = residuals(&format!("{CAMPAIGN}csv: {{decimal: .}}\n"), commas.as_bytes());
     assert!(ran.status == 2 && ran.err.contains("declare it: `csv: {decimal"), "{}", ran.err);
-    assert_eq!(residuals(&format!("{CAMPAIGN}csv: {{decimal: \",\"}}\n"), commas.as_bytes()).status, 0);
+    let both = commas.replace(";910;", ";910.5;");
+    let ran = residuals(CAMPAIGN, both.as_bytes());
+    assert!(ran.status == 2 && ran.err.contains("one decimal sign throughout"), "{}", ran.err);
     for (replace, place, expected) in [
         ((",q2,", ",p2,"), "m.csv:1:", "q2"),
         (("marker,set", "markr,set"), "m.csv:1:", "markr"),
@@ -416,6 +422,30 @@ fn tables() {
     for (text, expected) in [("", "empty"), ("pose,q1,q2,x,y,z\n", "no rows")] {
         let ran = residuals(CAMPAIGN, text.as_bytes());
         assert!(ran.status == 2 && ran.err.contains(expected) && ran.err.contains("m.csv:1:"), "{}", ran.err);
+    }
+}
+
+#[test]
+fn ignored_columns_are_left_out() {
+    let loaded =
+        ROWS.replace(",set\n", ",set,fz,note\n").replace("fit\n", "fit,-10,a\n").replace("check\n", "check,-10,b\n");
+    let files = |ignore: &str| {
+        let campaign = format!("{CAMPAIGN}ignore: {ignore}\n");
+        folder_with(&[("arm.yaml", PLANAR.as_bytes()), ("c.yaml", campaign.as_bytes()), ("m.csv", loaded.as_bytes())])
+    };
+    let read = |ignore: &str| {
+        let folder = files(ignore);
+        let path = folder.path().join("c.yaml");
+        elastogeo::files::load_campaign(path.to_str().expect("a name"), None).map(|loaded| loaded.campaign)
+    };
+    assert_eq!(read("[note]").expect("sound").readings[0].wrench[2], -10.0);
+    let without = read("[note, fz, set, marker]").expect("sound");
+    let first = without.readings[0];
+    assert_eq!((first.wrench, first.check, without.readings[1].marker), ([0.0; 6], None, None));
+    for needed in ["q1", "z"] {
+        let said = read(&format!("[note, {needed}]")).expect_err("needed");
+        let message = format!("`ignore:` leaves out the column `{needed}`, which is needed");
+        assert!(said.len() == 1 && said[0].message == message, "{said:#?}");
     }
 }
 
@@ -460,7 +490,21 @@ fn campaigns_that_cannot_be_computed() {
         let ran = run(folder, &["identify", "c.yaml"]);
         assert!(ran.status == 1 && ran.err.contains(expected) && ran.out.is_empty(), "{} {}", ran.status, ran.err);
     };
-    says(files(&CAMPAIGN.replace("position", "deflection"), ROWS).path(), "nothing elastic is identifiable");
+    let deflection = CAMPAIGN.replace("position", "deflection");
+    let under_load =
+        ROWS.replace(",set\n", ",set,fz\n").replace(",fit\n", ",fit,-10\n").replace(",check\n", ",check,-10\n");
+    says(files(&deflection, &under_load).path(), "nothing elastic is identifiable");
+    for command in ["identify", "diagnose"] {
+        let ran = run(files(&deflection, ROWS).path(), &[command, "c.yaml"]);
+        assert!(ran.status == 2 && ran.out.is_empty() && ran.err.contains("c.yaml:3:"), "{}", ran.err);
+        assert!(ran.err.contains("no reading is loaded") && ran.err.contains("fx, fy, fz"), "{}", ran.err);
+        let all = ROWS.replace(",fit", ",check");
+        let ran = run(files(CAMPAIGN, &all).path(), &[command, "c.yaml"]);
+        assert!(ran.status == 2 && ran.err.contains("no reading is left to fit"), "{}", ran.err);
+        let loaded_aside = under_load.replace("fit,-10", "fit,0");
+        let ran = run(files(&deflection, &loaded_aside).path(), &[command, "c.yaml"]);
+        assert!(ran.status == 2 && ran.err.contains("no reading to fit is loaded"), "{}", ran.err);
+    }
     let bar = CAMPAIGN.replace("arm.yaml", "bar.yaml");
     says(files(&bar, "q1,x,y,z\n60,1,2,3\n180,1,2,3\n").path(), "row 2");
 }

@@ -75,6 +75,50 @@ fn what_laboratories_write_is_read() {
 }
 
 #[test]
+fn the_first_number_with_a_sign_settles_the_decimal_sign() {
+    let table = read(b"pose;q1;x\n1;2;3\n2;0,5;-1,5e-3\n3;1;,25\n").unwrap();
+    assert_eq!(table.numbers("q1").unwrap(), [2.0, 0.5, 1.0]);
+    assert_eq!(table.numbers("x").unwrap(), [3.0, -1.5e-3, 0.25]);
+    let table = read(b"pose\tq1\tx\n1\t0.5\t3\n").unwrap();
+    assert_eq!(table.numbers("q1").unwrap(), [0.5]);
+    // A thousands' separator, or two signs in one file, is not guessed at.
+    for (bytes, place) in [
+        (&b"pose;q1;x\n1;1.5;3\n2;1,234;3\n"[..], "3:3 [1,234]"),
+        (b"pose;q1;x\n1;1,5;3\n2;1.234;3\n", "3:3 [1.234]"),
+        (b"pose;q1;x\n1;1,234,5;3\n", "2:3 [1,234,5]"),
+        (b"pose;q1;x\n1;1.234,5;3\n", "2:3 [1.234,5]"),
+        (b"pose,q1,x\n1,\"1,5\",3\n", "2:3 [\"1,5\"]"),
+    ] {
+        assert!(told(read(bytes)).starts_with(place), "{}", told(read(bytes)));
+    }
+}
+
+#[test]
+fn remedies_name_keys_only_where_a_campaign_has_them() {
+    let all: [&[u8]; 6] = [
+        b"pose,Q1,x\n1,2,3\n",
+        b"pose,q1,x,temp\n1,2,3,4\n",
+        b"pose,x\n1,2\n",
+        b"pose,q1,x\n1,\"2,5\",3\n",
+        b"\"a;b\"\n1\n",
+        b"1,2,3\n4,5,6\n",
+    ];
+    for bytes in all {
+        let plain = told(read_as(bytes, &Dialect::default()));
+        assert!(!plain.contains("columns:") && !plain.contains("ignore:") && !plain.contains("csv:"), "{plain}");
+        assert!(!plain.contains("| \n"), "no remedy: {plain}");
+    }
+    assert!(told(read(all[0])).contains("columns: {q1: Q1}") && told(read(all[1])).contains("`ignore:`"));
+    let numbers = told(read(all[5]));
+    assert!(numbers.starts_with("1:1 [1,2,3] the first line must be a header"), "{numbers}");
+    assert!(numbers.ends_with("start it with a header line that names pose, q1, x\n"), "{numbers}");
+    // A column may well be called by a number, where that is said.
+    let rename = BTreeMap::from([("q1".to_owned(), "1".to_owned()), ("x".to_owned(), "2".to_owned())]);
+    let dialect = dialect(None, '.');
+    assert!(read_table("m.csv", &b"pose,1,2\na,1,2\n"[..], &expected(), &rename, &[], &dialect, 9).is_ok());
+}
+
+#[test]
 fn renamed_columns_are_read() {
     let rename = BTreeMap::from([("q1".to_owned(), "joint 1".to_owned())]);
     let bytes: &[u8] = b"pose,joint 1,x\na,1,2\n";

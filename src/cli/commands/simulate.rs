@@ -23,7 +23,7 @@ use crate::effects::{Form, by_name, catalogue};
 use crate::files::{LoadedRobot, load_robot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
-use crate::parameter::Kind;
+use crate::parameter::{Kind, Parameter};
 use crate::remark::Remark;
 use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
@@ -283,25 +283,7 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
             Ok(value) if value == f64::INFINITY && parameter.inverted => values[slot] = 0.0,
             Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
                 let changed = parameter.shown(parameter.nominal) + value * factor;
-                let stays = match parameter.shown_kind() {
-                    Kind::LinearStiffness | Kind::RotationalStiffness | Kind::Pressure => changed > 0.0,
-                    Kind::LinearCompliance | Kind::RotationalCompliance | Kind::Mass => changed >= 0.0,
-                    _ => true,
-                };
-                if !stays {
-                    return Err(Failure::input(
-                        format!(
-                            "--set `{entry}` makes `{}` {}, and it cannot be below 0",
-                            parameter.name,
-                            changed / factor
-                        ),
-                        format!(
-                            "--set adds to what the description says, {}: give more than {}",
-                            parameter.shown(parameter.nominal) / factor,
-                            -parameter.shown(parameter.nominal) / factor
-                        ),
-                    ));
-                }
+                stays_possible(entry, parameter, changed, factor)?;
                 // Shown and held are each other's inverse, or the same.
                 values[slot] = parameter.shown(changed);
             }
@@ -314,6 +296,24 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
         }
     }
     Ok(())
+}
+
+/// Refuses a change after which a stiffness or the like would be negative; `changed` as it is shown, SI.
+fn stays_possible(entry: &str, parameter: &Parameter, changed: f64, factor: f64) -> Result<(), Failure> {
+    let declared = parameter.shown(parameter.nominal);
+    // What is left of a value and its inverse is nothing.
+    let changed = if changed.abs() < 1e-9 * declared.abs() { 0.0 } else { changed };
+    let must = match parameter.shown_kind() {
+        Kind::LinearStiffness | Kind::RotationalStiffness | Kind::Pressure if changed <= 0.0 => "be above 0",
+        Kind::LinearCompliance | Kind::RotationalCompliance | Kind::Mass if changed < 0.0 => "not be below 0",
+        _ => return Ok(()),
+    };
+    let name = &parameter.name;
+    let [changed, declared] = [changed, declared].map(|v| format!("{:.6e}", v / factor).parse().unwrap_or(v / factor));
+    Err(Failure::input(
+        format!("--set `{entry}` makes `{name}` {changed}, and it must {must}"),
+        format!("--set adds to what the description says, {declared}"),
+    ))
 }
 
 pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Failure> {
