@@ -172,7 +172,7 @@ fn the_command_finds_the_compensator_and_refuses_what_it_cannot_use() {
     assert!(ran.status == 0 && ran.out.contains("k2_0") && ran.out.contains("phi = -79.8"), "{}", ran.out);
     let refused: &[(&[&str], i32, &str)] = &[
         (&[], 2, "give --circle FILE"),
-        (&["--circle", "none.csv"], 2, "cannot be read"),
+        (&["--circle", "none.csv"], 2, "there is no file `none.csv`"),
         (&["--circle", "odd.csv"], 2, "`z`"),
         (&["--anchor", "anchor.csv"], 2, "--circle"),
         (&["--circle", "points.csv", "--compliances", "k2.csv"], 2, "give --anchor"),

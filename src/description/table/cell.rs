@@ -48,7 +48,10 @@ impl Wrong {
             }
             Self::DecimalPoint => {
                 Remark::error(format!("{must}, found `{text}` with a point, while the decimal sign is `{decimal}`"))
-                    .remedy("write one decimal sign throughout")
+                    .remedy(match dialect.decimal {
+                        Some(_) => "write one decimal sign throughout, or correct `csv: {decimal: ..}`",
+                        None => "write one decimal sign throughout",
+                    })
             }
             Self::NotNumber => {
                 let remedy = if text.contains('\u{2212}') {
