@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::pose::linear;
+use super::pose::{beyond_limits, linear};
 use crate::cli::args::Stiffness;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
@@ -69,7 +69,8 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         by_rules: model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds),
     };
     let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
-    output.remarks = loaded.remarks;
+    output.remarks = beyond_limits(&loaded, &q);
+    output.remarks.extend(loaded.remarks.iter().cloned());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.remarks.extend(surrogate::doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)

@@ -1,5 +1,6 @@
 //! `view`: the robot itself.
 
+use super::pose::beyond_limits;
 use super::report::{page, shot};
 use crate::cli::args::{Arguments, View};
 use crate::cli::values::{joints, numbers, wrench};
@@ -59,7 +60,8 @@ pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
     };
     let (html, words) = view_page(&shown);
     let mut output = Output::new(format!("{words}\n"), view_json(&shown));
-    output.remarks = loaded.remarks;
+    output.remarks = beyond_limits(&loaded, &q);
+    output.remarks.extend(loaded.remarks.iter().cloned());
     if let Some(svg) = &command.svg {
         let drawing = figure(&scene, &shown.shot, look, magnified, !command.no_names, &words);
         output.files.push((svg.clone(), drawing));
