@@ -22,6 +22,7 @@ pub use structure::{
     Spot, SpringElement, Structure, Vertex, VertexIndex, screw_pins,
 };
 
+use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawEffect};
 use crate::description::robot::{FrameIndex, Motion, Variable};
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
@@ -152,6 +153,19 @@ impl Model {
     /// Marker by name.
     pub fn marker(&self, name: &str) -> Option<usize> {
         self.markers.iter().position(|marker| marker.name == name)
+    }
+
+    /// Whether rules stand in the place of what springs and beams give.
+    pub fn is_by_rules(&self) -> bool {
+        self.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds)
+    }
+
+    /// Name of what a compliance depends on, and whether it is an angle.
+    pub fn input(&self, of: Input) -> (&str, bool) {
+        match of {
+            Input::Variable(k) => (&self.variables[k].name, self.variables[k].is_angle),
+            Input::Joint(k) => (&self.frames[k].name, self.frames[k].joint == JointKind::Revolute),
+        }
     }
 
     /// Middle of the limits of each variable, zero where it has none.

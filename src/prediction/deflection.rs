@@ -75,7 +75,7 @@ impl<'m> Deflections<'m> {
             })
             .collect();
         let columns = ElasticColumns::new(&elastics, &elastic);
-        let replaced = model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds);
+        let replaced = model.is_by_rules();
         Self { elastics, columns, asked, vertices, ports, active, weight, replaced }
     }
 

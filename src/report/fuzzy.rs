@@ -8,18 +8,8 @@ use super::identification::{errors_json, errors_table};
 use super::table::{deg, mm, table};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Component, Input};
-use crate::description::raw::JointKind;
 use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level, Step};
 use crate::math::mean_rms_max;
-use crate::model::Model;
-
-/// Name of an input, and whether it is an angle.
-pub(super) fn input(model: &Model, of: Input) -> (&str, bool) {
-    match of {
-        Input::Variable(k) => (&model.variables[k].name, model.variables[k].is_angle),
-        Input::Joint(k) => (&model.frames[k].name, model.frames[k].joint == JointKind::Revolute),
-    }
-}
 
 /// A value of an input in deg or mm.
 pub(super) fn shown(value: f64, angle: bool) -> f64 {
@@ -80,7 +70,7 @@ pub fn step_text(step: &Step) -> String {
 fn rules_text(fit: &FuzzyFit) -> String {
     let (model, grown) = (&fit.model, &fit.grown);
     let Some(fuzzy) = &model.fuzzy else { return String::new() };
-    let inputs: Vec<(&str, bool)> = fuzzy.inputs.iter().map(|&of| input(model, of)).collect();
+    let inputs: Vec<(&str, bool)> = fuzzy.inputs.iter().map(|&of| model.input(of)).collect();
     let mut out = format!("sets of each input, test error in mm:\n{}", grew(&grown.steps));
     for (component, own) in fuzzy.components.iter().zip(&grown.components) {
         out += "\n";
@@ -164,7 +154,7 @@ fn levels_text(levels: &[Level]) -> String {
 pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
     let (model, grown) = (&fit.model, &fit.grown);
     let fuzzy = model.fuzzy.as_ref();
-    let inputs: Vec<&str> = fuzzy.iter().flat_map(|f| &f.inputs).map(|&of| input(model, of).0).collect();
+    let inputs: Vec<&str> = fuzzy.iter().flat_map(|f| &f.inputs).map(|&of| model.input(of).0).collect();
     let components: Vec<Value> = fuzzy
         .iter()
         .flat_map(|fuzzy| &fuzzy.components)

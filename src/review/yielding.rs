@@ -52,7 +52,7 @@ pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Re
 pub fn yielding(geometry: &Geometry, campaign: &Campaign) -> Option<Yielding> {
     let model = geometry.model;
     let elastics = Elastics::new(model, geometry.values(), &[]);
-    if !elastics.gives_at_all() || model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds) {
+    if !elastics.gives_at_all() || model.is_by_rules() {
         return None;
     }
     let own_loads = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));

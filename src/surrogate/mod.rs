@@ -9,7 +9,6 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::description::fuzzy::{Component, Fuzzy, Input};
-use crate::description::raw::JointKind;
 use crate::elastics::Response;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
@@ -105,25 +104,22 @@ pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Optio
         remarks.push(Remark::warning(text).remedy("ask for the point of the rules, or fit rules there"));
     }
     let mut placements = Placements::default();
-    let mut x = Vec::new();
+    let placed = asked.iter().filter_map(|(q, _)| {
+        geometry.place(q, &mut placements).ok()?;
+        let mut x = Vec::new();
+        inputs(&fuzzy.inputs, q, &placements, &mut x);
+        Some(x)
+    });
+    let placed: Vec<Vec<f64>> = placed.collect();
     for (k, input) in fuzzy.inputs.iter().enumerate() {
         let own = fuzzy.components.iter().map(|component| &component.modes[k]).filter(|modes| modes.len() > 1);
         let [low, high] = own.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], modes| {
             [low.min(modes[0]), high.max(modes[modes.len() - 1])]
         });
         let margin = BEYOND * (high - low);
-        let outside = asked.iter().filter(|(q, _)| {
-            geometry.place(q, &mut placements).is_ok() && {
-                inputs(&fuzzy.inputs, q, &placements, &mut x);
-                x[k] < low - margin || x[k] > high + margin
-            }
-        });
-        let (name, angle) = match *input {
-            Input::Variable(k) => (&model.variables[k].name, model.variables[k].is_angle),
-            Input::Joint(k) => (&model.frames[k].name, model.frames[k].joint == JointKind::Revolute),
-        };
+        let count = placed.iter().filter(|x| x[k] < low - margin || x[k] > high + margin).count();
+        let (name, angle) = model.input(*input);
         let (unit, size) = if angle { ("deg", 1f64.to_radians()) } else { ("mm", 1e-3) };
-        let count = outside.count();
         if count > 0 {
             let text = format!(
                 "the rules (`fuzzy`) hold for `{name}` from {:.1} to {:.1} {unit}, and {count} of {} configurations are outside: \

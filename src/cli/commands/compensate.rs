@@ -11,6 +11,7 @@ use crate::description::path::Path;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, load_path, load_process, load_robot, writable};
 use crate::kinematics::{Geometry, Placements, Transform};
+use crate::model::Model;
 use crate::remark::Remark;
 use crate::report::compensation::Compensation;
 use crate::surrogate;
@@ -68,20 +69,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     settings.largest = command.largest.to_radians();
     let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
     let values = model.registry.nominal();
-    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
-    let asked: Vec<(&[f64], Option<Option<usize>>)> = desired
-        .iter()
-        .zip(&path.campaign.readings)
-        .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
-        .collect();
-    remarks.extend(surrogate::doubts(model, &geometry, &asked));
-    let pushed = process.is_some() || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    if pushed && model.fuzzy.is_none() && !Elastics::new(model, &values, &[]).gives_at_all() {
-        let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
-        remarks.push(
-            Remark::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
-        );
-    }
+    remarks.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
         .map_err(Failure::computation)?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
@@ -117,6 +105,30 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     output.failed = refused > 0;
     output.remarks = remarks;
     Ok(output)
+}
+
+/// What should be told of how far the description knows the compliance that the path needs.
+fn compliance_doubts(
+    model: &Model,
+    path: &Path,
+    desired: &[Result<Desired, Refusal>],
+    has_process: bool,
+) -> Result<Vec<Remark>, Failure> {
+    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let asked: Vec<(&[f64], Option<Option<usize>>)> = desired
+        .iter()
+        .zip(&path.campaign.readings)
+        .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
+        .collect();
+    let mut remarks = surrogate::doubts(model, &geometry, &asked);
+    let pushed = has_process || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).gives_at_all() {
+        let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
+        remarks.push(
+            Remark::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
+        );
+    }
+    Ok(remarks)
 }
 
 /// `--at` for a path that does not say which marker passes.

@@ -66,7 +66,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         shares: shares(&elastics, &statics, &response, &loaded_by, command.weight),
         load_factor,
         is_loaded: load.is_some() || command.weight,
-        by_rules: model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds),
+        by_rules: model.is_by_rules(),
     };
     let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
     output.remarks = beyond_limits(&loaded, &q);

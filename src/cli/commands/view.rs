@@ -32,7 +32,7 @@ pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
     };
     let load = command.wrench.as_deref().map(|text| wrench(units, text)).transpose()?;
     let is_loaded = load.is_some() || command.weight;
-    if load.is_some() && model.fuzzy.as_ref().is_some_and(|fuzzy| !fuzzy.adds) {
+    if load.is_some() && model.is_by_rules() {
         return Err(Failure::input(
             "the description says by rules (`fuzzy`) how the tool gives, and rules give no shape of the robot",
             "leave --wrench out, or view the description without `fuzzy`; `stiffness` tells the displacement by rules",

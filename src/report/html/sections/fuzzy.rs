@@ -6,7 +6,7 @@ use minijinja::context;
 
 use crate::description::fuzzy::{Component, Fuzzy};
 use crate::model::Model;
-use crate::report::fuzzy::{input, shown};
+use crate::report::fuzzy::shown;
 use crate::report::html::charts::{BLUE, Frame, ORANGE, chart};
 use crate::report::html::data::Report;
 use crate::report::html::page::{Page, Section, safe};
@@ -24,7 +24,7 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     let mut components: Vec<&Component> = fuzzy.components.iter().filter(|c| !c.conclusions.is_empty()).collect();
     let greatest = |component: &Component| component.conclusions.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     components.sort_by(|a, b| greatest(b).total_cmp(&greatest(a)));
-    let names: Vec<String> = fuzzy.inputs.iter().map(|&of| input(report.model, of).0.to_string()).collect();
+    let names: Vec<String> = fuzzy.inputs.iter().map(|&of| report.model.input(of).0.to_string()).collect();
     let charts: Vec<_> = components.iter().take(COMPONENTS).filter_map(|c| drawn(report.model, fuzzy, c)).collect();
     if charts.is_empty() {
         return None;
@@ -58,7 +58,7 @@ fn drawn(model: &Model, fuzzy: &Fuzzy, component: &Component) -> Option<(String,
     );
     let size = 1e6;
     let about = |k: usize| {
-        let (name, angle) = input(model, fuzzy.inputs[k]);
+        let (name, angle) = model.input(fuzzy.inputs[k]);
         (format!("{name}, {}", if angle { "deg" } else { "mm" }), angle)
     };
     // A tenth beyond the outermost sets shows that they saturate.
