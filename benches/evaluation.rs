@@ -43,8 +43,8 @@ impl Case {
     fn new(name: &str) -> Self {
         let path = format!("{}/robots/{name}.yaml", env!("CARGO_MANIFEST_DIR"));
         let raw: RawRobot = serde_yaml::from_str(&std::fs::read_to_string(path).expect("a file")).expect("readable");
-        let (robot, remarks) = resolve(&raw, &|_| None);
-        let model = build(&robot.unwrap_or_else(|| panic!("{remarks:#?}"))).expect("a model");
+        let (robot, diagnostics) = resolve(&raw, &|_| None);
+        let model = build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model");
         let q = if model.actuators.is_empty() {
             vec![0.4, -1.2, 1.3, -0.7, 0.9, 0.2]
         } else {

@@ -11,8 +11,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::remark::Remark;
-use crate::report::remarks::render;
+use crate::diagnostic::Diagnostic;
+use crate::render::diagnostics::render;
 use args::{Arguments, Command, Format};
 
 /// What a command has to say.
@@ -22,7 +22,7 @@ pub struct Output {
     /// For programs.
     pub json: serde_json::Value,
     /// Warnings, shown on the error stream.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
     /// Other files to write, each whole or not at all.
     pub files: Vec<(PathBuf, String)>,
     /// The outcome is a refusal: exit status 1 although there is something to show.
@@ -35,7 +35,7 @@ pub struct Output {
 
 impl Output {
     fn new(text: String, json: serde_json::Value) -> Self {
-        Self { text, json, remarks: Vec::new(), files: Vec::new(), failed: false, written: false, verbatim: false }
+        Self { text, json, diagnostics: Vec::new(), files: Vec::new(), failed: false, written: false, verbatim: false }
     }
 
     fn verbatim(self) -> Self {
@@ -46,20 +46,20 @@ impl Output {
 /// Why a command has nothing to show.
 pub enum Failure {
     /// Bad input: exit status 2.
-    Input(Vec<Remark>),
+    Input(Vec<Diagnostic>),
     /// The computation could not be completed: exit status 1.
     Computation(String),
 }
 
-impl From<Vec<Remark>> for Failure {
-    fn from(remarks: Vec<Remark>) -> Self {
-        Self::Input(remarks)
+impl From<Vec<Diagnostic>> for Failure {
+    fn from(diagnostics: Vec<Diagnostic>) -> Self {
+        Self::Input(diagnostics)
     }
 }
 
 impl Failure {
     fn input(message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Input(vec![Remark::error(message).remedy(remedy)])
+        Self::Input(vec![Diagnostic::error(message).remedy(remedy)])
     }
 
     fn computation(error: impl std::fmt::Display) -> Self {
@@ -73,7 +73,7 @@ pub fn main() -> ExitCode {
     let color = terminal::color();
     terminal::quiet(arguments.quiet);
     if let Some(screen) = terminal::width().filter(|_| arguments.output.is_none()) {
-        crate::report::table::fit_to(screen);
+        crate::render::table::fit_to(screen);
     }
     if let Some(jobs) = arguments.jobs {
         // Fails only if a pool stands already, which nothing before this makes.
@@ -82,7 +82,7 @@ pub fn main() -> ExitCode {
     match run(&arguments).and_then(|output| sparing_inputs(&arguments, output)) {
         Ok(output) => {
             if !arguments.quiet {
-                say(&render(&output.remarks, color));
+                say(&render(&output.diagnostics, color));
             }
             match deliver(&arguments, &output) {
                 Ok(()) if output.failed => ExitCode::from(1),
@@ -93,8 +93,8 @@ pub fn main() -> ExitCode {
                 }
             }
         }
-        Err(Failure::Input(remarks)) => {
-            say(&render(&remarks, color));
+        Err(Failure::Input(diagnostics)) => {
+            say(&render(&diagnostics, color));
             ExitCode::from(2)
         }
         Err(Failure::Computation(message)) => {
@@ -138,7 +138,7 @@ fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
     if arguments.quiet {
         return Ok(());
     }
-    let text = match crate::report::table::screen() {
+    let text = match crate::render::table::screen() {
         Some(screen) if arguments.format == Format::Text && !output.verbatim => terminal::wrapped(&text, screen),
         _ => text,
     };
@@ -152,7 +152,7 @@ fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
 
 fn run(arguments: &Arguments) -> Result<Output, Failure> {
     if let Some(path) = &arguments.output {
-        crate::files::writable(path).map_err(|remark| Failure::Input(vec![remark]))?;
+        crate::files::writable(path).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
     }
     match &arguments.command {
         Command::Check(command) => commands::check::run(command),

@@ -3,9 +3,9 @@
 use super::Failure;
 use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
+use crate::diagnostic::Diagnostic;
 use crate::files::LoadedRobot;
 use crate::model::Model;
-use crate::remark::Remark;
 
 /// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
 /// A list without names gives all of them in order.
@@ -19,7 +19,7 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             _ => 0.0,
         })
         .collect();
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     let mut named = std::collections::HashSet::new();
     let entries: Vec<&str> = text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).collect();
     let in_order = entries.len() == q.len() && entries.iter().all(|entry| !entry.contains('='));
@@ -36,34 +36,36 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             }
         };
         let Some(index) = model.variables.iter().position(|variable| variable.name == name) else {
-            remarks.push(
-                Remark::error(format!("unknown variable `{name}`"))
+            diagnostics.push(
+                Diagnostic::error(format!("unknown variable `{name}`"))
                     .suggest(name, model.variables.iter().map(|v| v.name.as_str())),
             );
             continue;
         };
         if !named.insert(index) {
-            remarks.push(Remark::error(format!("variable `{name}` is given twice")));
+            diagnostics.push(Diagnostic::error(format!("variable `{name}` is given twice")));
         }
         let factor = if model.variables[index].is_angle { units.angle.factor() } else { units.length.factor() };
         match value.parse::<f64>() {
             Ok(value) if value.abs() * factor <= GREATEST => q[index] = value * factor,
             Ok(value) if value.is_finite() => {
-                remarks.push(Remark::error(format!("`{value:e}` is too great (variable `{name}`)")));
+                diagnostics.push(Diagnostic::error(format!("`{value:e}` is too great (variable `{name}`)")));
             }
             _ => {
                 let unit = if model.variables[index].is_angle { units.angle.symbol() } else { units.length.symbol() };
-                remarks.push(Remark::error(format!("`{value}` is no finite number (variable `{name}`)")).remedy(
-                    if value.contains('=') {
-                        "separate the variables by commas: a=1,b=2".to_owned()
-                    } else {
-                        format!("write the number alone, in {unit}: {name}=1.5")
-                    },
-                ));
+                diagnostics.push(
+                    Diagnostic::error(format!("`{value}` is no finite number (variable `{name}`)")).remedy(
+                        if value.contains('=') {
+                            "separate the variables by commas: a=1,b=2".to_owned()
+                        } else {
+                            format!("write the number alone, in {unit}: {name}=1.5")
+                        },
+                    ),
+                );
             }
         }
     }
-    if remarks.is_empty() { Ok(q) } else { Err(Failure::Input(remarks)) }
+    if diagnostics.is_empty() { Ok(q) } else { Err(Failure::Input(diagnostics)) }
 }
 
 /// The box of the variables: a share of their limits, and narrower ones; warnings of those that reach out of it.
@@ -72,9 +74,9 @@ pub fn ranges(
     loaded: &LoadedRobot,
     mut within: Vec<[f64; 2]>,
     range: &[String],
-) -> Result<(Vec<[f64; 2]>, Vec<Remark>), Failure> {
+) -> Result<(Vec<[f64; 2]>, Vec<Diagnostic>), Failure> {
     let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     for entry in range {
         let parsed = entry.split_once('=').and_then(|(name, range)| {
             let (low, high) = range.split_once(':')?;
@@ -92,7 +94,7 @@ pub fn ranges(
         let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
             let known = model.variables.iter().map(|variable| variable.name.as_str());
             return Err(Failure::Input(vec![
-                Remark::error(format!("{flag}: unknown variable `{name}`")).suggest(name, known),
+                Diagnostic::error(format!("{flag}: unknown variable `{name}`")).suggest(name, known),
             ]));
         };
         let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
@@ -108,11 +110,11 @@ pub fn ranges(
             let [least, most] = narrowed.map(|v| v / factor);
             let message = format!("{flag} `{entry}` is narrowed to {least:.4}:{most:.4}");
             let remedy = "beyond these are the variable's limits, or the --share of them";
-            remarks.push(Remark::warning(message).remedy(remedy));
+            diagnostics.push(Diagnostic::warning(message).remedy(remedy));
         }
         within[k] = narrowed;
     }
-    Ok((within, remarks))
+    Ok((within, diagnostics))
 }
 
 /// A list of finite numbers of one of the lengths allowed.
@@ -152,11 +154,11 @@ pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Failure> {
 
 /// Refuses names that are no parameters of the model.
 pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
-    let unknown: Vec<Remark> = names
+    let unknown: Vec<Diagnostic> = names
         .into_iter()
         .filter(|name| model.registry.slot(name).is_none())
         .map(|name| {
-            Remark::error(format!("unknown parameter `{name}`"))
+            Diagnostic::error(format!("unknown parameter `{name}`"))
                 .suggest(name, model.registry.all().iter().map(|p| p.name.as_str()))
         })
         .collect();
@@ -173,7 +175,7 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Failure> {
         let kinds: Vec<String> = all.as_object().map(|all| all.keys().cloned().collect()).unwrap_or_default();
         if !kinds.iter().any(|known| known == kind) {
             return Err(Failure::Input(vec![
-                Remark::error(format!("--units: unknown quantity `{kind}`"))
+                Diagnostic::error(format!("--units: unknown quantity `{kind}`"))
                     .suggest(kind, kinds.iter().map(String::as_str)),
             ]));
         }

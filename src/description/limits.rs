@@ -2,7 +2,7 @@
 
 use super::robot::Variable;
 use super::units::Units;
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Beyond its limits by less than this (rad or m) a value counts as rounded.
 const ROUNDED: f64 = 1e-4;
@@ -16,7 +16,7 @@ pub fn beyond<'a>(
     of: &str,
     configurations: impl Iterator<Item = &'a [f64]>,
     place: impl Fn(usize, &str) -> Option<Place>,
-) -> Vec<Remark> {
+) -> Vec<Diagnostic> {
     // Of each variable: how many, and the first: its row and value.
     let mut found: Vec<Option<(usize, usize, f64)>> = vec![None; variables.len()];
     let mut all = 0;
@@ -51,7 +51,7 @@ pub fn beyond<'a>(
         } else {
             format!("{kind} here are in {unit}: check the values, or `units` and `limits` of the description")
         };
-        Remark::warning(message).at(place(row, name)).remedy(remedy)
+        Diagnostic::warning(message).at(place(row, name)).remedy(remedy)
     })
     .collect()
 }

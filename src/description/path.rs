@@ -5,7 +5,7 @@ use super::campaign::{Campaign, Observes, resolve};
 use super::robot::Robot;
 use super::table::{ColumnKind, ExpectedColumn, Table};
 use super::units::Units;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const ORIENTATION: [&str; 3] = ["rx", "ry", "rz"];
@@ -41,42 +41,42 @@ pub fn expected_columns(robot: &Robot) -> Vec<ExpectedColumn> {
 ///
 /// # Errors
 /// Every fault of the table, located.
-pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Remark>> {
-    let mut remarks = Vec::new();
+pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Diagnostic>> {
+    let mut diagnostics = Vec::new();
     let variables: Vec<&str> = robot.variables.iter().map(|variable| variable.name.as_str()).collect();
     let mut whole = |names: &[&str], what: &str| -> bool {
         let missing: Vec<&str> = names.iter().copied().filter(|name| !table.has(name)).collect();
         if !missing.is_empty() && missing.len() < names.len() {
             let message = format!("`{}` has some columns of {what}, but not {}", table.file(), missing.join(", "));
-            remarks.push(Remark::error(message).remedy(format!("give all of {}, or none", names.join(", "))));
+            diagnostics.push(Diagnostic::error(message).remedy(format!("give all of {}, or none", names.join(", "))));
         }
         missing.is_empty()
     };
     let joints = whole(&variables, "the joints");
     let position = whole(&POSITION, "the position");
     let orientation = whole(&ORIENTATION, "the orientation");
-    if !joints && !position && remarks.is_empty() {
+    if !joints && !position && diagnostics.is_empty() {
         let message = format!("`{}` says neither joints nor positions", table.file());
         let remedy = format!("give columns {}, or x, y, z and rx, ry, rz", variables.join(", "));
-        remarks.push(Remark::error(message).remedy(remedy));
-    } else if orientation && !position && remarks.is_empty() {
+        diagnostics.push(Diagnostic::error(message).remedy(remedy));
+    } else if orientation && !position && diagnostics.is_empty() {
         let message = format!("`{}` has orientations without positions", table.file());
-        remarks.push(Remark::error(message).remedy("give x, y, z too, or leave rx, ry, rz out"));
+        diagnostics.push(Diagnostic::error(message).remedy("give x, y, z too, or leave rx, ry, rz out"));
     }
     for name in variables.iter().map(|name| format!("approach.{name}")) {
         let values = table.numbers(&name).unwrap_or_default();
         if let Some(row) = values.iter().position(|side| ![-1.0, 0.0, 1.0].contains(side)) {
             let message = format!("`{name}` is {}, and must be 1 or -1 (0: not known)", values[row]);
-            remarks.push(Remark::error(message).at(table.place(row, &name)));
+            diagnostics.push(Diagnostic::error(message).at(table.place(row, &name)));
         }
     }
     let raw = RawCampaign { units, observes: Some(Observes::Pose), ..RawCampaign::default() };
     match resolve(&raw, &|_| None, robot, std::slice::from_ref(table)) {
-        Ok((campaign, _)) if remarks.is_empty() => Ok(Path { campaign, joints, position, orientation }),
-        Ok(_) => Err(remarks),
+        Ok((campaign, _)) if diagnostics.is_empty() => Ok(Path { campaign, joints, position, orientation }),
+        Ok(_) => Err(diagnostics),
         Err(mut said) => {
-            remarks.append(&mut said);
-            Err(remarks)
+            diagnostics.append(&mut said);
+            Err(diagnostics)
         }
     }
 }

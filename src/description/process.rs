@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::resolve::{GREATEST, Locate};
 use super::units::Units;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// A process. Everything is in the robot's base frame; what is listed acts together.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -83,10 +83,10 @@ const FARTHEST: f64 = 100.0;
 const SOFTEST: f64 = 1e6;
 
 /// Values that no process has, and (as warnings) those that come of undeclared units.
-pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let mut tell = |path: &[&str], message: String, remedy: &str| {
-        remarks.push(Remark::error(message).at(locate(path)).remedy(remedy));
+        diagnostics.push(Diagnostic::error(message).at(locate(path)).remedy(remedy));
     };
     let finite = |v: &[f64], factor: f64| v.iter().all(|v| (v * factor).abs() <= GREATEST);
     if raw.carried.is_none() && raw.strip.is_none() && raw.springs.is_empty() {
@@ -150,17 +150,17 @@ pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
             );
         }
     }
-    remarks.extend(doubtful_units(raw, locate));
-    remarks
+    diagnostics.extend(doubtful_units(raw, locate));
+    diagnostics
 }
 
 /// Coordinates that no robot reaches, and a strip softer than any solid.
-fn doubtful_units(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
+fn doubtful_units(raw: &RawProcess, locate: Locate) -> Vec<Diagnostic> {
     let length = raw.units.length.factor();
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     let mut doubt = |path: &[&str], message: String, kind: &str, remedy: &str| {
         let remedy = format!("{kind}; if they are not, declare them: `units: {{{remedy}}}`");
-        remarks.push(Remark::warning(message).at(locate(path)).remedy(remedy));
+        diagnostics.push(Diagnostic::warning(message).at(locate(path)).remedy(remedy));
     };
     let far = |at: &[f64; 3]| {
         let most = at.iter().fold(0.0, |most: f64, v| most.max((v * length).abs()));
@@ -183,5 +183,5 @@ fn doubtful_units(raw: &RawProcess, locate: Locate) -> Vec<Remark> {
             doubt(&["springs", &index.to_string(), "at"], format!("`at` is {most:.0} m away"), &lengths, "length: mm");
         }
     }
-    remarks
+    diagnostics
 }

@@ -9,7 +9,7 @@ use crate::description::campaign::raw::{OneOrMany, RawCampaign};
 use crate::description::campaign::{self, Campaign};
 use crate::description::table::{Dialect, read_table};
 use crate::description::yaml::{self, Document};
-use crate::remark::{Remark, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 
 /// A campaign read from its files, with its robot.
 #[derive(Debug, Clone)]
@@ -21,14 +21,14 @@ pub struct LoadedCampaign {
     /// Its robot.
     pub robot: LoadedRobot,
     /// Warnings, the robot's included.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Reads a campaign file, its robot (or the one given instead) and its measurements.
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Remark>> {
+pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let path_given = Path::new(file);
     let mut path = PathBuf::from(file);
     if path.is_dir() {
@@ -62,11 +62,11 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         }
         said
     })?;
-    let (raw, document, mut remarks) = yaml::read::<RawCampaign>(&place.name(), &text);
-    told_schema(&mut remarks, "campaign");
-    let Some(raw) = raw else { return Err(remarks) };
+    let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
+    told_schema(&mut diagnostics, "campaign");
+    let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
-    remarks.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
+    diagnostics.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
     let names = raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()])));
     // Of another robot than the campaign's own only what both have is left out.
     let own =
@@ -78,33 +78,33 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         (None, Some(name)) => find_robot(name, Some(&place)),
         (None, None) if document.explains_absence(&["robot"]) => Err(Vec::new()),
         (None, None) => {
-            Err(vec![Remark::error("the campaign names no robot").remedy("add `robot:`, a bundled name or a file")])
+            Err(vec![Diagnostic::error("the campaign names no robot").remedy("add `robot:`, a bundled name or a file")])
         }
     };
     // What is not located within the robot's own file is the fault of the line that names it.
     let robot = robot_place.and_then(|place| load_robot_without(&place, &without)).map_err(|mut said| {
         if robot.is_none() {
             said.iter_mut()
-                .filter(|remark| remark.place.is_none())
-                .for_each(|remark| remark.place = locate(&["robot"]));
+                .filter(|diagnostic| diagnostic.place.is_none())
+                .for_each(|diagnostic| diagnostic.place = locate(&["robot"]));
         }
         said
     });
     let robot = match robot {
         Ok(robot) => robot,
         Err(mut said) => {
-            remarks.append(&mut said);
+            diagnostics.append(&mut said);
             // Columns cannot be checked without the robot's variables; that the files are there can.
-            for (path, place) in table_files(&raw, &place, &document, &mut remarks) {
-                if let Err(remark) = open(&place) {
-                    remarks.push(remark.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>())));
+            for (path, place) in table_files(&raw, &place, &document, &mut diagnostics) {
+                if let Err(diagnostic) = open(&place) {
+                    diagnostics.push(diagnostic.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>())));
                 }
             }
-            return Err(remarks);
+            return Err(diagnostics);
         }
     };
     let mut tables = Vec::new();
-    let files = table_files(&raw, &place, &document, &mut remarks);
+    let files = table_files(&raw, &place, &document, &mut diagnostics);
     let expected = campaign::expected_columns(&raw, &robot.robot);
     let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal, of_campaign: true };
     let most = raw.csv.max_rows.unwrap_or(1_000_000);
@@ -116,26 +116,26 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
                 read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
             }
             Ok(_) => continue,
-            Err(remark) => Err(vec![remark.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>()))]),
+            Err(diagnostic) => Err(vec![diagnostic.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>()))]),
         };
         match read {
             Ok(table) => tables.push(table),
-            Err(mut said) => remarks.append(&mut said),
+            Err(mut said) => diagnostics.append(&mut said),
         }
     }
     let anchors_sound = !document.holds_fault(&["anchors"]);
-    if !anchors_sound && remarks.iter().any(Remark::is_error) {
-        return Err(remarks);
+    if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(diagnostics);
     }
     match campaign::resolve(&raw, &locate, &robot.robot, &tables) {
-        Ok((campaign, mut said)) if !remarks.iter().any(Remark::is_error) => {
-            remarks.append(&mut said);
-            remarks.extend(robot.remarks.iter().cloned());
-            Ok(LoadedCampaign { raw, campaign, robot, remarks })
+        Ok((campaign, mut said)) if !diagnostics.iter().any(Diagnostic::is_error) => {
+            diagnostics.append(&mut said);
+            diagnostics.extend(robot.diagnostics.iter().cloned());
+            Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
         Ok((_, mut said)) | Err(mut said) => {
-            remarks.append(&mut said);
-            Err(remarks)
+            diagnostics.append(&mut said);
+            Err(diagnostics)
         }
     }
 }
@@ -145,7 +145,7 @@ fn table_files(
     raw: &RawCampaign,
     place: &Place,
     document: &Document,
-    remarks: &mut Vec<Remark>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(Vec<String>, Place)> {
     let files: Vec<(Vec<String>, Place)> = match &raw.measurements {
         Some(OneOrMany::One(file)) => vec![(vec!["measurements".into()], place.beside(file))],
@@ -157,8 +157,8 @@ fn table_files(
         None => Vec::new(),
     };
     if files.is_empty() && !document.explains_absence(&["measurements"]) {
-        remarks.push(
-            Remark::error("the campaign names no measurements")
+        diagnostics.push(
+            Diagnostic::error("the campaign names no measurements")
                 .at(document.place_of_value(&["measurements"]))
                 .remedy("add `measurements: file.csv`"),
         );

@@ -11,8 +11,8 @@ use crate::description::process::{RawProcess, faults};
 use crate::description::table::{Dialect, Table, read_table};
 use crate::description::units::Units;
 use crate::description::yaml;
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::process::Process;
-use crate::remark::{Remark, nearest};
 
 /// Most points of a path.
 const MOST_POINTS: usize = 1_000_000;
@@ -31,7 +31,7 @@ fn found(name: &str, file: &str) -> Place {
 }
 
 /// A process left as it was said of it, with the nearest bundled name.
-fn or_bundled(mut said: Vec<Remark>, name: &str) -> Vec<Remark> {
+fn or_bundled(mut said: Vec<Diagnostic>, name: &str) -> Vec<Diagnostic> {
     let known: Vec<&str> = PROCESSES.dirs().filter_map(|dir| dir.path().to_str()).collect();
     let path = FilePath::new(name);
     if let Some(first) = said.first_mut()
@@ -56,7 +56,7 @@ fn or_bundled(mut said: Vec<Remark>, name: &str) -> Vec<Remark> {
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
+pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Diagnostic>> {
     read(&table(name, robot, &[])?, &robot.robot, units)
 }
 
@@ -64,7 +64,7 @@ pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, 
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Remark>> {
+pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Diagnostic>> {
     let poses = ["x", "y", "z", "rx", "ry", "rz"];
     let ignored: Vec<String> = poses
         .into_iter()
@@ -79,9 +79,9 @@ pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Pa
     }
 }
 
-fn table(name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Remark>> {
+fn table(name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Diagnostic>> {
     let place = found(name, "path.csv");
-    let bytes = open(&place).map_err(|remark| or_bundled(vec![remark], name))?;
+    let bytes = open(&place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
     let expected = expected_columns(&robot.robot);
     read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &Dialect::default(), MOST_POINTS)
 }
@@ -90,14 +90,14 @@ fn table(name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, V
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_process(name: &str) -> Result<(Process, Vec<Remark>), Vec<Remark>> {
+pub fn load_process(name: &str) -> Result<(Process, Vec<Diagnostic>), Vec<Diagnostic>> {
     let place = found(name, "process.yaml");
     let text = place.text().map_err(|said| or_bundled(said, name))?;
-    let (raw, document, mut remarks) = yaml::read::<RawProcess>(&place.name(), &text);
-    told_schema(&mut remarks, "process");
-    let Some(raw) = raw else { return Err(remarks) };
-    if !remarks.iter().any(Remark::is_error) {
-        remarks.extend(faults(&raw, &|path| document.place_of_value(path)));
+    let (raw, document, mut diagnostics) = yaml::read::<RawProcess>(&place.name(), &text);
+    told_schema(&mut diagnostics, "process");
+    let Some(raw) = raw else { return Err(diagnostics) };
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(faults(&raw, &|path| document.place_of_value(path)));
     }
-    if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((Process::new(&raw), remarks)) }
+    if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((Process::new(&raw), diagnostics)) }
 }

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use include_dir::{Dir, include_dir};
 
 use crate::description::yaml;
-use crate::remark::{Remark, nearest};
+use crate::diagnostic::{Diagnostic, nearest};
 
 static ROBOTS: Dir = include_dir!("$CARGO_MANIFEST_DIR/robots");
 pub(super) static CAMPAIGNS: Dir = include_dir!("$CARGO_MANIFEST_DIR/campaigns");
@@ -49,31 +49,32 @@ impl Place {
         }
     }
 
-    pub(super) fn text(&self) -> Result<String, Vec<Remark>> {
+    pub(super) fn text(&self) -> Result<String, Vec<Diagnostic>> {
         let name = self.name();
-        let bytes =
-            match self {
-                Self::Disk(path) => {
-                    let told = |error: std::io::Error| vec![unreadable(path, &error)];
-                    let mut bytes = Vec::new();
-                    // One byte more than is allowed tells that there is more; a device has no length to ask for.
-                    let file = std::fs::File::open(path).map_err(told)?;
-                    remember(path);
-                    let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
-                    if read as u64 > MOST_BYTES {
-                        return Err(vec![Remark::error(format!("`{name}` has more than {MOST_BYTES} bytes")).remedy(
+        let bytes = match self {
+            Self::Disk(path) => {
+                let told = |error: std::io::Error| vec![unreadable(path, &error)];
+                let mut bytes = Vec::new();
+                // One byte more than is allowed tells that there is more; a device has no length to ask for.
+                let file = std::fs::File::open(path).map_err(told)?;
+                remember(path);
+                let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
+                if read as u64 > MOST_BYTES {
+                    return Err(vec![
+                        Diagnostic::error(format!("`{name}` has more than {MOST_BYTES} bytes")).remedy(
                             "a description or campaign file is small; readings belong in the CSV that it names",
-                        )]);
-                    }
-                    bytes
+                        ),
+                    ]);
                 }
-                Self::Bundled(path) => {
-                    let file = ROBOTS.get_file(path).or_else(|| CAMPAIGNS.get_file(path));
-                    let file = file.or_else(|| PROCESSES.get_file(path));
-                    file.ok_or_else(|| vec![Remark::error(format!("`{name}` is not bundled"))])?.contents().to_vec()
-                }
-            };
-        yaml::text_of(&name, &bytes).map_err(|remark| vec![remark])
+                bytes
+            }
+            Self::Bundled(path) => {
+                let file = ROBOTS.get_file(path).or_else(|| CAMPAIGNS.get_file(path));
+                let file = file.or_else(|| PROCESSES.get_file(path));
+                file.ok_or_else(|| vec![Diagnostic::error(format!("`{name}` is not bundled"))])?.contents().to_vec()
+            }
+        };
+        yaml::text_of(&name, &bytes).map_err(|diagnostic| vec![diagnostic])
     }
 
     pub(super) fn is_urdf(&self) -> bool {
@@ -86,7 +87,7 @@ impl Place {
 ///
 /// # Errors
 /// Why it cannot be read as text.
-pub fn text_of_file(path: &Path) -> Result<String, Vec<Remark>> {
+pub fn text_of_file(path: &Path) -> Result<String, Vec<Diagnostic>> {
     Place::Disk(path.into()).text()
 }
 
@@ -105,34 +106,34 @@ pub(super) fn inside(folder: &Path) -> String {
 }
 
 /// Why a file cannot be read, with the nearest file name beside it where there is none.
-fn unreadable(path: &Path, error: &std::io::Error) -> Remark {
+fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     let shown = path.display();
     if error.kind() != std::io::ErrorKind::NotFound {
         return if path.is_dir() {
-            Remark::error(format!("`{shown}` is a folder, and a file is needed")).remedy(inside(path))
+            Diagnostic::error(format!("`{shown}` is a folder, and a file is needed")).remedy(inside(path))
         } else {
-            Remark::error(format!("`{shown}` cannot be read: {error}"))
+            Diagnostic::error(format!("`{shown}` cannot be read: {error}"))
         };
     }
-    let remark = Remark::error(format!("there is no file `{shown}`"));
+    let diagnostic = Diagnostic::error(format!("there is no file `{shown}`"));
     let folder = match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
         Some(parent) => parent,
-        None => return remark,
+        None => return diagnostic,
     };
     if !folder.is_dir() {
-        return remark.remedy(format!("there is no folder `{}` either", folder.display()));
+        return diagnostic.remedy(format!("there is no folder `{}` either", folder.display()));
     }
     let (Ok(entries), Some(wanted)) = (std::fs::read_dir(folder), path.file_name().and_then(|name| name.to_str()))
     else {
-        return remark;
+        return diagnostic;
     };
     let mut names: Vec<String> =
         entries.take(10_000).flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
     match nearest(wanted, names.iter().map(String::as_str)) {
-        Some(near) => remark.remedy(format!("did you mean `{}`?", path.with_file_name(near).display())),
-        None => remark,
+        Some(near) => diagnostic.remedy(format!("did you mean `{}`?", path.with_file_name(near).display())),
+        None => diagnostic,
     }
 }
 
@@ -154,15 +155,16 @@ pub fn was_read(path: &Path) -> bool {
 ///
 /// # Errors
 /// Why it cannot be read, with the nearest file name beside it where there is none.
-pub fn table_file(path: &Path) -> Result<Box<dyn Read>, Remark> {
+pub fn table_file(path: &Path) -> Result<Box<dyn Read>, Diagnostic> {
     open(&Place::Disk(path.into()))
 }
 
 /// Opens a file of measurements.
-pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
+pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Diagnostic> {
     match place {
         Place::Disk(path) if path.is_dir() => {
-            Err(Remark::error(format!("`{}` is a folder, and a CSV file is needed", place.name())).remedy(inside(path)))
+            Err(Diagnostic::error(format!("`{}` is a folder, and a CSV file is needed", place.name()))
+                .remedy(inside(path)))
         }
         Place::Disk(path) => match std::fs::File::open(path) {
             Ok(file) => {
@@ -173,7 +175,7 @@ pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Remark> {
         },
         Place::Bundled(path) => match CAMPAIGNS.get_file(path).or_else(|| PROCESSES.get_file(path)) {
             Some(found) => Ok(Box::new(found.contents())),
-            None => Err(Remark::error(format!("`{}` is not bundled", place.name()))),
+            None => Err(Diagnostic::error(format!("`{}` is not bundled", place.name()))),
         },
     }
 }

@@ -10,10 +10,10 @@ use crate::description::resolve::{doubtful_sizes, resolve_explained};
 use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
+use crate::diagnostic::{Diagnostic, Place as Location, nearest};
 use crate::effects::{doubt, fault};
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
-use crate::remark::{Place as Location, Remark, nearest};
 
 /// A robot read from a file: its description, whole, and its model.
 #[derive(Debug, Clone)]
@@ -25,14 +25,14 @@ pub struct LoadedRobot {
     /// The compiled model.
     pub model: Model,
     /// Warnings.
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file.
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
+pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
     load_robot_without(&find_robot(name, None)?, &Without::default())
 }
 
@@ -40,12 +40,12 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Remark>> {
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Remark>> {
+pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
     load_robot_without(&find_robot(name, None)?, &Without { names, own: None })
 }
 
-pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Remark>> {
+pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Diagnostic>> {
     let looks_like_file =
         name.contains(['/', '\\']) || [".yaml", ".yml", ".urdf", ".xml"].iter().any(|end| name.ends_with(end));
     if !looks_like_file {
@@ -59,7 +59,7 @@ pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, 
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("bundled: {}; or give the path of a .yaml or .urdf file", bundled.join(", ")),
             };
-            return Err(vec![Remark::error(format!("there is no bundled robot `{name}`")).remedy(remedy)]);
+            return Err(vec![Diagnostic::error(format!("there is no bundled robot `{name}`")).remedy(remedy)]);
         }
         return Ok(beside);
     }
@@ -76,11 +76,11 @@ pub(super) struct Without {
     pub own: Option<RawRobot>,
 }
 
-pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Remark>> {
+pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let text = place.text()?;
     if place.is_urdf() {
-        let (raw, remarks) = import(place, &text)?;
-        return finish(raw, &Located { document: None, rules: None }, remarks, without);
+        let (raw, diagnostics) = import(place, &text)?;
+        return finish(raw, &Located { document: None, rules: None }, diagnostics, without);
     }
     from_yaml(place, &text, without)
 }
@@ -89,41 +89,41 @@ pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<Loa
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Remark>> {
+pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
     from_yaml(&Place::Disk(path.into()), text, &Without::default())
 }
 
-fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Remark>> {
-    let (raw, document, mut remarks) = yaml::read::<RawRobot>(&place.name(), text);
-    told_schema(&mut remarks, "robot");
-    let Some(mut raw) = raw else { return Err(remarks) };
+fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
+    let (raw, document, mut diagnostics) = yaml::read::<RawRobot>(&place.name(), text);
+    told_schema(&mut diagnostics, "robot");
+    let Some(mut raw) = raw else { return Err(diagnostics) };
     if let Some(file) = raw.urdf.take() {
         let urdf_place = place.beside(&file);
         match urdf_place.text().and_then(|text| import(&urdf_place, &text)) {
             Ok((imported, mut said)) => {
-                remarks.append(&mut said);
+                diagnostics.append(&mut said);
                 raw = merge(imported, raw);
             }
             Err(mut said) => {
-                let missing = said.iter_mut().filter(|remark| remark.place.is_none());
-                missing.for_each(|remark| remark.place = document.place_of_value(&["urdf"]));
-                remarks.append(&mut said);
-                return Err(remarks);
+                let missing = said.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
+                missing.for_each(|diagnostic| diagnostic.place = document.place_of_value(&["urdf"]));
+                diagnostics.append(&mut said);
+                return Err(diagnostics);
             }
         }
     }
     let rules = match rules(place, &mut raw, &document) {
         Ok((rules, mut said)) => {
-            remarks.append(&mut said);
+            diagnostics.append(&mut said);
             rules
         }
         Err(mut said) => {
-            remarks.append(&mut said);
-            return Err(remarks);
+            diagnostics.append(&mut said);
+            return Err(diagnostics);
         }
     };
     let located = Located { document: Some(&document), rules: rules.as_ref() };
-    finish(raw, &located, remarks, without)
+    finish(raw, &located, diagnostics, without)
 }
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
@@ -131,27 +131,27 @@ fn rules(
     place: &Place,
     raw: &mut RawRobot,
     document: &Document,
-) -> Result<(Option<Document>, Vec<Remark>), Vec<Remark>> {
+) -> Result<(Option<Document>, Vec<Diagnostic>), Vec<Diagnostic>> {
     let Some(given) = &mut raw.fuzzy else { return Ok((None, Vec::new())) };
     let Some(file) = given.file.take() else { return Ok((None, Vec::new())) };
     let here = || document.place_of_value(&["fuzzy", "file"]);
     if *given != RawFuzzy::default() {
-        let remark = Remark::error("`fuzzy` names a file and says something beside it").at(here());
-        return Err(vec![remark.remedy("put all of it into the file, or leave `file` out")]);
+        let diagnostic = Diagnostic::error("`fuzzy` names a file and says something beside it").at(here());
+        return Err(vec![diagnostic.remedy("put all of it into the file, or leave `file` out")]);
     }
     let text = place.beside(&file);
     let name = text.name();
     let text = text.text().map_err(|said| {
         said.into_iter()
-            .map(|remark| if remark.place.is_none() { remark.at(here()) } else { remark })
+            .map(|diagnostic| if diagnostic.place.is_none() { diagnostic.at(here()) } else { diagnostic })
             .collect::<Vec<_>>()
     })?;
     let (found, rules, mut said) = yaml::read::<RawFuzzy>(&name, &text);
     told_schema(&mut said, "rules");
     let Some(found) = found else { return Err(said) };
     if found.file.is_some() {
-        let remark = Remark::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));
-        said.push(remark.remedy("name that one in the description"));
+        let diagnostic = Diagnostic::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));
+        said.push(diagnostic.remedy("name that one in the description"));
         return Err(said);
     }
     *given = found;
@@ -188,11 +188,11 @@ impl<'a> Located<'a> {
 }
 
 /// Reads a URDF; what concerns the whole of it is told at its start.
-fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Remark>> {
+fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<Diagnostic>> {
     let name = place.name();
     urdf::import(&name, text).map_err(|mut said| {
-        let unplaced = said.iter_mut().filter(|remark| remark.place.is_none());
-        unplaced.for_each(|remark| remark.place = Some(Location::in_text(&name, text, 0..0)));
+        let unplaced = said.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
+        unplaced.for_each(|diagnostic| diagnostic.place = Some(Location::in_text(&name, text, 0..0)));
         said
     })
 }
@@ -200,17 +200,19 @@ fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Rema
 fn finish(
     mut raw: RawRobot,
     texts: &Located,
-    mut remarks: Vec<Remark>,
+    mut diagnostics: Vec<Diagnostic>,
     without: &Without,
-) -> Result<LoadedRobot, Vec<Remark>> {
+) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let locate = |path: &[&str]| texts.value(path);
     let explained = |path: &[&str]| texts.explains(path);
     let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
-    remarks.append(&mut said);
-    let Some(mut robot) = robot.filter(|_| !remarks.iter().any(Remark::is_error)) else { return Err(remarks) };
+    diagnostics.append(&mut said);
+    let Some(mut robot) = robot.filter(|_| !diagnostics.iter().any(Diagnostic::is_error)) else {
+        return Err(diagnostics);
+    };
     // A URDF has no units but its own.
     if texts.document.is_some() {
-        remarks.extend(doubtful_sizes(&raw, &locate));
+        diagnostics.extend(doubtful_sizes(&raw, &locate));
     }
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     let known = elements(&raw);
@@ -219,56 +221,56 @@ fn finish(
         if leave_out(&mut raw, name, without.own.as_ref()) {
             reduced = true;
         } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
-            let remark =
-                Remark::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
-            remarks.push(remark.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
+            let diagnostic =
+                Diagnostic::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
+            diagnostics.push(diagnostic.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
         }
     }
     if reduced {
         match resolve_explained(&raw, &locate, &explained) {
             (Some(reduced), _) => robot = reduced,
             (None, mut said) => {
-                remarks.append(&mut said);
-                return Err(remarks);
+                diagnostics.append(&mut said);
+                return Err(diagnostics);
             }
         }
     }
     let model = match build(&robot) {
         Ok(model) => model,
         Err(faults) => {
-            let located = faults.into_iter().map(|Fault { path, remark }| {
+            let located = faults.into_iter().map(|Fault { path, diagnostic }| {
                 let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                remark.at(texts.key(&path))
+                diagnostic.at(texts.key(&path))
             });
-            return Err(remarks.into_iter().chain(located).collect());
+            return Err(diagnostics.into_iter().chain(located).collect());
         }
     };
-    let impossible: Vec<Remark> = robot
+    let impossible: Vec<Diagnostic> = robot
         .effects
         .iter()
         .enumerate()
         .filter_map(|(k, entry)| Some((k, fault(&model, entry).err()?)))
         .map(|(k, (message, remedy))| {
             let message = format!("effect {} of `effects:`: {message}", k + 1);
-            Remark::error(message).remedy(remedy).at(locate(&["effects", &k.to_string()]))
+            Diagnostic::error(message).remedy(remedy).at(locate(&["effects", &k.to_string()]))
         })
         .collect();
     if !impossible.is_empty() {
-        return Err(remarks.into_iter().chain(impossible).collect());
+        return Err(diagnostics.into_iter().chain(impossible).collect());
     }
     for (k, entry) in robot.effects.iter().enumerate() {
         if let Some((message, remedy)) = doubt(&model, entry) {
-            let remark = Remark::warning(format!("effect {} of `effects:`: {message}", k + 1)).remedy(remedy);
-            remarks.push(remark.at(locate(&["effects", &k.to_string()])));
+            let diagnostic = Diagnostic::warning(format!("effect {} of `effects:`: {message}", k + 1)).remedy(remedy);
+            diagnostics.push(diagnostic.at(locate(&["effects", &k.to_string()])));
         }
     }
     let contradicted = contradictions(&raw, &model);
     if !contradicted.is_empty() {
-        let located = contradicted.into_iter().map(|Fault { path, remark }| {
+        let located = contradicted.into_iter().map(|Fault { path, diagnostic }| {
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            remark.at(texts.value(&path))
+            diagnostic.at(texts.value(&path))
         });
-        return Err(remarks.into_iter().chain(located).collect());
+        return Err(diagnostics.into_iter().chain(located).collect());
     }
     if let Err(error) = Geometry::nominal(&model) {
         let path: Vec<&str> = match &error {
@@ -282,8 +284,8 @@ fn finish(
             }
             _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
         };
-        remarks.push(Remark::error(error.to_string()).at(texts.key(&path)).remedy(remedy));
-        return Err(remarks);
+        diagnostics.push(Diagnostic::error(error.to_string()).at(texts.key(&path)).remedy(remedy));
+        return Err(diagnostics);
     }
-    Ok(LoadedRobot { raw, robot, model, remarks })
+    Ok(LoadedRobot { raw, robot, model, diagnostics })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::description::yaml;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Folders above a file in which its schema is sought.
 const HIGHEST: usize = 4;
@@ -24,8 +24,9 @@ pub fn schema_line(to: &Path, file: &str) -> String {
 }
 
 /// Adds to what is said of an empty file which schema it should follow.
-pub(super) fn told_schema(remarks: &mut [Remark], kind: &str) {
-    for remark in remarks.iter_mut().filter(|remark| remark.message == yaml::EMPTY) {
-        remark.remedy = Some(format!("write `key: value` pairs; `elastogeo schema {kind}` prints what is expected"));
+pub(super) fn told_schema(diagnostics: &mut [Diagnostic], kind: &str) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.message == yaml::EMPTY) {
+        diagnostic.remedy =
+            Some(format!("write `key: value` pairs; `elastogeo schema {kind}` prints what is expected"));
     }
 }

@@ -5,21 +5,23 @@ use std::path::Path;
 
 use tempfile::NamedTempFile;
 
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Whether a file can be written there, as far as can be said without writing.
 ///
 /// # Errors
 /// Why it cannot.
-pub fn writable(path: &Path) -> Result<(), Remark> {
+pub fn writable(path: &Path) -> Result<(), Diagnostic> {
     let shown = path.display();
     if path.is_dir() {
-        return Err(Remark::error(format!("`{shown}` cannot be written: it is a folder")).remedy("give a file's name"));
+        return Err(
+            Diagnostic::error(format!("`{shown}` cannot be written: it is a folder")).remedy("give a file's name")
+        );
     }
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
             let folder = folder.display();
-            Err(Remark::error(format!("`{shown}` cannot be written: there is no folder `{folder}`"))
+            Err(Diagnostic::error(format!("`{shown}` cannot be written: there is no folder `{folder}`"))
                 .remedy("make the folder, or give another"))
         }
         _ => Ok(()),

@@ -8,8 +8,8 @@ use super::structure::{Axes, BeamElement, Edge, Element, Law, Lumped, Rigidity, 
 use crate::description::elastic::Beam;
 use crate::description::raw::{BeamTheory, JointKind};
 use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
+use crate::diagnostic::Diagnostic;
 use crate::parameter::Kind;
-use crate::remark::Remark;
 
 impl Builder<'_> {
     /// Every link of a rigid body that carries another joint could be a beam: its compliances are parameters at zero.
@@ -85,8 +85,9 @@ impl Builder<'_> {
             let length = (self.structure.at_home(first) - self.structure.at_home(last)).norm();
             if length < 1e-9 {
                 let message = format!("beam `{}` has no length: its two nodes lie at one point", beam.name);
-                let remark = Remark::error(message).remedy("name two nodes that lie apart, or leave the beam out");
-                self.faults.push(Fault::new(&["beams", &beam.name], remark));
+                let diagnostic =
+                    Diagnostic::error(message).remedy("name two nodes that lie apart, or leave the beam out");
+                self.faults.push(Fault::new(&["beams", &beam.name], diagnostic));
                 continue;
             }
             let axis = self.normal_axis(beam.normal, [first, last]);

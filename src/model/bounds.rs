@@ -2,8 +2,8 @@
 
 use super::{Fault, Model};
 use crate::description::raw::RawRobot;
+use crate::diagnostic::Diagnostic;
 use crate::parameter::Kind;
-use crate::remark::Remark;
 
 /// Part of a value by which it may lie outside its bounds: what is left of changing units there and back.
 const ROUNDING: f64 = 1e-9;
@@ -29,7 +29,7 @@ pub fn contradictions(raw: &RawRobot, model: &Model) -> Vec<Fault> {
         } else {
             continue;
         };
-        faults.push(Fault::new(&path, Remark::error(message).remedy(remedy)));
+        faults.push(Fault::new(&path, Diagnostic::error(message).remedy(remedy)));
     }
     faults
 }

@@ -7,8 +7,8 @@ use crate::description::raw::JointKind;
 use crate::description::robot::{
     FRAME_SYMBOLS, Motion, PLACEMENT_SYMBOLS, Placement, Robot, SLIDER_CRANK_SYMBOLS, is_angle,
 };
+use crate::diagnostic::Diagnostic;
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
-use crate::remark::Remark;
 
 /// What keeps a description from being compiled.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,12 +16,12 @@ pub struct Fault {
     /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
     pub path: Vec<String>,
     /// What is wrong, without a place.
-    pub remark: Remark,
+    pub diagnostic: Diagnostic,
 }
 
 impl Fault {
-    pub(super) fn new(path: &[&str], remark: Remark) -> Self {
-        Self { path: path.iter().map(ToString::to_string).collect(), remark }
+    pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
+        Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
     }
 }
 
@@ -68,10 +68,12 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
                 Some(other) if k < super::THETA => match frames.get(other) {
                     Some(other) => other.slots[k],
                     None => {
-                        let remark =
-                            Remark::error(format!("frame `{}` stands before the frame it is coaxial with", frame.name))
-                                .remedy("declare it after that frame");
-                        return Err(vec![Fault::new(&["frames", &frame.name, "coaxial"], remark)]);
+                        let diagnostic = Diagnostic::error(format!(
+                            "frame `{}` stands before the frame it is coaxial with",
+                            frame.name
+                        ))
+                        .remedy("declare it after that frame");
+                        return Err(vec![Fault::new(&["frames", &frame.name, "coaxial"], diagnostic)]);
                     }
                 },
                 // The base's constants are nominally and always zero.

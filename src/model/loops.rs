@@ -4,7 +4,7 @@ use super::build::Fault;
 use super::{Frame, Model};
 use crate::description::raw::{LoopKind, Meet};
 use crate::description::robot::{FrameIndex, Loop, Motion, Robot, branches};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// One step of the evaluation of joints that have no variable of their own.
 #[derive(Debug, Clone)]
@@ -91,12 +91,12 @@ pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Fault>> {
         if ready.is_empty() {
             let names: Vec<&str> =
                 rest.iter().flat_map(|(_, _, gives)| gives).map(|&i| model.frames[i].name.as_str()).collect();
-            let remark = Remark::error(format!(
+            let diagnostic = Diagnostic::error(format!(
                 "joints {} depend on each other through loops and couplings in a circle",
                 names.join(", ")
             ))
             .remedy("a joint inside a loop can follow only joints that the loop does not move");
-            faults.push(Fault::new(&["loops"], remark));
+            faults.push(Fault::new(&["loops"], diagnostic));
             break;
         }
         for (stage, _, gives) in ready {
@@ -155,7 +155,7 @@ fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], faults: &mut Vec<Fa
     if unknowns.len() > equations {
         let names: Vec<&str> = unknowns.iter().map(|&i| model.frames[i].name.as_str()).collect();
         let of: Vec<&str> = loops.iter().map(|closed| closed.name.as_str()).collect();
-        let remark = Remark::error(format!(
+        let diagnostic = Diagnostic::error(format!(
             "loop {}: {} passive joints ({}) but only {equations} closure equations, so the loop can move by itself",
             of.join(", "),
             unknowns.len(),
@@ -164,7 +164,7 @@ fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], faults: &mut Vec<Fa
         .remedy("give a variable to one of the joints, or let `meet` be `frame`");
         // Loops that close together are told of at the first of them.
         let path: Vec<&str> = std::iter::once("loops").chain(of.first().copied()).collect();
-        faults.push(Fault::new(&path, remark));
+        faults.push(Fault::new(&path, diagnostic));
     }
     let branch_value = |joint: FrameIndex| {
         loops.iter().flat_map(|closed| &closed.branch).find(|(i, _)| *i == joint).map_or(0.0, |b| b.1)

@@ -6,8 +6,8 @@ use super::Fault;
 use super::assemble::Builder;
 use super::structure::{Axes, BeamElement, Edge, Element, Law, Lumped, Rigidity, Spot, Structure, VertexIndex};
 use crate::description::elastic::BASE_SYMBOLS;
+use crate::diagnostic::Diagnostic;
 use crate::parameter::Slot;
-use crate::remark::Remark;
 
 impl Builder<'_> {
     /// How readily an element becomes part of the tree: rigid first, released last.
@@ -86,9 +86,9 @@ impl Builder<'_> {
             let name = self.structure.vertices[vertex].name.clone();
             let message =
                 format!("node `{name}` hangs on nothing: no beam, joint or support leads from it to the ground");
-            let remark =
-                Remark::error(message).remedy("lay a beam to it, or give the joint that holds it `at: <node>`");
-            self.faults.push(Fault::new(&["nodes", &name], remark));
+            let diagnostic =
+                Diagnostic::error(message).remedy("lay a beam to it, or give the joint that holds it `at: <node>`");
+            self.faults.push(Fault::new(&["nodes", &name], diagnostic));
         }
         if !self.faults.is_empty() {
             return Err(self.faults);

@@ -6,10 +6,10 @@ use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::elastics::{
     ElasticColumns, Elastics, Mechanism, Motion, MotionWork, Response, Statics, at_point, by_motion, spatial,
 };
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::{Model, VertexIndex};
 use crate::parameter::{Group, Slot};
-use crate::surrogate;
 
 /// Deflections of a campaign's readings; made once for a vector of values, shared between threads.
 #[derive(Debug, Clone)]
@@ -106,7 +106,7 @@ impl<'m> Deflections<'m> {
             self.elastics.prepare(placements, &mut work.statics)?;
             for response in &mut work.responses {
                 response.evaluate(&self.elastics, &mut work.statics);
-                surrogate::put(geometry, q, placements, response);
+                fuzzy::put(geometry, q, placements, response);
             }
         }
         Ok(())

@@ -5,9 +5,9 @@ use nalgebra::{Matrix6, Point3, Vector3};
 
 use crate::description::campaign::Campaign;
 use crate::elastics::{Elastics, Mechanism, Response, Statics, shares, spatial};
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::surrogate;
 
 /// Most readings over which shares are taken.
 const MOST: usize = 60;
@@ -41,7 +41,7 @@ pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Re
     elastics.prepare(placements, &mut statics)?;
     let mut response = Response::new(&elastics, geometry.model.structure.carrier(frame, &local));
     response.evaluate(&elastics, &mut statics);
-    surrogate::put(geometry, q, placements, &mut response);
+    fuzzy::put(geometry, q, placements, &mut response);
     let found = response.compliance_at(&(placements.frames[frame] * Point3::from(local)).coords);
     // Rules identified component by component are reciprocal only as far as the readings were.
     Ok(Some(0.5 * (found + found.transpose())))

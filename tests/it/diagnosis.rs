@@ -10,7 +10,7 @@ use elastogeo::files::{LoadedCampaign, load_campaign};
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::prediction::{Linearised, Predictor};
-use elastogeo::report::diagnosis::diagnosis_json;
+use elastogeo::render::diagnosis::diagnosis_json;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};

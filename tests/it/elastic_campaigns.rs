@@ -18,8 +18,8 @@ use crate::support::{KR270_MASSES, heavy_kr270};
 fn geometry_and_stiffness_come_from_one_absolute_campaign() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = heavy_kr270(folder.path(), KR270_MASSES);
-    let loaded =
-        load_robot(&path).unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
+    let loaded = load_robot(&path)
+        .unwrap_or_else(|diagnostics| panic!("{}", elastogeo::render::diagnostics::render(&diagnostics, false)));
     let model = &loaded.model;
     assert!(!model.structure.masses.is_empty() && model.structure.gravity.norm() > 9.0);
     let mut random = generator(27);

@@ -135,7 +135,7 @@ fn robot(name: &str, change: &[(&str, &str)], more: &str) -> Model {
     let path = folder.path().join(format!("{name}.yaml"));
     match elastogeo::files::load_robot(path.to_str().expect("a name")) {
         Ok(loaded) => loaded.model,
-        Err(said) => panic!("{}", elastogeo::report::remarks::render(&said, false)),
+        Err(said) => panic!("{}", elastogeo::render::diagnostics::render(&said, false)),
     }
 }
 

@@ -3,7 +3,7 @@
 use elastogeo::description::campaign::{Campaign, Observes};
 use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
-use elastogeo::report::identification::{calibration_json, calibration_text};
+use elastogeo::render::identification::{calibration_json, calibration_text};
 use elastogeo::simulation::{Plan, generator, simulate};
 
 use crate::support::model_of;

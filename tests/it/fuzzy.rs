@@ -1,7 +1,7 @@
 //! Compliances by rules: the published rule base, the form of the IR663 paper's comparison, and what a new user gets wrong.
 
 use elastogeo::description::fuzzy::Component;
-use elastogeo::surrogate::{firing, value};
+use elastogeo::fuzzy::{firing, value};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, Ran, run};

@@ -19,7 +19,7 @@ fn folder(name: &str) -> Option<String> {
 
 fn calibrated(name: &str) -> Option<Calibration> {
     let loaded = load_campaign(&folder(name)?, None)
-        .unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
+        .unwrap_or_else(|diagnostics| panic!("{}", elastogeo::render::diagnostics::render(&diagnostics, false)));
     let aside = split(&loaded.campaign, 0.25, 1);
     Some(
         calibrate(&loaded.robot.model, &loaded.campaign, &aside, &Settings::default(), &mut |_| {})

@@ -604,8 +604,8 @@ fn no_description_and_no_table_makes_the_library_panic() {
             std::fs::write(&path, &text).expect("written");
             let started = std::time::Instant::now();
             if let Err(said) = elastogeo::files::load_robot(shown) {
-                assert!(said.iter().any(elastogeo::remark::Remark::is_error), "{text}");
-                elastogeo::report::remarks::render(&said, false);
+                assert!(said.iter().any(elastogeo::diagnostic::Diagnostic::is_error), "{text}");
+                elastogeo::render::diagnostics::render(&said, false);
             }
             assert!(started.elapsed().as_secs() < 20, "too slow:\n{text}");
         }
@@ -621,7 +621,7 @@ fn no_description_and_no_table_makes_the_library_panic() {
         std::fs::write(&campaign, header).expect("written");
         std::fs::write(folder.path().join("m.csv"), rows).expect("written");
         if let Err(said) = elastogeo::files::load_campaign(campaign.to_str().expect("a name"), None) {
-            elastogeo::report::remarks::render(&said, false);
+            elastogeo::render::diagnostics::render(&said, false);
         }
     }
 }

@@ -25,8 +25,8 @@ fn descriptions() -> Vec<(String, String)> {
 fn descriptions_mean_what_they_meant() {
     for (name, path) in descriptions() {
         let loaded = load_robot(&path)
-            .unwrap_or_else(|remarks| panic!("{}", elastogeo::report::remarks::render(&remarks, false)));
-        assert!(loaded.remarks.is_empty(), "{name}: {:?}", loaded.remarks);
+            .unwrap_or_else(|diagnostics| panic!("{}", elastogeo::render::diagnostics::render(&diagnostics, false)));
+        assert!(loaded.diagnostics.is_empty(), "{name}: {:?}", loaded.diagnostics);
         insta::assert_snapshot!(name, snapshot(&loaded.model).expect("a snapshot"));
     }
 }
@@ -74,7 +74,7 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
         let yaml_path = folder.path().join(format!("{name}.yaml"));
         std::fs::write(&yaml_path, yaml::write(&raw).expect("YAML")).expect("written");
         let again = load_robot(&yaml_path.display().to_string())
-            .unwrap_or_else(|r| panic!("{}", elastogeo::report::remarks::render(&r, false)));
+            .unwrap_or_else(|r| panic!("{}", elastogeo::render::diagnostics::render(&r, false)));
         let away = difference(&calibrated, &again.model, &configurations);
         assert!(away < 1e-12, "{name} as YAML: {away:e}");
         let base = Geometry::nominal(&again.model).expect("assembled").base().to_homogeneous();
@@ -87,7 +87,7 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
             let urdf_path = folder.path().join(format!("{name}.urdf"));
             std::fs::write(&urdf_path, text).expect("written");
             let again = load_robot(&urdf_path.display().to_string())
-                .unwrap_or_else(|r| panic!("{}", elastogeo::report::remarks::render(&r, false)));
+                .unwrap_or_else(|r| panic!("{}", elastogeo::render::diagnostics::render(&r, false)));
             let away = difference(&calibrated, &again.model, &configurations);
             assert!(away < 1e-12, "{name} as URDF: {away:e}");
         }

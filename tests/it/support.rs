@@ -11,8 +11,8 @@ use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
-    let (robot, remarks) = resolve(&raw, &|_| None);
-    build(&robot.unwrap_or_else(|| panic!("{remarks:#?}"))).expect("a model")
+    let (robot, diagnostics) = resolve(&raw, &|_| None);
+    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model")
 }
 
 pub fn bundled(name: &str) -> Model {

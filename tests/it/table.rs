@@ -1,7 +1,7 @@
 //! Reading of measurements: CSV as laboratories write it.
 
 use elastogeo::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
-use elastogeo::remark::Remark;
+use elastogeo::diagnostic::Diagnostic;
 use rand::{RngExt, SeedableRng};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -21,25 +21,25 @@ fn dialect(delimiter: Option<char>, decimal: char) -> Dialect {
     Dialect { delimiter, decimal: Some(decimal), of_campaign: true }
 }
 
-fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Remark>> {
+fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Diagnostic>> {
     read_table("m.csv", bytes, &expected(), &BTreeMap::new(), &["note".into()], dialect, 1000)
 }
 
-fn read(bytes: &[u8]) -> Result<Table, Vec<Remark>> {
+fn read(bytes: &[u8]) -> Result<Table, Vec<Diagnostic>> {
     read_as(bytes, &Dialect { of_campaign: true, ..Dialect::default() })
 }
 
-/// Each remark as `line:column [what is highlighted] message | remedy`.
-fn told(result: Result<Table, Vec<Remark>>) -> String {
+/// Each diagnostic as `line:column [what is highlighted] message | remedy`.
+fn told(result: Result<Table, Vec<Diagnostic>>) -> String {
     let mut told = String::new();
-    for remark in result.unwrap_err() {
-        let place = remark.place.as_ref().unwrap();
+    for diagnostic in result.unwrap_err() {
+        let place = diagnostic.place.as_ref().unwrap();
         let meant = &place.excerpt[place.highlight.clone()];
-        let _ = write!(told, "{}:{} [{meant}] {}", place.line, place.column, remark.message);
-        for (place, why) in &remark.related {
+        let _ = write!(told, "{}:{} [{meant}] {}", place.line, place.column, diagnostic.message);
+        for (place, why) in &diagnostic.related {
             let _ = write!(told, " ({}:{} {why})", place.line, place.column);
         }
-        let _ = writeln!(told, " | {}", remark.remedy.as_deref().unwrap_or_default());
+        let _ = writeln!(told, " | {}", diagnostic.remedy.as_deref().unwrap_or_default());
     }
     told
 }
@@ -266,7 +266,7 @@ fn mutated_files_are_read_or_refused_with_a_place() {
                     let place = fault.place.as_ref().unwrap_or_else(|| panic!("no place: {fault:?}"));
                     assert!((1..=lines).contains(&place.line), "{place:?} of {:?}", String::from_utf8_lossy(&bytes));
                 }
-                elastogeo::report::remarks::render(&faults, false);
+                elastogeo::render::diagnostics::render(&faults, false);
             }
         }
     }

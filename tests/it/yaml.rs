@@ -1,7 +1,7 @@
 //! Reading of YAML: every fault of a text in one run, each where it stands.
 
 use elastogeo::description::yaml::{self, Document};
-use elastogeo::remark::Remark;
+use elastogeo::diagnostic::Diagnostic;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -65,20 +65,20 @@ free: [3.alpha, E.r]
 gravity: [0, 0, -9.81]
 ";
 
-fn read(text: &str) -> (Option<Robot>, Document, Vec<Remark>) {
+fn read(text: &str) -> (Option<Robot>, Document, Vec<Diagnostic>) {
     yaml::read("robot.yaml", text)
 }
 
-/// Each remark as `line:column message | remedy`, with its related places.
+/// Each diagnostic as `line:column message | remedy`, with its related places.
 fn told(text: &str) -> String {
     let mut told = String::new();
-    for remark in read(text).2 {
-        let at = remark.place.as_ref().map_or("?".into(), |place| format!("{}:{}", place.line, place.column));
-        let _ = write!(told, "{at} {}", remark.message);
-        for (place, why) in &remark.related {
+    for diagnostic in read(text).2 {
+        let at = diagnostic.place.as_ref().map_or("?".into(), |place| format!("{}:{}", place.line, place.column));
+        let _ = write!(told, "{at} {}", diagnostic.message);
+        for (place, why) in &diagnostic.related {
             let _ = write!(told, " ({}:{} {why})", place.line, place.column);
         }
-        let _ = writeln!(told, " | {}", remark.remedy.unwrap_or_default());
+        let _ = writeln!(told, " | {}", diagnostic.remedy.unwrap_or_default());
     }
     told
 }
@@ -89,8 +89,8 @@ fn sample() -> String {
 
 #[test]
 fn a_sound_text_reads_whole() {
-    let (robot, document, remarks) = read(&sample());
-    assert_eq!(remarks, []);
+    let (robot, document, diagnostics) = read(&sample());
+    assert_eq!(diagnostics, []);
     let robot = robot.unwrap();
     let names: Vec<&str> = robot.frames.keys().map(String::as_str).collect();
     assert_eq!(names, ["1", "3'", "E"]);
@@ -143,10 +143,10 @@ gravity: [0, 0]
 
 #[test]
 fn blanking_one_entry_leaves_the_others() {
-    let (robot, document, remarks) =
+    let (robot, document, diagnostics) =
         read("frames:\n  1:\n    d: x\n  2: {d: y, alpha: 3, zz: [1,\n    2], turns: 4}\n");
     let robot = robot.unwrap();
-    assert_eq!(remarks.len(), 3);
+    assert_eq!(diagnostics.len(), 3);
     assert_eq!(robot.frames["1"], Frame::default());
     assert_eq!(robot.frames["2"], Frame { alpha: Some(3.0), turns: Some(4), ..Frame::default() });
     assert!(document.is_faulty(&["frames", "2", "d"]) && !document.is_faulty(&["frames", "2", "alpha"]));
@@ -224,11 +224,11 @@ fn what_is_not_yaml_is_told_once_where_it_stands() {
 }
 
 #[test]
-fn bytes_become_text_or_a_remark() {
+fn bytes_become_text_or_a_diagnostic() {
     let told = |bytes: &[u8]| {
-        let remark = yaml::text_of("f", bytes).unwrap_err();
-        let place = remark.place.unwrap();
-        format!("{}:{} {} | {}", place.line, place.column, remark.message, remark.remedy.unwrap())
+        let diagnostic = yaml::text_of("f", bytes).unwrap_err();
+        let place = diagnostic.place.unwrap();
+        format!("{}:{} {} | {}", place.line, place.column, diagnostic.message, diagnostic.remedy.unwrap())
     };
     assert_eq!(yaml::text_of("f", b"\xef\xbb\xbfa: 1\r\n").unwrap(), "a: 1\r\n");
     assert_eq!(told(b"a: 1\n\xc3\xa9\xe9: 2\n"), "2:2 the byte 0xe9 is not UTF-8 | save the file as UTF-8");
@@ -240,8 +240,8 @@ fn bytes_become_text_or_a_remark() {
 
 fn roundtrip<T: Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug>(value: &T) {
     let text = yaml::write(value).unwrap();
-    let (back, _, remarks) = yaml::read::<T>("back", &text);
-    assert_eq!(remarks, [], "{text}");
+    let (back, _, diagnostics) = yaml::read::<T>("back", &text);
+    assert_eq!(diagnostics, [], "{text}");
     assert_eq!(back.as_ref(), Some(value), "{text}");
 }
 
@@ -376,20 +376,20 @@ fn mutated_texts_are_read_or_refused_with_a_place() {
                 let end = (start + random.random_range(0..4)).min(boundaries.len() - 1);
                 text.replace_range(boundaries[start]..boundaries[end], pieces[random.random_range(0..pieces.len())]);
             }
-            let (robot, document, remarks) = read(&text);
-            sound += usize::from(remarks.is_empty());
-            several += usize::from(remarks.len() > 2);
-            assert!(robot.is_some() || !remarks.is_empty(), "{text}");
+            let (robot, document, diagnostics) = read(&text);
+            sound += usize::from(diagnostics.is_empty());
+            several += usize::from(diagnostics.len() > 2);
+            assert!(robot.is_some() || !diagnostics.is_empty(), "{text}");
             let lines = 1 + text.matches('\n').count();
-            for remark in &remarks {
-                let place = remark.place.as_ref().unwrap_or_else(|| panic!("no place: {remark:?} in\n{text}"));
-                assert!((1..=lines).contains(&place.line), "{remark:?} in\n{text}");
+            for diagnostic in &diagnostics {
+                let place = diagnostic.place.as_ref().unwrap_or_else(|| panic!("no place: {diagnostic:?} in\n{text}"));
+                assert!((1..=lines).contains(&place.line), "{diagnostic:?} in\n{text}");
             }
             for path in [&["frames", "E", "alpha"][..], &["markers", "1", "at"], &["gravity", "2"], &[]] {
                 assert!(!document.has(path) || document.place_of_value(path).is_some());
                 document.place_of_key(path);
             }
-            elastogeo::report::remarks::render(&remarks, false);
+            elastogeo::render::diagnostics::render(&diagnostics, false);
         }
         assert!(sound > 100 && several > 100, "{sound} sound, {several} with several faults");
     });

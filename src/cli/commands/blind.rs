@@ -13,7 +13,7 @@ use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, Raw
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, bundled_robots, load_campaign, load_robot, load_robot_leaving_out};
-use crate::report::blind::{score_json, score_text};
+use crate::render::blind::{score_json, score_text};
 use crate::simulation::generator;
 
 pub fn run(command: &Blind, seed: u64) -> Result<Output, Failure> {

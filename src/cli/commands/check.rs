@@ -3,13 +3,13 @@
 use crate::cli::args::Check;
 use crate::cli::{Failure, Output};
 use crate::files::load_robot;
-use crate::report::robot;
+use crate::render::robot;
 use crate::snapshot::snapshot;
 
 pub fn run(command: &Check) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
     let mut output = Output::new(robot::text(&loaded.model, &loaded.raw), robot::json(&loaded.model, &loaded.raw));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     let Some(path) = &command.snapshot else { return Ok(output) };
     let new = snapshot(&loaded.model).map_err(Failure::Computation)?;
     match std::fs::read_to_string(path) {

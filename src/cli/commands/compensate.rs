@@ -8,17 +8,17 @@ use crate::cli::values::{joints, units_with, wrench};
 use crate::cli::{Failure, Output};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
+use crate::diagnostic::Diagnostic;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, load_path, load_process, load_robot, writable};
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::Model;
-use crate::remark::Remark;
-use crate::report::compensation::Compensation;
-use crate::surrogate;
+use crate::render::compensation::Compensation;
 
 pub fn run(command: &Compensate) -> Result<Output, Failure> {
     if let Some(table) = &command.table {
-        writable(table).map_err(|remark| Failure::Input(vec![remark]))?;
+        writable(table).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
     }
     let within = |value: f64, most: f64| value > 0.0 && value <= most;
     if !within(command.residual, 10.0) || !within(command.largest, 90.0) {
@@ -39,11 +39,11 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
         let constant = wrench(&loaded.raw.units, text)?;
         path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
     }
-    let mut remarks = loaded.remarks.clone();
+    let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
             let (process, mut said) = load_process(file)?;
-            remarks.append(&mut said);
+            diagnostics.append(&mut said);
             Some(process)
         }
         None => None,
@@ -51,14 +51,14 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     let has = |name: &str| model.effects.iter().any(|entry| entry.entry.effect.as_deref() == Some(name));
     if has("thermal-expansion") && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature")) {
         let text = "the description has `thermal-expansion`, and the path no temperature: it is not corrected";
-        remarks.push(Remark::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
+        diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
     }
     if has("backlash") && path.campaign.readings.len() < 2 {
         let text = "the description has `backlash`, and one point does not say from which side it is reached";
-        remarks.push(Remark::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
+        diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
     }
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path)?;
-    remarks.extend(controller.remarks.iter().cloned());
+    diagnostics.extend(controller.diagnostics.iter().cloned());
     let mut settings = Settings::new(model.variables.len());
     settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
         HoldName::Pose => Hold::Pose,
@@ -69,7 +69,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     settings.largest = command.largest.to_radians();
     let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
     let values = model.registry.nominal();
-    remarks.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
+    diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
         .map_err(Failure::computation)?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
@@ -103,7 +103,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     }
     output.json["table"] = json!(output.files.first().map(|(file, _)| file.display().to_string()));
     output.failed = refused > 0;
-    output.remarks = remarks;
+    output.diagnostics = diagnostics;
     Ok(output)
 }
 
@@ -113,22 +113,22 @@ fn compliance_doubts(
     path: &Path,
     desired: &[Result<Desired, Refusal>],
     has_process: bool,
-) -> Result<Vec<Remark>, Failure> {
+) -> Result<Vec<Diagnostic>, Failure> {
     let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
     let asked: Vec<(&[f64], Option<Option<usize>>)> = desired
         .iter()
         .zip(&path.campaign.readings)
         .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
         .collect();
-    let mut remarks = surrogate::doubts(model, &geometry, &asked);
+    let mut diagnostics = fuzzy::doubts(model, &geometry, &asked);
     let pushed = has_process || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
     if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).gives_at_all() {
         let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
-        remarks.push(
-            Remark::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
+        diagnostics.push(
+            Diagnostic::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),
         );
     }
-    Ok(remarks)
+    Ok(diagnostics)
 }
 
 /// `--at` for a path that does not say which marker passes.
@@ -137,7 +137,7 @@ pub(super) fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path)
     let Some(marker) = loaded.model.marker(name) else {
         let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
         return Err(Failure::Input(vec![
-            Remark::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
+            Diagnostic::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
         ]));
     };
     if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
@@ -151,7 +151,7 @@ pub(super) fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path)
 pub(super) struct ControllerFile {
     loaded: Option<LoadedRobot>,
     markers: Vec<usize>,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
 }
 
 /// The controller's geometry, for poses of commands.
@@ -171,13 +171,15 @@ impl ControllerFile {
     pub fn new(name: Option<&str>, loaded: &LoadedRobot, path: &Path) -> Result<Self, Failure> {
         let own: Vec<usize> = (0..loaded.model.markers.len()).collect();
         let Some(name) = name else {
-            let mut remarks = Vec::new();
+            let mut diagnostics = Vec::new();
             if path.joints && !path.position {
                 let text = "the path gives joints, and the description itself says where they lead without load: \
                             what load and effects do is corrected, geometry errors are not";
-                remarks.push(Remark::warning(text).remedy("give --nominal, the description the controller works with"));
+                diagnostics.push(
+                    Diagnostic::warning(text).remedy("give --nominal, the description the controller works with"),
+                );
             }
-            return Ok(Self { loaded: None, markers: own, remarks });
+            return Ok(Self { loaded: None, markers: own, diagnostics });
         };
         let nominal = load_robot(name)?;
         let of = |l: &LoadedRobot| -> Vec<String> { l.model.variables.iter().map(|v| v.name.clone()).collect() };
@@ -206,8 +208,8 @@ impl ControllerFile {
                 None => markers.push(0),
             }
         }
-        let remarks = nominal.remarks.clone();
-        Ok(Self { loaded: Some(nominal), markers, remarks })
+        let diagnostics = nominal.diagnostics.clone();
+        Ok(Self { loaded: Some(nominal), markers, diagnostics })
     }
 
     /// Targets and nominal commands of a path.

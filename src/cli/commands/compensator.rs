@@ -11,7 +11,7 @@ use crate::cli::{Failure, Output};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
 use crate::files::table_file;
-use crate::report::compensator::{Compensator as Found, compensator_json, compensator_text};
+use crate::render::compensator::{Compensator as Found, compensator_json, compensator_text};
 
 pub fn run(command: &Compensator) -> Result<Output, Failure> {
     if command.circle.is_none() && command.mounting.is_none() {
@@ -74,9 +74,9 @@ pub fn run(command: &Compensator) -> Result<Output, Failure> {
 fn read(path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Failure> {
     let name = path.display().to_string();
     let listed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-    let file = table_file(path).map_err(|remark| {
+    let file = table_file(path).map_err(|diagnostic| {
         let wanted = format!("give a CSV with the columns {}", listed.join(", "));
-        Failure::Input(vec![if remark.remedy.is_some() { remark } else { remark.remedy(wanted) }])
+        Failure::Input(vec![if diagnostic.remedy.is_some() { diagnostic } else { diagnostic.remedy(wanted) }])
     })?;
     let mut expected: Vec<ExpectedColumn> = columns
         .iter()

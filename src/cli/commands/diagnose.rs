@@ -8,10 +8,10 @@ use crate::cli::args::Diagnose;
 use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
+use crate::diagnostic::Diagnostic;
 use crate::files::load_campaign;
 use crate::model::with_values;
-use crate::remark::Remark;
-use crate::report::diagnosis::{diagnosis_json, diagnosis_text};
+use crate::render::diagnosis::{diagnosis_json, diagnosis_text};
 
 pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     if let Some(path) = &command.apply {
@@ -32,10 +32,10 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
     let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
-        output.remarks.push(
-            Remark::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
+        output.diagnostics.push(
+            Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
                 "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
             ),
         );
@@ -46,8 +46,8 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
             raw.effects.push(cause.entry.clone());
             raw.effects.extend(cause.further.iter().cloned());
         }
-        let (text, remarks) = written(&raw, path)?;
-        output.remarks.extend(remarks);
+        let (text, diagnostics) = written(&raw, path)?;
+        output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());
         output.files.push((path.clone(), text));
     }

@@ -2,8 +2,8 @@
 
 use crate::cli::args::Explain;
 use crate::cli::{Failure, Output};
-use crate::remark::{Remark, nearest};
-use crate::report::table::screen;
+use crate::diagnostic::{Diagnostic, nearest};
+use crate::render::table::screen;
 
 /// The pages, each under a heading of its own that is the word.
 const PAGES: [(&str, &str); 2] =
@@ -19,7 +19,7 @@ pub fn run(command: &Explain) -> Result<Output, Failure> {
             Some(near) => format!("did you mean `{near}`?"),
             None => "`elastogeo explain` lists all words".into(),
         };
-        return Err(Failure::Input(vec![Remark::error(format!("`{asked}` is not explained")).remedy(remedy)]));
+        return Err(Failure::Input(vec![Diagnostic::error(format!("`{asked}` is not explained")).remedy(remedy)]));
     };
     let shown = if screen().is_some() { joined(text) } else { (*text).into() };
     let json = serde_json::json!({"term": term, "page": format!("docs/{page}.md"), "text": text});

@@ -5,11 +5,11 @@ use serde_json::Value;
 use crate::cli::args::{Identifiability, Reduction, Scale};
 use crate::cli::values::known_parameters;
 use crate::cli::{Failure, Output};
+use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, observe};
 use crate::files::load_campaign;
 use crate::identifiability::{Criterion, Scaling};
-use crate::remark::Remark;
-use crate::report::identification::{identifiability_json, identifiability_text};
+use crate::render::identification::{identifiability_json, identifiability_text};
 
 pub fn run(command: &Identifiability) -> Result<Output, Failure> {
     let (scaling, criterion) = reduction(&command.reduction)?;
@@ -21,7 +21,7 @@ pub fn run(command: &Identifiability) -> Result<Output, Failure> {
     let text = identifiability_text(model, &found.slots, &found.identifiability);
     let json = Value::Object(identifiability_json(model, &found.slots, &found.identifiability));
     let mut output = Output::new(text, json);
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }
 
@@ -33,8 +33,8 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Failure> {
             "geometric" => what.geometric = true,
             "elastic" => what.elastic = true,
             other => {
-                let remark = Remark::error(format!("--what: unknown `{other}`"));
-                return Err(Failure::Input(vec![remark.suggest(other, ["geometric", "elastic"])]));
+                let diagnostic = Diagnostic::error(format!("--what: unknown `{other}`"));
+                return Err(Failure::Input(vec![diagnostic.suggest(other, ["geometric", "elastic"])]));
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::estimation::least_squares::Loss;
 use crate::estimation::{CalibrationError, Scheme, Settings, Split, Weights, calibrate, compare, split};
 use crate::files::load_campaign;
 use crate::model::with_values;
-use crate::report::identification::{calibration_json, calibration_text, comparison_text};
+use crate::render::identification::{calibration_json, calibration_text, comparison_text};
 
 pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
     let by_rules = super::identify_fuzzy::asked(command)?;
@@ -73,7 +73,7 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
         let seconds = started.elapsed().as_secs_f64();
         let json = serde_json::json!({"ols": calibration_json(model, &campaign, &both.ols, seconds), "wls": calibration_json(model, &campaign, &both.wls, seconds)});
         let mut output = Output::new(comparison_text(model, &both), json);
-        output.remarks = loaded.remarks;
+        output.diagnostics = loaded.diagnostics;
         return Ok(output);
     }
     let bar = terminal::bar(None, "{spinner} iteration {pos}  {msg}");
@@ -87,11 +87,11 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
     let seconds = started.elapsed().as_secs_f64();
     let mut output =
         Output::new(calibration_text(model, &campaign, &found), calibration_json(model, &campaign, &found, seconds));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     output.failed = !found.converged;
     if let Some(path) = &command.save {
-        let (text, remarks) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
-        output.remarks.extend(remarks);
+        let (text, diagnostics) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
+        output.diagnostics.extend(diagnostics);
         output.text += &format!("calibrated description: {}\n", path.display());
         output.files.push((path.clone(), text));
     }

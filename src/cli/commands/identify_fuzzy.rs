@@ -13,14 +13,14 @@ use crate::description::campaign::{Campaign, Observes, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
+use crate::diagnostic::Diagnostic;
 use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
 use crate::estimation::least_squares::Progress;
 use crate::estimation::{CalibrationError, Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
-use crate::remark::Remark;
-use crate::report::fuzzy::{
+use crate::render::fuzzy::{
     Method, comparison_json, comparison_text, fuzzy_json, fuzzy_text, grey_json, grey_text, step_text,
 };
 
@@ -29,8 +29,8 @@ const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
 /// Whether rules are asked for.
 pub fn asked(command: &Identify) -> Result<bool, Failure> {
     if let Some(unknown) = command.what.iter().find(|name| !KINDS.contains(&name.as_str())) {
-        let remark = Remark::error(format!("--what: unknown `{unknown}`"));
-        return Err(Failure::Input(vec![remark.suggest(unknown, KINDS)]));
+        let diagnostic = Diagnostic::error(format!("--what: unknown `{unknown}`"));
+        return Err(Failure::Input(vec![diagnostic.suggest(unknown, KINDS)]));
     }
     let has = |name: &str| command.what.iter().any(|what| what == name);
     let by_rules = has("fuzzy") || has("grey");
@@ -143,7 +143,7 @@ pub fn run(
     }
     bar.finish_and_clear();
     output.json["seconds"] = json!(started.elapsed().as_secs_f64());
-    output.remarks.extend(loaded.remarks.iter().cloned());
+    output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     Ok(output)
 }
 
@@ -193,8 +193,8 @@ fn save(
         output.files.push((file.clone(), text));
         raw.fuzzy = Some(RawFuzzy { file: Some(named), ..RawFuzzy::default() });
     }
-    let (text, remarks) = written(&raw, path)?;
-    output.remarks.extend(remarks);
+    let (text, diagnostics) = written(&raw, path)?;
+    output.diagnostics.extend(diagnostics);
     output.text += &format!("identified description: {}\n", path.display());
     output.files.push((path.clone(), text));
     Ok(())
@@ -242,8 +242,8 @@ fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<In
             (None, None) => {
                 let variables = model.variables.iter().map(|variable| variable.name.as_str());
                 let joints = model.frames.iter().filter(|frame| frame.moves()).map(|frame| frame.name.as_str());
-                let remark = Remark::error(format!("--inputs: no joint or variable is called `{name}`"));
-                return Err(Failure::Input(vec![remark.suggest(name, variables.chain(joints))]));
+                let diagnostic = Diagnostic::error(format!("--inputs: no joint or variable is called `{name}`"));
+                return Err(Failure::Input(vec![diagnostic.suggest(name, variables.chain(joints))]));
             }
         }
     }

@@ -66,7 +66,7 @@ pub fn run(command: &Init, seed: u64) -> Result<Output, Failure> {
     );
     let wrote: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut output = Output::new(text, serde_json::json!({"wrote": wrote, "readings": readings}));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("`{name}` cannot be made: {error}"), "give another name"))?;
     output.files = files;

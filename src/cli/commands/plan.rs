@@ -11,18 +11,18 @@ use crate::cli::args::{ObservesName, Plan};
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
 use crate::cli::{Failure, Output, terminal};
 use crate::description::campaign::Observes;
+use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
-use crate::remark::Remark;
-use crate::report::plan::{plan_json, plan_text};
+use crate::render::plan::{plan_json, plan_text};
 use crate::simulation::joint_box;
 
 pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     check(command)?;
     let Some(criterion) = Optimality::named(&command.criterion) else {
-        let remark = Remark::error(format!("--criterion: unknown `{}`", command.criterion));
-        return Err(Failure::Input(vec![remark.suggest(&command.criterion, Optimality::NAMES)]));
+        let diagnostic = Diagnostic::error(format!("--criterion: unknown `{}`", command.criterion));
+        return Err(Failure::Input(vec![diagnostic.suggest(&command.criterion, Optimality::NAMES)]));
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
@@ -30,7 +30,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     let measured = command.add_to.as_deref().map(|name| load_campaign(name, Some(&command.robot))).transpose()?;
     // A campaign may leave elements out.
     let loaded = measured.as_ref().map_or(&robot, |measured| &measured.robot);
-    let mut remarks = measured.as_ref().map_or(&robot.remarks, |measured| &measured.remarks).clone();
+    let mut diagnostics = measured.as_ref().map_or(&robot.diagnostics, |measured| &measured.diagnostics).clone();
     let (model, units) = (&loaded.model, &loaded.raw.units);
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let measured = measured.as_ref().map(|measured| &measured.campaign);
@@ -42,7 +42,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     let tests = match &command.test {
         Some(path) => {
             let (rows, said) = loaded_configurations(loaded, path)?;
-            remarks.extend(said);
+            diagnostics.extend(said);
             rows
         }
         None => Vec::new(),
@@ -95,9 +95,9 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         None => None,
     };
     let (within, said) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
-    remarks.extend(said);
+    diagnostics.extend(said);
     let (tested_within, said) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
-    remarks.extend(said);
+    diagnostics.extend(said);
     let request = Request {
         tested_within,
         within,
@@ -137,7 +137,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     }
     let seconds = started.elapsed().as_secs_f64();
     let mut output = Output::new(plan_text(model, &request, &planned), plan_json(model, &request, &planned, seconds));
-    output.remarks = remarks;
+    output.diagnostics = diagnostics;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
         output.files.push((path.clone(), csv(loaded, &planned)));
@@ -178,7 +178,7 @@ fn check(command: &Plan) -> Result<(), Failure> {
         return refuse(format!("--apart `{}`", command.apart), "give a distance from 0");
     }
     if let Some(path) = &command.table {
-        writable(path).map_err(|remark| Failure::Input(vec![remark]))?;
+        writable(path).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
     }
     Ok(())
 }

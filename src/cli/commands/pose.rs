@@ -10,13 +10,13 @@ use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
+use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, Response, Statics, equilibrium};
 use crate::files::{LoadedRobot, load_robot, table_file};
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
-use crate::remark::Remark;
-use crate::report::table::{deg, mm, table};
+use crate::render::table::{deg, mm, table};
 use crate::simulation::Loaded;
-use crate::surrogate;
 
 pub fn run(command: &Pose) -> Result<Output, Failure> {
     let mut loaded = load_robot(&command.robot)?;
@@ -24,12 +24,12 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
     let configurations = match (&command.joints, &command.table) {
         (_, Some(path)) => {
             let (rows, said) = read(&loaded, path, &[])?;
-            loaded.remarks.extend(said);
+            loaded.diagnostics.extend(said);
             rows.into_iter().map(|(q, _)| q).collect()
         }
         (Some(text), None) => {
             let q = joints(&loaded.model, &loaded.raw.units, text)?;
-            loaded.remarks.extend(beyond_limits(&loaded, &q));
+            loaded.diagnostics.extend(beyond_limits(&loaded, &q));
             vec![q]
         }
         (None, None) => return Err(Failure::input("no configuration", "give --joints or --table")),
@@ -63,7 +63,7 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
     }
     let json = if command.table.is_some() { json!({"poses": all}) } else { all.pop().unwrap_or(Value::Null) };
     let mut output = Output::new(text, json);
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }
 
@@ -106,7 +106,7 @@ fn deflected(
         } else {
             let mut response = Response::new(&elastics, vertex);
             response.evaluate(&elastics, &mut statics);
-            surrogate::put(geometry, q, placements, &mut response);
+            fuzzy::put(geometry, q, placements, &mut response);
             response.displacement(&point, &force, &moment, true)
         };
         all.push((name, [d.x, d.y, d.z, r.x, r.y, r.z]));
@@ -120,7 +120,7 @@ fn deflected(
 pub fn loaded_configurations(
     loaded: &LoadedRobot,
     path: &std::path::Path,
-) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
+) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Failure> {
     read(loaded, path, &LOAD)
 }
 
@@ -131,16 +131,23 @@ pub const LOAD: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 const PASSED_OVER: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
 
 /// Warnings of joints given beyond the description's limits.
-pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Remark> {
+pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
     beyond(&loaded.model.variables, &loaded.raw.units, "configurations", std::iter::once(q), |_, _| None)
 }
 
-fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[&str]) -> Result<(Vec<Loaded>, Vec<Remark>), Failure> {
+fn read(
+    loaded: &LoadedRobot,
+    path: &std::path::Path,
+    also: &[&str],
+) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Failure> {
     let name = path.display().to_string();
-    let file = table_file(path).map_err(|remark| {
-        let remark =
-            if remark.remedy.is_some() { remark } else { remark.remedy("give a CSV with one column a variable") };
-        Failure::Input(vec![remark])
+    let file = table_file(path).map_err(|diagnostic| {
+        let diagnostic = if diagnostic.remedy.is_some() {
+            diagnostic
+        } else {
+            diagnostic.remedy("give a CSV with one column a variable")
+        };
+        Failure::Input(vec![diagnostic])
     })?;
     let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), true));
     let expected: Vec<ExpectedColumn> = variables
@@ -163,9 +170,9 @@ fn read(loaded: &LoadedRobot, path: &std::path::Path, also: &[&str]) -> Result<(
     };
     let rows: Vec<Loaded> = (0..table.row_count()).map(row).collect();
     let configurations = rows.iter().map(|(q, _)| q.as_slice());
-    let remarks =
+    let diagnostics =
         beyond(&loaded.model.variables, units, "rows", configurations, |row, variable| table.place(row, variable));
-    Ok((rows, remarks))
+    Ok((rows, diagnostics))
 }
 
 fn joint_values(geometry: &Geometry, placements: &Placements) -> Vec<(String, f64, bool)> {

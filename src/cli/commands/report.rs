@@ -14,7 +14,7 @@ use crate::estimation::{CalibrationError, Settings, calibrate, split};
 use crate::files::{load_campaign, writable};
 use crate::kinematics::{Geometry, Placements};
 use crate::parameter::Group;
-use crate::report::html::{Report as Found, Shot, write};
+use crate::render::html::{Report as Found, Shot, write};
 use crate::review::{compliance, readings, slice, typical, yielding};
 use crate::scene::{Scene, draw};
 
@@ -97,7 +97,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     });
     bar.finish_and_clear();
     let mut output = Output::new(format!("{}\n\n{}\n", campaign.name, written.answer), written.json);
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     output.failed = !converged;
     if let Some(path) = &command.json {
         let text = serde_json::to_string_pretty(&output.json).map_err(Failure::computation)? + "\n";
@@ -114,7 +114,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
 
 /// Where the page goes: `--output`, or the usual name; none where JSON is asked for. No two files may be one.
 pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
-    let refused = |remark| Failure::Input(vec![remark]);
+    let refused = |diagnostic| Failure::Input(vec![diagnostic]);
     let path = match arguments.format {
         Format::Json => None,
         Format::Text => Some(arguments.output.clone().unwrap_or_else(|| PathBuf::from(usual))),

@@ -7,7 +7,7 @@ use crate::cli::{Failure, Output};
 use crate::estimation::errors_of;
 use crate::files::load_campaign;
 use crate::prediction::{Linearised, Predictor};
-use crate::report::identification::{errors_json, errors_table};
+use crate::render::identification::{errors_json, errors_table};
 
 pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
     let loaded = load_campaign(&command.campaign, Some(&command.robot))?;
@@ -57,6 +57,6 @@ pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
     let json = json!({"unit": "mm", "all": errors_json(&all), "fit": errors_json(&fit), "check": errors_json(&check), "markers": markers,
                       "directions": by_direction, "readings": readings});
     let mut output = Output::new(text, json);
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

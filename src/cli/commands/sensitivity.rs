@@ -5,7 +5,7 @@ use crate::cli::{Failure, Output};
 use crate::files::load_campaign;
 use crate::identifiability::sensitivities;
 use crate::kinematics::Geometry;
-use crate::report::identification::{sensitivity_json, sensitivity_text};
+use crate::render::identification::{sensitivity_json, sensitivity_text};
 
 pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
     let loaded = load_campaign(&command.campaign, Some(&command.robot))?;
@@ -13,6 +13,6 @@ pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
     let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
     let found = sensitivities(&geometry, &loaded.campaign, &model.free_slots()).map_err(Failure::computation)?;
     let mut output = Output::new(sensitivity_text(model, &found), sensitivity_json(model, &found));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

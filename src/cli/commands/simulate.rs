@@ -19,12 +19,12 @@ use crate::description::campaign::{Campaign, Observes};
 use crate::description::raw::RawEffect;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
+use crate::diagnostic::Diagnostic;
 use crate::effects::{Form, by_name, catalogue};
 use crate::files::{LoadedRobot, load_robot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::parameter::{Kind, Parameter};
-use crate::remark::Remark;
 use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
 pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
@@ -45,7 +45,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         let entry = effect(&loaded.model, text)?;
         loaded.model.switch_on(entry);
     }
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     let model = &loaded.model;
     let mut random = generator(seed);
     let mut values = draw_errors(model, command.errors, command.elastic_errors, &mut random);
@@ -76,7 +76,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         }
         Ok(count) => {
             let (within, said) = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
-            remarks.extend(said);
+            diagnostics.extend(said);
             draw_configurations_in(&geometry, &within, count, &mut random).map_err(Failure::computation)?
         }
         Err(_) if !command.range.is_empty() => {
@@ -87,7 +87,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         }
         Err(_) => {
             let (rows, said) = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
-            remarks.extend(said);
+            diagnostics.extend(said);
             if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
                 row_loads = rows.iter().map(|(_, load)| *load).collect();
             }
@@ -136,7 +136,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
     let campaign = carry_out(model, &values, &plan, blank, &mut random).map_err(Failure::computation)?;
     let mut output =
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)?;
-    output.remarks.extend(remarks);
+    output.diagnostics.extend(diagnostics);
     Ok(output)
 }
 
@@ -194,7 +194,7 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
         ),
         json!({"campaign": command.into.join("campaign.yaml").display().to_string(), "readings": campaign.readings.len(), "truth": truth}),
     );
-    output.remarks = loaded.remarks.clone();
+    output.diagnostics = loaded.diagnostics.clone();
     std::fs::create_dir_all(&command.into).map_err(|error| {
         Failure::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
@@ -231,7 +231,7 @@ fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
     let Some(known) = by_name(name.trim()) else {
         let names: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
         return Err(Failure::Input(vec![
-            Remark::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
+            Diagnostic::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
         ]));
     };
     // A site may hold a colon of its own: what follows the last one with `=` in it are parameters.
@@ -243,7 +243,7 @@ fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
     let Some(at) = sites.iter().find(|known| known.name == site) else {
         let valid = sites.iter().map(|site| site.name.as_str());
         return Err(Failure::Input(vec![
-            Remark::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
+            Diagnostic::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
         ]));
     };
     let mut symbols: Vec<String> = known.form_symbols().iter().map(ToString::to_string).collect();
@@ -327,7 +327,7 @@ pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Opti
             None => {
                 let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
                 return Err(Failure::Input(vec![
-                    Remark::error(format!("unknown marker `{name}`")).suggest(name, valid),
+                    Diagnostic::error(format!("unknown marker `{name}`")).suggest(name, valid),
                 ]));
             }
         }

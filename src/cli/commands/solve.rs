@@ -9,7 +9,7 @@ use crate::cli::values::{joints, numbers};
 use crate::cli::{Failure, Output};
 use crate::files::load_robot;
 use crate::kinematics::{Geometry, InverseSettings, Target, solve};
-use crate::report::table::{deg, mm, table};
+use crate::render::table::{deg, mm, table};
 
 pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
     let mut loaded = load_robot(&command.robot)?;
@@ -20,7 +20,7 @@ pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
     let rotation = target.get(3..6).map(|r| Rotation3::new(Vector3::new(r[0], r[1], r[2]) * angle));
     let from = command.from.as_deref().map(|text| joints(&loaded.model, &units, text)).transpose()?;
     if let Some(q) = &from {
-        loaded.remarks.extend(beyond_limits(&loaded, q));
+        loaded.diagnostics.extend(beyond_limits(&loaded, q));
     }
     let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
     let settings = InverseSettings { restarts: command.restarts, seed, from, ..InverseSettings::default() };
@@ -51,6 +51,6 @@ pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
                "self_motions": solution.self_motions})
     };
     let mut output = Output::new(text, json!({"solutions": solutions.iter().map(as_json).collect::<Vec<_>>()}));
-    output.remarks = loaded.remarks;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

@@ -6,12 +6,12 @@ use super::pose::{beyond_limits, linear};
 use crate::cli::args::Stiffness;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
+use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, Response, Statics, at_point, equilibrium, shares, spatial};
 use crate::files::load_robot;
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
-use crate::remark::Remark;
-use crate::report::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
-use crate::surrogate;
+use crate::render::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
 
 pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let loaded = load_robot(&command.robot)?;
@@ -29,8 +29,8 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
             _ => {
                 let valid =
                     model.frames.iter().map(|f| f.name.as_str()).chain(model.markers.iter().map(|m| m.name.as_str()));
-                let remark = Remark::error(format!("--at: no frame or marker is called `{at}`"));
-                return Err(Failure::Input(vec![remark.suggest(at, valid)]));
+                let diagnostic = Diagnostic::error(format!("--at: no frame or marker is called `{at}`"));
+                return Err(Failure::Input(vec![diagnostic.suggest(at, valid)]));
             }
         },
     };
@@ -47,7 +47,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let mut response = Response::new(&elastics, vertex);
     elastics.prepare(&placements, &mut statics).map_err(Failure::computation)?;
     response.evaluate(&elastics, &mut statics);
-    surrogate::put(&geometry, &q, &placements, &mut response);
+    fuzzy::put(&geometry, &q, &placements, &mut response);
     let w = load.unwrap_or_default();
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);
@@ -69,9 +69,9 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         by_rules: model.is_by_rules(),
     };
     let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
-    output.remarks = beyond_limits(&loaded, &q);
-    output.remarks.extend(loaded.remarks.iter().cloned());
+    output.diagnostics = beyond_limits(&loaded, &q);
+    output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
-    output.remarks.extend(surrogate::doubts(model, &geometry, &[(q.as_slice(), own)]));
+    output.diagnostics.extend(fuzzy::doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
 }

@@ -8,7 +8,7 @@ use crate::cli::{Failure, Output};
 use crate::elastics::Elastics;
 use crate::files::load_robot;
 use crate::kinematics::{Geometry, Placements};
-use crate::report::html::{Look, View as Shown, figure, magnification, view_json, view_page};
+use crate::render::html::{Look, View as Shown, figure, magnification, view_json, view_page};
 use crate::scene::draw;
 
 pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
@@ -60,8 +60,8 @@ pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
     };
     let (html, words) = view_page(&shown);
     let mut output = Output::new(format!("{words}\n"), view_json(&shown));
-    output.remarks = beyond_limits(&loaded, &q);
-    output.remarks.extend(loaded.remarks.iter().cloned());
+    output.diagnostics = beyond_limits(&loaded, &q);
+    output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     if let Some(svg) = &command.svg {
         let drawing = figure(&scene, &shown.shot, look, magnified, !command.no_names, &words);
         output.files.push((svg.clone(), drawing));

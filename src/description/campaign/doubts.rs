@@ -6,27 +6,28 @@ use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::description::units::Units;
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Configurations of one name that differ by more than this (rad or m) are two.
 const ANOTHER: f64 = 1e-3;
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
-pub fn doubts(campaign: &Campaign, units: &Units, locate: Locate, robot: &Robot, tables: &[Table]) -> Vec<Remark> {
+pub fn doubts(campaign: &Campaign, units: &Units, locate: Locate, robot: &Robot, tables: &[Table]) -> Vec<Diagnostic> {
     let place = |reading: usize, column: &str| place(tables, reading, column);
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     // A path may have no joints.
     if robot.variables.iter().all(|variable| tables.iter().all(|table| table.has(&variable.name))) {
         let configurations = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
-        remarks.extend(beyond(&robot.variables, units, READINGS, configurations, place));
+        diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
-    remarks.extend(one_name_for_two(campaign, units, robot, &place));
+    diagnostics.extend(one_name_for_two(campaign, units, robot, &place));
     let unloaded = campaign.readings.iter().all(|reading| reading.wrench == [0.0; 6]);
     if campaign.observes == Observes::Deflection && unloaded && !campaign.readings.is_empty() {
-        let remark = Remark::error("deflections are observed, and no reading is loaded").at(locate(&["observes"]));
-        remarks.push(remark.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
+        let diagnostic =
+            Diagnostic::error("deflections are observed, and no reading is loaded").at(locate(&["observes"]));
+        diagnostics.push(diagnostic.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
     }
-    remarks
+    diagnostics
 }
 
 /// The first pose whose readings have different joints, and how many more there are.
@@ -35,7 +36,7 @@ fn one_name_for_two(
     units: &Units,
     robot: &Robot,
     place: &impl Fn(usize, &str) -> Option<Place>,
-) -> Option<Remark> {
+) -> Option<Diagnostic> {
     let mut first: Vec<Option<usize>> = vec![None; campaign.poses.len()];
     let mut told = vec![false; campaign.poses.len()];
     let mut found: Option<(usize, usize, usize)> = None;
@@ -63,8 +64,9 @@ fn one_name_for_two(
         value(index),
         value(before)
     );
-    let remark = Remark::warning(message).at(place(index, name)).related(place(before, name), "first given here");
-    Some(remark.remedy("give each configuration a name of its own: readings of one name count as taken together"))
+    let diagnostic =
+        Diagnostic::warning(message).at(place(index, name)).related(place(before, name), "first given here");
+    Some(diagnostic.remedy("give each configuration a name of its own: readings of one name count as taken together"))
 }
 
 /// A variable as the campaign writes it.

@@ -11,7 +11,7 @@ use super::{Campaign, Reading};
 use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const ROTATION: [&str; 3] = ["rx", "ry", "rz"];
@@ -51,8 +51,8 @@ pub fn resolve(
     locate: Locate,
     robot: &Robot,
     tables: &[Table],
-) -> Result<(Campaign, Vec<Remark>), Vec<Remark>> {
-    let mut remarks = Vec::new();
+) -> Result<(Campaign, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let mut diagnostics = Vec::new();
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let observes = raw.observes.unwrap_or(Observes::Position);
     let instrument = raw.instrument.clone().unwrap_or_default();
@@ -66,9 +66,9 @@ pub fn resolve(
         anchors.insert(name.clone(), Vector3::from(*at) * length);
     }
     if observes == Observes::Distance && anchors.is_empty() {
-        let remark = Remark::error("distances are measured from a fixed anchor, and none is declared");
-        remarks.push(
-            remark.at(locate(&["observes"])).remedy("add `anchors: {name: [x, y, z]}`, in the measurement frame"),
+        let diagnostic = Diagnostic::error("distances are measured from a fixed anchor, and none is declared");
+        diagnostics.push(
+            diagnostic.at(locate(&["observes"])).remedy("add `anchors: {name: [x, y, z]}`, in the measurement frame"),
         );
     }
     let mut campaign = Campaign {
@@ -89,47 +89,51 @@ pub fn resolve(
     };
     let mut rows = Rows { raw, robot, poses: HashMap::new(), sets: Vec::new() };
     for table in tables {
-        rows.append(table, &mut campaign, &mut remarks);
+        rows.append(table, &mut campaign, &mut diagnostics);
     }
     let timed = |table: &&Table| table.has("time");
     if let (Some(with), Some(lacking)) = (tables.iter().find(timed), tables.iter().find(|table| !timed(table))) {
         let message = format!("`{}` has a column `time`, but `{}` has not", with.file(), lacking.file());
-        remarks
-            .push(Remark::error(message).at(locate(&["measurements"])).remedy("give `time` in all files or in none"));
+        diagnostics.push(
+            Diagnostic::error(message).at(locate(&["measurements"])).remedy("give `time` in all files or in none"),
+        );
     }
-    if !remarks.iter().any(Remark::is_error) {
-        remarks.extend(doubts(&campaign, &raw.units, locate, robot, tables));
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(doubts(&campaign, &raw.units, locate, robot, tables));
     }
-    if remarks.iter().any(Remark::is_error) { Err(remarks) } else { Ok((campaign, remarks)) }
+    if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
 }
 
 /// Faults and doubts of the campaign file alone.
-pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Remark> {
-    let mut remarks = Vec::new();
+pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     if raw.observes.is_none() && !explained(&["observes"]) {
-        let remark = Remark::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
-        remarks.push(remark.remedy("add `observes: position` (or pose, deflection, distance)"));
+        let diagnostic =
+            Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
+        diagnostics.push(diagnostic.remedy("add `observes: position` (or pose, deflection, distance)"));
     }
     for (position, effect) in raw.calibrate.iter().enumerate() {
         if !EFFECTS.iter().any(|(known, _)| known == effect) {
-            let remark =
-                Remark::error(format!("unknown effect `{effect}`")).at(locate(&["calibrate", &position.to_string()]));
-            remarks.push(remark.suggest(effect, EFFECTS.iter().map(|(known, _)| *known)));
+            let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
+                .at(locate(&["calibrate", &position.to_string()]));
+            diagnostics.push(diagnostic.suggest(effect, EFFECTS.iter().map(|(known, _)| *known)));
         }
     }
     for (name, at) in &raw.anchors {
         if let Some(bad) = at.iter().find(|v| !(0.0..=GREATEST).contains(&(v.abs() * raw.units.length.factor()))) {
-            let remark = Remark::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
-            remarks.push(remark.at(locate(&["anchors", name])));
+            let diagnostic = Diagnostic::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
+            diagnostics.push(diagnostic.at(locate(&["anchors", name])));
         }
     }
     let instrument = raw.instrument.clone().unwrap_or_default();
     let mut noise = |path: &[&str], value: f64, factor: f64| {
         if !(value * factor >= LEAST_NOISE && value * factor <= GREATEST) {
-            let remark =
-                Remark::error(format!("the instrument's noise is {value}, and must be a finite number above 0"));
-            remarks.push(
-                remark.at(locate(path)).remedy("give one sigma; leave it out to have it estimated from the residuals"),
+            let diagnostic =
+                Diagnostic::error(format!("the instrument's noise is {value}, and must be a finite number above 0"));
+            diagnostics.push(
+                diagnostic
+                    .at(locate(path))
+                    .remedy("give one sigma; leave it out to have it estimated from the residuals"),
             );
         }
     };
@@ -146,7 +150,7 @@ pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Re
     if let Some(value) = instrument.orientation {
         noise(&["instrument", "orientation"], value, raw.units.angle.factor());
     }
-    remarks
+    diagnostics
 }
 
 /// A noise below this (m or rad) is nothing but zero.
@@ -162,21 +166,21 @@ struct Rows<'a> {
 
 const MOST_TOLD: usize = 20;
 
-fn too_great(column: &str) -> Remark {
-    Remark::error(format!("column `{column}`: no robot measures so much")).remedy("check the value and `units:`")
+fn too_great(column: &str) -> Diagnostic {
+    Diagnostic::error(format!("column `{column}`: no robot measures so much")).remedy("check the value and `units:`")
 }
 
 impl Rows<'_> {
-    fn append(&mut self, table: &Table, campaign: &mut Campaign, remarks: &mut Vec<Remark>) {
+    fn append(&mut self, table: &Table, campaign: &mut Campaign, diagnostics: &mut Vec<Diagnostic>) {
         let units = &self.raw.units;
         let (length, angle) = (units.length.factor(), units.angle.factor());
         let before = campaign.readings.len();
         let number = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
         let mut told = 0;
-        let mut tell = |remarks: &mut Vec<Remark>, remark: Remark| {
+        let mut tell = |diagnostics: &mut Vec<Diagnostic>, diagnostic: Diagnostic| {
             told += 1;
             if told <= MOST_TOLD {
-                remarks.push(remark);
+                diagnostics.push(diagnostic);
             }
         };
         for row in 0..table.row_count() {
@@ -184,7 +188,7 @@ impl Rows<'_> {
                 let factor = if variable.is_angle { angle } else { length };
                 let value = number(&variable.name, row) * factor;
                 if value.abs() > GREATEST {
-                    tell(remarks, too_great(&variable.name).at(table.place(row, &variable.name)));
+                    tell(diagnostics, too_great(&variable.name).at(table.place(row, &variable.name)));
                 }
                 campaign.joints.push(value);
             }
@@ -194,9 +198,10 @@ impl Rows<'_> {
                 Some(name) => {
                     let found = self.robot.markers.iter().position(|marker| marker.name == name);
                     if found.is_none() {
-                        let remark = Remark::error(format!("unknown marker `{name}`")).at(table.place(row, "marker"));
+                        let diagnostic =
+                            Diagnostic::error(format!("unknown marker `{name}`")).at(table.place(row, "marker"));
                         let valid = self.robot.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
-                        tell(remarks, remark.suggest(name, valid));
+                        tell(diagnostics, diagnostic.suggest(name, valid));
                     }
                     found
                 }
@@ -206,8 +211,8 @@ impl Rows<'_> {
                 Some("fit") => Some(false),
                 Some("check") => Some(true),
                 Some(other) => {
-                    let remark = Remark::error(format!("unknown set `{other}`")).at(table.place(row, "set"));
-                    tell(remarks, remark.suggest(other, ["fit", "check"]));
+                    let diagnostic = Diagnostic::error(format!("unknown set `{other}`")).at(table.place(row, "set"));
+                    tell(diagnostics, diagnostic.suggest(other, ["fit", "check"]));
                     None
                 }
             };
@@ -224,8 +229,8 @@ impl Rows<'_> {
                 None => self.sets[pose] = Some((check, false)),
                 Some((first, false)) if first != check => {
                     let message = format!("configuration `{pose_name}` is partly to fit and partly to check");
-                    let remark = Remark::error(message).at(table.place(row, "set"));
-                    tell(remarks, remark.remedy("rows of one configuration share its set"));
+                    let diagnostic = Diagnostic::error(message).at(table.place(row, "set"));
+                    tell(diagnostics, diagnostic.remedy("rows of one configuration share its set"));
                     self.sets[pose] = Some((first, true));
                 }
                 Some(_) => {}
@@ -236,15 +241,15 @@ impl Rows<'_> {
                     Some(name) => match campaign.anchors.get_index_of(name) {
                         Some(index) => anchor = index,
                         None => {
-                            let remark =
-                                Remark::error(format!("unknown anchor `{name}`")).at(table.place(row, "anchor"));
-                            tell(remarks, remark.suggest(name, campaign.anchors.keys().map(String::as_str)));
+                            let diagnostic =
+                                Diagnostic::error(format!("unknown anchor `{name}`")).at(table.place(row, "anchor"));
+                            tell(diagnostics, diagnostic.suggest(name, campaign.anchors.keys().map(String::as_str)));
                         }
                     },
                     None if campaign.anchors.len() > 1 => {
-                        let remark =
-                            Remark::error("several anchors are declared, and the rows do not say which was used");
-                        tell(remarks, remark.at(table.place(row, "distance")).remedy("add a column `anchor`"));
+                        let diagnostic =
+                            Diagnostic::error("several anchors are declared, and the rows do not say which was used");
+                        tell(diagnostics, diagnostic.at(table.place(row, "distance")).remedy("add a column `anchor`"));
                     }
                     None => {}
                 }
@@ -253,7 +258,7 @@ impl Rows<'_> {
             if campaign.observes == Observes::Distance {
                 measured[0] = number("distance", row) * length;
                 if measured[0] <= 0.0 {
-                    tell(remarks, Remark::error("a distance must be above 0").at(table.place(row, "distance")));
+                    tell(diagnostics, Diagnostic::error("a distance must be above 0").at(table.place(row, "distance")));
                 }
             } else {
                 for k in 0..3 {
@@ -268,11 +273,11 @@ impl Rows<'_> {
             };
             for (column, value) in columns.iter().zip(measured) {
                 if value.abs() > GREATEST {
-                    tell(remarks, too_great(column).at(table.place(row, column)));
+                    tell(diagnostics, too_great(column).at(table.place(row, column)));
                 }
             }
             for column in WRENCH.iter().filter(|column| number(column, row).abs() > GREATEST) {
-                tell(remarks, too_great(column).at(table.place(row, column)));
+                tell(diagnostics, too_great(column).at(table.place(row, column)));
             }
             let wrench = std::array::from_fn(|k| {
                 number(WRENCH[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }
@@ -280,7 +285,11 @@ impl Rows<'_> {
             campaign.readings.push(Reading { row: before + row + 1, pose, marker, measured, anchor, wrench, check });
         }
         if told > MOST_TOLD {
-            remarks.push(Remark::error(format!("and {} more like these in {}", told - MOST_TOLD, table.file())));
+            diagnostics.push(Diagnostic::error(format!(
+                "and {} more like these in {}",
+                told - MOST_TOLD,
+                table.file()
+            )));
         }
         self.conditions(table, before, campaign);
     }

@@ -9,14 +9,14 @@ use super::Complaints;
 use super::tree::Tree;
 use crate::parameter::Kind;
 
-pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Calibration {
+pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Complaints) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let given = &raw.calibration;
     let valid = parameter_names(raw, tree);
     let mut known = |path: &[&str], name: &str| {
         let known = valid.iter().any(|valid| valid == name);
         if !known {
-            complaints.unknown(path, "parameter", name, valid.iter().map(String::as_str));
+            diagnostics.unknown(path, "parameter", name, valid.iter().map(String::as_str));
         }
         known
     };
@@ -45,13 +45,13 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
     for (position, name) in given.fixed.iter().enumerate() {
         if given.free.contains(name) {
             let path = ["calibration", "fixed", &position.to_string()];
-            complaints.error(&path, format!("`{name}` is both free and fixed")).remedy =
+            diagnostics.error(&path, format!("`{name}` is both free and fixed")).remedy =
                 Some("keep it in one list".into());
         }
     }
     let mut positive = |path: &[&str], value: f64, factor: f64| {
         if !(value.is_finite() && value * factor >= LEAST_TOLERANCE) {
-            complaints.error(path, format!("tolerance `{value}` must be a finite number above 0"));
+            diagnostics.error(path, format!("tolerance `{value}` must be a finite number above 0"));
         }
         value * factor
     };
@@ -69,7 +69,7 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Cali
         .iter()
         .filter_map(|(name, bounds)| {
             let path = ["calibration", "bounds", name.as_str()];
-            complaints.interval(&path, Some(*bounds), factor(name), true).map(|bounds| (name.clone(), bounds))
+            diagnostics.interval(&path, Some(*bounds), factor(name), true).map(|bounds| (name.clone(), bounds))
         })
         .collect();
     Calibration {

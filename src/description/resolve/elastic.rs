@@ -26,29 +26,29 @@ pub const EFFECTS: [(&str, &str); 19] = [
     ("outliers", "instrument"),
 ];
 
-pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
     let is_frame = |name: &str| frames.iter().any(|known| known == name);
-    let frame = |complaints: &mut Complaints, path: &[&str], name: &str| {
+    let frame = |diagnostics: &mut Complaints, path: &[&str], name: &str| {
         if !is_frame(name) {
-            complaints.unknown(path, "frame", name, frames.iter().map(String::as_str));
+            diagnostics.unknown(path, "frame", name, frames.iter().map(String::as_str));
         }
     };
     if let Some(gravity) = raw.gravity {
-        complaints.vector(&["gravity"], Some(gravity), 1.0);
+        diagnostics.vector(&["gravity"], Some(gravity), 1.0);
     }
     for (name, body) in &raw.bodies {
-        frame(complaints, &["bodies", name], name);
+        frame(diagnostics, &["bodies", name], name);
         let path = ["bodies", name.as_str(), "mass"];
         match body.mass {
             None => {
-                complaints.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
+                diagnostics.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
             }
             Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
-                complaints.error(&path, format!("mass `{mass}` must be 0 or more"));
+                diagnostics.error(&path, format!("mass `{mass}` must be 0 or more"));
             }
             Some(_) => {}
         }
-        complaints.vector(&["bodies", name, "com"], body.com, 1.0);
+        diagnostics.vector(&["bodies", name, "com"], body.com, 1.0);
     }
     for (name, material) in &raw.materials {
         let entries = [
@@ -58,45 +58,46 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             ("expansion", material.expansion),
         ];
         for (key, value) in entries {
-            positive(complaints, &["materials", name, key], key, value);
+            positive(diagnostics, &["materials", name, key], key, value);
         }
         if material.young.is_none() {
-            complaints.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
+            diagnostics.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
         }
         match (material.poisson, material.shear) {
             (Some(nu), None) if !(nu > -1.0 && nu <= 0.5) => {
-                complaints
+                diagnostics
                     .error(&["materials", name, "poisson"], format!("Poisson's ratio `{nu}` is outside (-1, 0.5]"));
             }
             (Some(_), None) | (None, Some(_)) => {}
             _ => {
-                complaints.error(&["materials", name], format!("material `{name}` needs one of `poisson` and `shear`"));
+                diagnostics
+                    .error(&["materials", name], format!("material `{name}` needs one of `poisson` and `shear`"));
             }
         }
     }
     for (name, section) in &raw.sections {
-        validate_section(complaints, name, section);
+        validate_section(diagnostics, name, section);
     }
     for (name, node) in &raw.nodes {
         match &node.body {
-            Some(body) => frame(complaints, &["nodes", name, "body"], body),
+            Some(body) => frame(diagnostics, &["nodes", name, "body"], body),
             None => {
-                complaints.lacking(&["nodes", name], "body", format!("node `{name}` lacks `body`"));
+                diagnostics.lacking(&["nodes", name], "body", format!("node `{name}` lacks `body`"));
             }
         }
         if let Some(at) = &node.at {
-            frame(complaints, &["nodes", name, "at"], at);
+            frame(diagnostics, &["nodes", name, "at"], at);
         }
-        complaints.vector(&["nodes", name, "point"], node.point, raw.units.length.factor());
+        diagnostics.vector(&["nodes", name, "point"], node.point, raw.units.length.factor());
     }
-    beams(raw, frames, complaints);
+    beams(raw, frames, diagnostics);
     for (joint, springs) in &raw.joint_stiffness {
-        frame(complaints, &["joint_stiffness", joint], joint);
+        frame(diagnostics, &["joint_stiffness", joint], joint);
         if raw.frames.get(joint).is_some_and(|frame| frame.joint.is_none() || frame.joint == Some(JointKind::Fixed))
-            && !complaints.explained(&["frames", joint, "joint"])
+            && !diagnostics.explained(&["frames", joint, "joint"])
         {
             let path = ["joint_stiffness", joint.as_str()];
-            complaints.error(&path, format!("frame `{joint}` is fixed, and has no joint to be stiff")).remedy =
+            diagnostics.error(&path, format!("frame `{joint}` is fixed, and has no joint to be stiff")).remedy =
                 Some("name a frame that moves, or lay a beam".into());
         }
         if let Some(at) = &springs.at
@@ -104,7 +105,7 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             && !is_frame(at)
         {
             let nodes = raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
-            complaints.unknown(&["joint_stiffness", joint, "at"], "node", at, nodes);
+            diagnostics.unknown(&["joint_stiffness", joint, "at"], "node", at, nodes);
         }
         let entries = [("ka", &springs.ka), ("kr", &springs.kr), ("kar", &springs.kar), ("krr", &springs.krr)];
         for (key, value) in entries {
@@ -116,7 +117,7 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             let prismatic = raw.frames.get(joint).is_some_and(|frame| frame.joint == Some(JointKind::Prismatic));
             let axis = if prismatic { "ka" } else { "kar" };
             let also = if held && key == axis { Also::RigidOrFree } else { Also::Rigid };
-            stiffness(complaints, &["joint_stiffness", joint, key], value.as_ref(), also);
+            stiffness(diagnostics, &["joint_stiffness", joint, key], value.as_ref(), also);
         }
     }
     if let Some(base) = &raw.base_stiffness {
@@ -129,26 +130,26 @@ pub fn validate(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) 
             ("krz", &base.krz),
         ];
         for (key, value) in entries {
-            stiffness(complaints, &["base_stiffness", key], value.as_ref(), Also::Rigid);
+            stiffness(diagnostics, &["base_stiffness", key], value.as_ref(), Also::Rigid);
         }
     }
     for (name, actuator) in &raw.actuators {
-        stiffness(complaints, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
+        stiffness(diagnostics, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
     }
-    springs(raw, frames, complaints);
-    effects(raw, frames, complaints);
+    springs(raw, frames, diagnostics);
+    effects(raw, frames, diagnostics);
 }
 
-fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
     let nodes = || raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
     for (name, beam) in &raw.beams {
         for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
             match node {
                 None => {
-                    complaints.lacking(&["beams", name], key, format!("beam `{name}` lacks `{key}`"));
+                    diagnostics.lacking(&["beams", name], key, format!("beam `{name}` lacks `{key}`"));
                 }
                 Some(node) if !nodes().any(|known| known == node) => {
-                    complaints.unknown(&["beams", name, key], "node", node, nodes());
+                    diagnostics.unknown(&["beams", name, key], "node", node, nodes());
                 }
                 Some(_) => {}
             }
@@ -168,41 +169,41 @@ fn beams(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
             && !beam.from.as_deref().zip(beam.to.as_deref()).is_some_and(|(from, to)| neighbours(from, to))
         {
             let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
-            complaints.error(&["beams", name], message).remedy =
+            diagnostics.error(&["beams", name], message).remedy =
                 Some("declare both nodes on the body that the beam is (`body:`, with `at:` for where)".into());
         }
         if beam.from.is_some() && beam.from == beam.to {
-            complaints.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
+            diagnostics.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
         }
         let sections: Vec<&str> = raw.sections.keys().map(String::as_str).collect();
         for (key, section) in [("section", &beam.section), ("section_to", &beam.section_to)] {
             match section {
                 Some(section) if !raw.sections.contains_key(section) => {
-                    complaints.unknown(&["beams", name, key], "section", section, sections.iter().copied());
+                    diagnostics.unknown(&["beams", name, key], "section", section, sections.iter().copied());
                 }
                 None if key == "section" => {
-                    complaints.lacking(&["beams", name], "section", format!("beam `{name}` lacks `section`"));
+                    diagnostics.lacking(&["beams", name], "section", format!("beam `{name}` lacks `section`"));
                 }
                 _ => {}
             }
         }
         match &beam.material {
             None => {
-                complaints.lacking(&["beams", name], "material", format!("beam `{name}` lacks `material`"));
+                diagnostics.lacking(&["beams", name], "material", format!("beam `{name}` lacks `material`"));
             }
             Some(material) if !raw.materials.contains_key(material) => {
                 let path = ["beams", name.as_str(), "material"];
-                complaints.unknown(&path, "material", material, raw.materials.keys().map(String::as_str));
+                diagnostics.unknown(&path, "material", material, raw.materials.keys().map(String::as_str));
             }
             Some(_) => {}
         }
         if let Some(normal) = &beam.normal
             && !frames.contains(normal)
         {
-            complaints.unknown(&["beams", name, "normal"], "frame", normal, frames.iter().map(String::as_str));
+            diagnostics.unknown(&["beams", name, "normal"], "frame", normal, frames.iter().map(String::as_str));
         }
         if beam.elements == Some(0) || beam.elements.is_some_and(|n| n > 1000) {
-            complaints.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
+            diagnostics.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
         }
     }
 }
@@ -222,7 +223,7 @@ fn rigid_root<'r>(raw: &'r RawRobot, frame: &'r str) -> &'r str {
     root
 }
 
-fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSection) {
+fn validate_section(diagnostics: &mut Complaints, name: &str, section: &RawSection) {
     let values = [
         ("width", section.width),
         ("height", section.height),
@@ -237,7 +238,7 @@ fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSectio
         ("shear_z", section.shear_z),
     ];
     for (key, value) in values {
-        positive(complaints, &["sections", name, key], key, value);
+        positive(diagnostics, &["sections", name, key], key, value);
     }
     let needed: &[&str] = match section.shape {
         Some(SectionShape::Box) => &["width", "height", "wall"],
@@ -249,9 +250,9 @@ fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSectio
     };
     for key in needed {
         if values.iter().any(|(known, value)| known == key && value.is_none()) {
-            let remark = complaints.lacking(&["sections", name], key, format!("section `{name}` lacks `{key}`"));
-            if let Some(remark) = remark {
-                remark.remedy = Some(format!("this kind of section needs: {}", needed.join(", ")));
+            let diagnostic = diagnostics.lacking(&["sections", name], key, format!("section `{name}` lacks `{key}`"));
+            if let Some(diagnostic) = diagnostic {
+                diagnostic.remedy = Some(format!("this kind of section needs: {}", needed.join(", ")));
             }
         }
     }
@@ -260,16 +261,16 @@ fn validate_section(complaints: &mut Complaints, name: &str, section: &RawSectio
         && section.shape != Some(SectionShape::I)
         && 2.0 * wall >= thin
     {
-        complaints
+        diagnostics
             .error(&["sections", name, "wall"], format!("a wall of {wall} leaves no hollow in a section of {thin}"));
     }
 }
 
-fn positive(complaints: &mut Complaints, path: &[&str], key: &str, value: Option<f64>) {
+fn positive(diagnostics: &mut Complaints, path: &[&str], key: &str, value: Option<f64>) {
     if let Some(value) = value
         && !(value.is_finite() && value > 0.0)
     {
-        complaints.error(path, format!("`{key}` is {value}, and must be a finite number above 0"));
+        diagnostics.error(path, format!("`{key}` is {value}, and must be a finite number above 0"));
     }
 }
 
@@ -284,7 +285,7 @@ enum Also {
     Nothing,
 }
 
-fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>, also: Also) {
+fn stiffness(diagnostics: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>, also: Also) {
     let Some(given) = stiffness else { return };
     let (value, inverse) = (given.value, given.compliance);
     if given.value.is_some() != given.compliance.is_some() {
@@ -292,105 +293,105 @@ fn stiffness(complaints: &mut Complaints, path: &[&str], stiffness: Option<&RawS
         let rigid = inverse == Some(0.0) || value == Some(f64::INFINITY);
         if free && also != Also::RigidOrFree {
             let shown = value.or(inverse).unwrap_or_default();
-            complaints.error(path, format!("`{shown}` is no stiffness here: nothing would hold it")).remedy =
+            diagnostics.error(path, format!("`{shown}` is no stiffness here: nothing would hold it")).remedy =
                 Some("give a number above 0; only a joint's axis that its loop or its screw holds may be free".into());
         } else if rigid && also == Also::Nothing {
-            complaints.error(path, "a spring must give: its rate is a finite number above 0").remedy =
+            diagnostics.error(path, "a spring must give: its rate is a finite number above 0").remedy =
                 Some("leave the spring out, or give its rate".into());
         }
     }
     match (given.value, given.compliance) {
         (Some(value), None) | (None, Some(value)) if value >= 0.0 => {}
         (Some(value), None) | (None, Some(value)) => {
-            complaints.error(path, format!("`{value}` must be 0 or more")).remedy =
+            diagnostics.error(path, format!("`{value}` must be 0 or more")).remedy =
                 Some("rigid is `.inf`, free is 0".into());
         }
         (Some(_), Some(_)) => {
-            complaints.error(path, "both `value` and `compliance` are given").remedy =
+            diagnostics.error(path, "both `value` and `compliance` are given").remedy =
                 Some("keep one; each is the other's inverse".into());
         }
         (None, None) => {
-            complaints.error(path, "neither `value` nor `compliance` is given").remedy =
+            diagnostics.error(path, "neither `value` nor `compliance` is given").remedy =
                 Some("rigid is `value: .inf`, free is `value: 0`".into());
         }
     }
     let mut bounds_path = path.to_vec();
     bounds_path.push("bounds");
-    if let Some([low, high]) = complaints.interval(&bounds_path, given.bounds, 1.0, true) {
+    if let Some([low, high]) = diagnostics.interval(&bounds_path, given.bounds, 1.0, true) {
         if low < 0.0 {
-            complaints.error(&bounds_path, format!("a stiffness cannot be below 0, as {low} is"));
+            diagnostics.error(&bounds_path, format!("a stiffness cannot be below 0, as {low} is"));
         }
         let value = given.value.or(given.compliance.map(f64::recip));
         if let Some(value) = value
             && !(low * (1.0 - 1e-12)..=high * (1.0 + 1e-12)).contains(&value)
         {
-            complaints.error(&bounds_path, format!("the value {value} lies outside its bounds [{low}, {high}]"));
+            diagnostics.error(&bounds_path, format!("the value {value} lies outside its bounds [{low}, {high}]"));
         }
     }
 }
 
-fn springs(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
     for (name, spring) in &raw.springs {
         match &spring.bodies {
             None => {
-                complaints.lacking(&["springs", name], "bodies", format!("spring `{name}` lacks `bodies`"));
+                diagnostics.lacking(&["springs", name], "bodies", format!("spring `{name}` lacks `bodies`"));
             }
             Some(bodies) => {
                 for (k, body) in bodies.iter().enumerate().filter(|(_, body)| !frames.contains(body)) {
                     let path = ["springs", name, "bodies", &k.to_string()];
-                    complaints.unknown(&path, "frame", body, frames.iter().map(String::as_str));
+                    diagnostics.unknown(&path, "frame", body, frames.iter().map(String::as_str));
                 }
             }
         }
         for (k, anchor) in spring.anchors.unwrap_or_default().iter().enumerate() {
-            complaints.vector(&["springs", name, "anchors", &k.to_string()], Some(*anchor), 1.0);
+            diagnostics.vector(&["springs", name, "anchors", &k.to_string()], Some(*anchor), 1.0);
         }
         if spring.anchors.is_none() {
-            complaints.lacking(&["springs", name], "anchors", format!("spring `{name}` lacks `anchors`"));
+            diagnostics.lacking(&["springs", name], "anchors", format!("spring `{name}` lacks `anchors`"));
         }
         if spring.rate.is_none() {
-            complaints.lacking(&["springs", name], "rate", format!("spring `{name}` lacks `rate`"));
+            diagnostics.lacking(&["springs", name], "rate", format!("spring `{name}` lacks `rate`"));
         }
-        stiffness(complaints, &["springs", name, "rate"], spring.rate.as_ref(), Also::Nothing);
+        stiffness(diagnostics, &["springs", name, "rate"], spring.rate.as_ref(), Also::Nothing);
         for (key, value) in [("free_length", spring.free_length), ("preload_length", spring.preload_length)] {
-            positive(complaints, &["springs", name, key], key, value);
+            positive(diagnostics, &["springs", name, key], key, value);
         }
-        complaints.finite(&["springs", name, "preload"], spring.preload, 1.0);
+        diagnostics.finite(&["springs", name, "preload"], spring.preload, 1.0);
         if spring.free_length.is_some() && spring.preload.is_some() {
-            complaints.error(&["springs", name, "preload"], "both `free_length` and `preload` are given").remedy =
+            diagnostics.error(&["springs", name, "preload"], "both `free_length` and `preload` are given").remedy =
                 Some("keep one".into());
         }
         if spring.preload.is_some() != spring.preload_length.is_some() {
-            complaints.error(&["springs", name], "`preload` and `preload_length` go together");
+            diagnostics.error(&["springs", name], "`preload` and `preload_length` go together");
         }
     }
 }
 
-fn effects(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
+fn effects(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
     for (position, effect) in raw.effects.iter().enumerate() {
         let position = position.to_string();
         let path = |key: &'static str| ["effects", position.as_str(), key];
         for (name, value) in &effect.parameters {
             if !value.is_finite() {
                 let path = ["effects", &position, "parameters", name];
-                complaints.error(&path, format!("`{value}` where a finite number is needed"));
+                diagnostics.error(&path, format!("`{value}` where a finite number is needed"));
             }
         }
         let Some(name) = effect.effect.as_deref() else {
-            complaints.lacking(&["effects", &position], "effect", "an effect lacks its name, `effect`");
+            diagnostics.lacking(&["effects", &position], "effect", "an effect lacks its name, `effect`");
             continue;
         };
         let Some((_, kind)) = EFFECTS.iter().find(|(known, _)| *known == name) else {
-            complaints.unknown(&path("effect"), "effect", name, EFFECTS.iter().map(|(known, _)| *known));
+            diagnostics.unknown(&path("effect"), "effect", name, EFFECTS.iter().map(|(known, _)| *known));
             continue;
         };
         let Some(site) = effect.site.as_deref() else {
-            complaints.lacking(&["effects", &position], "site", format!("effect `{name}` lacks its `site`"));
+            diagnostics.lacking(&["effects", &position], "site", format!("effect `{name}` lacks its `site`"));
             continue;
         };
         let (found, owner) = site.split_once(':').unwrap_or((site, ""));
         if found != *kind {
-            complaints.error(&path("site"), format!("effect `{name}` cannot sit at `{site}`")).remedy =
+            diagnostics.error(&path("site"), format!("effect `{name}` cannot sit at `{site}`")).remedy =
                 Some(if matches!(*kind, "base" | "tool" | "instrument") {
                     format!("write `{kind}`")
                 } else {
@@ -400,10 +401,10 @@ fn effects(raw: &RawRobot, frames: &[String], complaints: &mut Complaints) {
         }
         match *kind {
             "frame" | "joint" | "link" if !frames.iter().any(|known| known == owner) => {
-                complaints.unknown(&path("site"), "frame", owner, frames.iter().map(String::as_str));
+                diagnostics.unknown(&path("site"), "frame", owner, frames.iter().map(String::as_str));
             }
             "actuator" if !raw.actuators.contains_key(owner) => {
-                complaints.unknown(&path("site"), "actuator", owner, raw.actuators.keys().map(String::as_str));
+                diagnostics.unknown(&path("site"), "actuator", owner, raw.actuators.keys().map(String::as_str));
             }
             _ => {}
         }

@@ -8,11 +8,11 @@ use crate::description::raw::{JointKind, RawRobot};
 /// Most rules of a component.
 const MOST_RULES: usize = 100_000;
 
-pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Option<Fuzzy> {
+pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Complaints) -> Option<Fuzzy> {
     let given = raw.fuzzy.as_ref()?;
     if given.file.is_some() {
         // Files are put in where descriptions are read from disk.
-        complaints.error(&["fuzzy", "file"], "the file of the rules is not read here").remedy =
+        diagnostics.error(&["fuzzy", "file"], "the file of the rules is not read here").remedy =
             Some("read the description from its file, or write the rules out".into());
         return None;
     }
@@ -24,14 +24,14 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Opti
         let position = k.to_string();
         let path = ["fuzzy", "inputs", &position];
         if given.inputs[..k].contains(name) {
-            complaints.error(&path, format!("input `{name}` is given twice"));
+            diagnostics.error(&path, format!("input `{name}` is given twice"));
         }
         if let Some(index) = tree.variables.iter().position(|variable| variable.name == *name) {
             inputs.push(Input::Variable(index));
             sizes.push(size(tree.variables[index].is_angle));
         } else if let Some(index) = tree.frames.iter().position(|frame| frame.name == *name) {
             if tree.frames[index].joint == JointKind::Fixed {
-                complaints.error(&path, format!("frame `{name}` does not move")).remedy =
+                diagnostics.error(&path, format!("frame `{name}` does not move")).remedy =
                     Some("name a joint or a variable".into());
             }
             inputs.push(Input::Joint(index));
@@ -39,18 +39,18 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Opti
         } else {
             let variables = tree.variables.iter().map(|variable| variable.name.as_str());
             let valid: Vec<&str> = variables.chain(tree.frames.iter().map(|frame| frame.name.as_str())).collect();
-            complaints.unknown(&path, "joint", name, valid);
+            diagnostics.unknown(&path, "joint", name, valid);
         }
     }
     let at = given.at.as_ref().and_then(|name| {
         let found = raw.markers.keys().position(|known| known == name);
         if found.is_none() {
-            complaints.unknown(&["fuzzy", "at"], "marker", name, raw.markers.keys().map(String::as_str));
+            diagnostics.unknown(&["fuzzy", "at"], "marker", name, raw.markers.keys().map(String::as_str));
         }
         found
     });
     if given.components.is_empty() {
-        complaints.lacking(&["fuzzy"], "components", "the fuzzy model has no `components`");
+        diagnostics.lacking(&["fuzzy"], "components", "the fuzzy model has no `components`");
     }
     let mut components = Vec::new();
     for (name, component) in &given.components {
@@ -60,13 +60,13 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Opti
             Some([row, LOADS.iter().position(|known| *known == column)?])
         });
         let Some(at) = parts else {
-            complaints.error(&path, format!("`{name}` is no component")).remedy =
+            diagnostics.error(&path, format!("`{name}` is no component")).remedy =
                 Some("write displacement.load: x, y, z, rx, ry or rz, then fx, .., mz (`x.fz`)".into());
             continue;
         };
         if component.modes.len() != given.inputs.len() {
             let (found, wanted) = (component.modes.len(), given.inputs.len());
-            complaints.error(&path, format!("`modes` has {found} lists for {wanted} inputs")).remedy =
+            diagnostics.error(&path, format!("`modes` has {found} lists for {wanted} inputs")).remedy =
                 Some("give the modal values of each input, in the order of `inputs`".into());
             continue;
         }
@@ -79,14 +79,14 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Opti
         if modes.iter().any(|list| list.is_empty() || list.windows(2).any(|pair| pair[0] >= pair[1]))
             || modes.iter().flatten().any(|mode| !mode.is_finite())
         {
-            complaints.error(&path, "modal values must be finite and ascend, at least one of each input");
+            diagnostics.error(&path, "modal values must be finite and ascend, at least one of each input");
             continue;
         }
         let rules = modes.iter().try_fold(1_usize, |rules, list| rules.checked_mul(list.len()));
         if rules != Some(component.conclusions.len()) || component.conclusions.len() > MOST_RULES {
             let found = component.conclusions.len();
             let wanted = rules.map_or("too many".into(), |rules| rules.to_string());
-            complaints.error(&path, format!("{found} conclusions for {wanted} rules")).remedy =
+            diagnostics.error(&path, format!("{found} conclusions for {wanted} rules")).remedy =
                 Some("give one conclusion a rule, the last input's sets counting fastest".into());
             continue;
         }
@@ -95,7 +95,7 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, complaints: &mut Complaints) -> Opti
             / unit(at[1], units.force.factor(), units.torque.factor());
         let conclusions: Vec<f64> = component.conclusions.iter().map(|value| value * factor).collect();
         if conclusions.iter().any(|value| !value.is_finite()) {
-            complaints.error(&path, "conclusions must be finite numbers");
+            diagnostics.error(&path, "conclusions must be finite numbers");
             continue;
         }
         components.push(Component { at, modes, conclusions });

@@ -18,7 +18,7 @@ use super::elastic::Elastic;
 use super::raw::{RawPlacement, RawRobot};
 use super::robot::{Marker, Placement, Robot, Tool};
 use super::units::Units;
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Says where a path of the file stands (keys from the top, list positions as numbers).
 pub type Locate<'a> = &'a dyn Fn(&[&str]) -> Option<Place>;
@@ -29,16 +29,16 @@ pub type Explained<'a> = &'a dyn Fn(&[&str]) -> bool;
 /// Greatest length (m) or angle (rad) that is taken for one.
 pub const GREATEST: f64 = 1e9;
 
-/// Collects complaints, each with its place.
+/// Collects diagnostics, each with its place.
 pub(super) struct Complaints<'a> {
     locate: Locate<'a>,
     explained: Explained<'a>,
-    pub remarks: Vec<Remark>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl<'a> Complaints<'a> {
     pub fn new(locate: Locate<'a>, explained: Explained<'a>) -> Self {
-        Self { locate, explained, remarks: Vec::new() }
+        Self { locate, explained, diagnostics: Vec::new() }
     }
 
     /// Whether what is missing at `path` has been told as faulty.
@@ -47,7 +47,7 @@ impl<'a> Complaints<'a> {
     }
 
     /// Files an error about an owner at `path` that has no `key`, unless the key is there and faulty.
-    pub fn lacking(&mut self, path: &[&str], key: &str, message: impl Into<String>) -> Option<&mut Remark> {
+    pub fn lacking(&mut self, path: &[&str], key: &str, message: impl Into<String>) -> Option<&mut Diagnostic> {
         let mut wanted = path.to_vec();
         wanted.push(key);
         if self.explained(&wanted) {
@@ -61,14 +61,14 @@ impl<'a> Complaints<'a> {
     }
 
     /// Files an error about the value at `path`; the caller may add to it.
-    pub fn error(&mut self, path: &[&str], message: impl Into<String>) -> &mut Remark {
-        self.file(Remark::error(message).at(self.place(path)))
+    pub fn error(&mut self, path: &[&str], message: impl Into<String>) -> &mut Diagnostic {
+        self.file(Diagnostic::error(message).at(self.place(path)))
     }
 
-    fn file(&mut self, remark: Remark) -> &mut Remark {
-        let last = self.remarks.len();
-        self.remarks.push(remark);
-        &mut self.remarks[last]
+    fn file(&mut self, diagnostic: Diagnostic) -> &mut Diagnostic {
+        let last = self.diagnostics.len();
+        self.diagnostics.push(diagnostic);
+        &mut self.diagnostics[last]
     }
 
     /// An unknown name, with the nearest valid one.
@@ -91,8 +91,9 @@ impl<'a> Complaints<'a> {
         if sections.iter().any(|section| self.told_faulty(section, owner_of(section))) {
             return;
         }
-        let remark = Remark::error(format!("unknown {kind} `{name}`")).at(self.place(path)).suggest(name, valid);
-        self.remarks.push(remark);
+        let diagnostic =
+            Diagnostic::error(format!("unknown {kind} `{name}`")).at(self.place(path)).suggest(name, valid);
+        self.diagnostics.push(diagnostic);
     }
 
     /// Whether a section, or the entry under exactly this name in it, was set aside as faulty.
@@ -159,25 +160,25 @@ impl<'a> Complaints<'a> {
     }
 }
 
-/// Resolves a raw description. The robot is `None` when any remark is an error.
-pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Remark>) {
+/// Resolves a raw description. The robot is `None` when any diagnostic is an error.
+pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Diagnostic>) {
     resolve_explained(raw, locate, &|_| false)
 }
 
 /// As [`resolve`], of a description some entries of which were set aside as faulty: what is missing through them is not
 /// told again.
-pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Remark>) {
-    let mut complaints = Complaints::new(locate, explained);
+pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Diagnostic>) {
+    let mut diagnostics = Complaints::new(locate, explained);
     let units = &raw.units;
-    let tree = tree::resolve(raw, &mut complaints);
+    let tree = tree::resolve(raw, &mut diagnostics);
     let name = raw.robot.clone().unwrap_or_else(|| "robot".into());
     let frames = &tree.frames;
     let frame_named = |name: &str| frames.iter().position(|frame| frame.name == name);
     let names: Vec<String> = frames.iter().map(|frame| frame.name.clone()).collect();
-    let placed = |complaints: &mut Complaints, path: &[&str], given: &Option<String>, default: usize| match given {
+    let placed = |diagnostics: &mut Complaints, path: &[&str], given: &Option<String>, default: usize| match given {
         None => default,
         Some(name) => frame_named(name).unwrap_or_else(|| {
-            complaints.unknown(path, "frame", name, names.iter().map(String::as_str));
+            diagnostics.unknown(path, "frame", name, names.iter().map(String::as_str));
             default
         }),
     };
@@ -187,14 +188,14 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         .filter(|&i| !raw.loops.values().any(|l| l.frames.iter().flatten().any(|name| *name == frames[i].name)))
         .collect();
     let last = frames.len() - 1;
-    let placed_faultily = ["frames", "loops", "tool"].iter().any(|section| complaints.explained(&[section]))
-        || complaints.explained(&["tool", "frame"])
-        || raw.frames.keys().any(|name| complaints.explained(&["frames", name, "antecedent"]))
-        || raw.loops.keys().any(|name| complaints.explained(&["loops", name, "frames"]))
-        || complaints.remarks.iter().any(|remark| remark.message.contains("antecedent"));
+    let placed_faultily = ["frames", "loops", "tool"].iter().any(|section| diagnostics.explained(&[section]))
+        || diagnostics.explained(&["tool", "frame"])
+        || raw.frames.keys().any(|name| diagnostics.explained(&["frames", name, "antecedent"]))
+        || raw.loops.keys().any(|name| diagnostics.explained(&["loops", name, "frames"]))
+        || diagnostics.diagnostics.iter().any(|diagnostic| diagnostic.message.contains("antecedent"));
     if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 && !placed_faultily {
         let choices: Vec<&str> = leaves.iter().map(|&i| frames[i].name.as_str()).collect();
-        complaints
+        diagnostics
             .error(&["tool"], format!("the tool's frame is not clear: {} frames carry nothing", leaves.len()))
             .remedy
             .replace(format!(
@@ -203,29 +204,29 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
             ));
     }
     let tool_frame =
-        placed(&mut complaints, &["tool", "frame"], &raw.tool.frame, leaves.first().copied().unwrap_or(last));
+        placed(&mut diagnostics, &["tool", "frame"], &raw.tool.frame, leaves.first().copied().unwrap_or(last));
     let tool_placement = RawPlacement { at: raw.tool.at, rotation: raw.tool.rotation };
-    let tool = Tool { frame: tool_frame, placement: placement(&mut complaints, "tool", &tool_placement, units) };
+    let tool = Tool { frame: tool_frame, placement: placement(&mut diagnostics, "tool", &tool_placement, units) };
     let markers = raw
         .markers
         .iter()
         .map(|(name, marker)| Marker {
             name: name.clone(),
-            frame: placed(&mut complaints, &["markers", name, "frame"], &marker.frame, tool_frame),
-            position: complaints.vector(&["markers", name, "at"], marker.at, units.length.factor()),
+            frame: placed(&mut diagnostics, &["markers", name, "frame"], &marker.frame, tool_frame),
+            position: diagnostics.vector(&["markers", name, "at"], marker.at, units.length.factor()),
         })
         .collect();
-    let base = placement(&mut complaints, "base", &raw.base, units);
+    let base = placement(&mut diagnostics, "base", &raw.base, units);
     let anchors = raw
         .anchors
         .iter()
-        .map(|(name, at)| (name.clone(), complaints.vector(&["anchors", name], Some(*at), units.length.factor())))
+        .map(|(name, at)| (name.clone(), diagnostics.vector(&["anchors", name], Some(*at), units.length.factor())))
         .collect();
-    unique_owners(raw, &mut complaints);
-    elastic::validate(raw, &names, &mut complaints);
-    let calibration = calibration::resolve(raw, &tree, &mut complaints);
-    let fuzzy = fuzzy::resolve(raw, &tree, &mut complaints);
-    let failed = complaints.remarks.iter().any(Remark::is_error);
+    unique_owners(raw, &mut diagnostics);
+    elastic::validate(raw, &names, &mut diagnostics);
+    let calibration = calibration::resolve(raw, &tree, &mut diagnostics);
+    let fuzzy = fuzzy::resolve(raw, &tree, &mut diagnostics);
+    let failed = diagnostics.diagnostics.iter().any(Diagnostic::is_error);
     let elastic = if failed { Elastic::default() } else { elastic_values::resolve(raw, &tree) };
     let robot = Robot {
         name,
@@ -243,18 +244,18 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         fuzzy,
         calibration,
     };
-    (if failed { None } else { Some(robot) }, complaints.remarks)
+    (if failed { None } else { Some(robot) }, diagnostics.diagnostics)
 }
 
-fn placement(complaints: &mut Complaints, owner: &str, raw: &RawPlacement, units: &Units) -> Placement {
+fn placement(diagnostics: &mut Complaints, owner: &str, raw: &RawPlacement, units: &Units) -> Placement {
     Placement {
-        position: complaints.vector(&[owner, "at"], raw.at, units.length.factor()),
-        rotation: complaints.vector(&[owner, "rotation"], raw.rotation, units.angle.factor()),
+        position: diagnostics.vector(&[owner, "at"], raw.at, units.length.factor()),
+        rotation: diagnostics.vector(&[owner, "rotation"], raw.rotation, units.angle.factor()),
     }
 }
 
 /// A parameter is named `<owner>.<symbol>`, so no two owners may share a name, whatever they are.
-fn unique_owners(raw: &RawRobot, complaints: &mut Complaints) {
+fn unique_owners(raw: &RawRobot, diagnostics: &mut Complaints) {
     let sections: [(&str, Vec<&String>); 6] = [
         ("materials", raw.materials.keys().collect()),
         ("sections", raw.sections.keys().collect()),
@@ -268,19 +269,20 @@ fn unique_owners(raw: &RawRobot, complaints: &mut Complaints) {
         for &name in names {
             let path = [section, name.as_str()];
             if !name.chars().all(|c| c.is_alphanumeric() || "_'-/".contains(c)) || name.is_empty() {
-                complaints.error(&path, format!("`{name}` cannot be a name")).remedy =
+                diagnostics.error(&path, format!("`{name}` cannot be a name")).remedy =
                     Some("use letters, digits, `_`, `-`, `/` and `'`".into());
             }
             if matches!(name.as_str(), "base" | "tool" | "instrument") {
-                complaints.error(&path, format!("`{name}` is a reserved name")).remedy = Some("choose another".into());
+                diagnostics.error(&path, format!("`{name}` is a reserved name")).remedy = Some("choose another".into());
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
-                let first = complaints.place(&[other, name]);
-                let remark = Remark::error(format!("`{name}` names two things; parameters could not be told apart"))
-                    .at(complaints.place(&path))
-                    .related(first, "already named here")
-                    .remedy("give one of them another name");
-                complaints.remarks.push(remark);
+                let first = diagnostics.place(&[other, name]);
+                let diagnostic =
+                    Diagnostic::error(format!("`{name}` names two things; parameters could not be told apart"))
+                        .at(diagnostics.place(&path))
+                        .related(first, "already named here")
+                        .remedy("give one of them another name");
+                diagnostics.diagnostics.push(diagnostic);
             }
             seen.push((section, name));
         }

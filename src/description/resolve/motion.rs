@@ -4,7 +4,7 @@ use super::super::coupling::parse_coupling;
 use super::super::raw::{JointKind, LoopKind, Meet, RawRobot};
 use super::super::robot::{Coupling, Frame, FrameIndex, Loop, Motion, SliderCrank, Variable, branches};
 use super::Complaints;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 pub struct Motions {
     pub variables: Vec<Variable>,
@@ -18,15 +18,15 @@ struct Drivers {
     of_frame: Vec<Vec<(Motion, Vec<String>)>>,
 }
 
-pub fn resolve(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints) -> Motions {
+pub fn resolve(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Complaints) -> Motions {
     let mut drivers = Drivers { of_frame: vec![Vec::new(); frames.len()] };
-    let mut variables = ordered_variables(raw, frames, complaints);
+    let mut variables = ordered_variables(raw, frames, diagnostics);
     for (index, resolved) in frames.iter().enumerate().skip(1) {
         let name = resolved.name.clone();
         let Some(frame) = raw.frames.get(&name) else { continue };
         let direction = frame.direction.unwrap_or(1.0);
         if direction.abs() != 1.0 {
-            complaints
+            diagnostics
                 .error(&["frames", &name, "direction"], format!("direction `{direction}` is neither 1 nor -1"))
                 .remedy = Some("a gear ratio is no direction: declare it as an effect or in `couplings`".into());
         }
@@ -42,22 +42,22 @@ pub fn resolve(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints
             drivers.of_frame[index].push((Motion::Passive, vec!["frames".into(), name, "passive".into()]));
         }
     }
-    let actuators = actuators(raw, frames, &mut variables, &mut drivers, complaints);
-    let couplings = couplings(raw, frames, &mut drivers, complaints);
-    one_driver_each(raw, frames, &drivers, complaints);
+    let actuators = actuators(raw, frames, &mut variables, &mut drivers, diagnostics);
+    let couplings = couplings(raw, frames, &mut drivers, diagnostics);
+    one_driver_each(raw, frames, &drivers, diagnostics);
     for (frame, drivers) in frames.iter_mut().zip(&drivers.of_frame) {
         if let Some((motion, _)) = drivers.first() {
             frame.motion = *motion;
         }
     }
-    coupling_circles(&couplings, frames, complaints);
-    let loops = loops(raw, frames, &variables, complaints);
+    coupling_circles(&couplings, frames, diagnostics);
+    let loops = loops(raw, frames, &variables, diagnostics);
     let couplings = followed_first(couplings, frames);
     Motions { variables, couplings, loops, actuators }
 }
 
 /// The names of all variables, in the declared order where there is one.
-fn ordered_variables(raw: &RawRobot, frames: &[Frame], complaints: &mut Complaints) -> Vec<Variable> {
+fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Complaints) -> Vec<Variable> {
     let mut users: Vec<(&String, Vec<String>)> = Vec::new();
     for frame in frames.iter().skip(1) {
         if let Some(variable) = raw.frames.get(&frame.name).and_then(|raw| raw.variable.as_ref()) {
@@ -73,25 +73,25 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], complaints: &mut Complain
         if let Some((_, first)) = users[..at].iter().find(|(known, _)| known == variable) {
             let first: Vec<&str> = first.iter().map(String::as_str).collect();
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            let remark = Remark::error(format!("variable `{variable}` moves two joints"))
-                .at(complaints.place(&path))
-                .related(complaints.place(&first), "already used here")
+            let diagnostic = Diagnostic::error(format!("variable `{variable}` moves two joints"))
+                .at(diagnostics.place(&path))
+                .related(diagnostics.place(&first), "already used here")
                 .remedy("let the second joint follow the first by a coupling, or name another variable");
-            complaints.remarks.push(remark);
+            diagnostics.diagnostics.push(diagnostic);
         }
     }
     let mut names: Vec<&String> = Vec::new();
     for (position, variable) in raw.variables.iter().enumerate() {
         let path = ["variables", &position.to_string()];
         if names.contains(&variable) {
-            complaints.error(&path, format!("variable `{variable}` is listed twice"));
+            diagnostics.error(&path, format!("variable `{variable}` is listed twice"));
         } else if !users.iter().any(|(known, _)| *known == variable) {
             let frames = raw.frames.keys().map(|name| ["frames", name.as_str(), "variable"]);
             let actuators = raw.actuators.keys().map(|name| ["actuators", name.as_str(), "variable"]);
-            if frames.chain(actuators).any(|path| complaints.explained(&path)) {
+            if frames.chain(actuators).any(|path| diagnostics.explained(&path)) {
                 continue;
             }
-            complaints.unknown(&path, "variable", variable, users.iter().map(|(known, _)| known.as_str()));
+            diagnostics.unknown(&path, "variable", variable, users.iter().map(|(known, _)| known.as_str()));
         } else {
             names.push(variable);
         }
@@ -117,17 +117,17 @@ fn actuators(
     frames: &[Frame],
     variables: &mut [Variable],
     drivers: &mut Drivers,
-    complaints: &mut Complaints,
+    diagnostics: &mut Complaints,
 ) -> Vec<SliderCrank> {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let mut actuators = Vec::new();
     for (name, actuator) in &raw.actuators {
         let path = |key: &'static str| ["actuators", name.as_str(), key];
         if actuator.kind.is_none()
-            && let Some(remark) =
-                complaints.lacking(&["actuators", name], "kind", format!("actuator `{name}` has no kind"))
+            && let Some(diagnostic) =
+                diagnostics.lacking(&["actuators", name], "kind", format!("actuator `{name}` has no kind"))
         {
-            remark.remedy = Some("add `kind: slider-crank`".into());
+            diagnostic.remedy = Some("add `kind: slider-crank`".into());
         }
         let mut complete = true;
         let given = [actuator.stroke, actuator.kappa, actuator.lambda, actuator.l1, actuator.l3];
@@ -135,15 +135,15 @@ fn actuators(
         let mut constants = [0.0; 5];
         for (k, symbol) in super::super::robot::SLIDER_CRANK_SYMBOLS.into_iter().enumerate() {
             if given[k].is_none() && symbol != "stroke" {
-                complaints.lacking(&["actuators", name], symbol, format!("actuator `{name}` lacks `{symbol}`"));
+                diagnostics.lacking(&["actuators", name], symbol, format!("actuator `{name}` lacks `{symbol}`"));
                 complete = false;
             }
-            constants[k] = complaints.finite(&path(symbol), given[k], units[k]);
+            constants[k] = diagnostics.finite(&path(symbol), given[k], units[k]);
             if matches!(symbol, "l1" | "l3") && given[k].is_some_and(|l| l <= 0.0) {
-                complaints.error(&path(symbol), format!("length `{symbol}` of actuator `{name}` must be above 0"));
+                diagnostics.error(&path(symbol), format!("length `{symbol}` of actuator `{name}` must be above 0"));
             }
         }
-        let limits = complaints.limits(&path("limits"), actuator.limits, length);
+        let limits = diagnostics.limits(&path("limits"), actuator.limits, length);
         let [zero, _, _, l1, l3] = constants;
         if let Some([low, high]) = limits
             && complete
@@ -152,7 +152,7 @@ fn actuators(
             && (low + zero <= (l1 - l3).abs() || high + zero >= l1 + l3)
         {
             let (least, greatest) = ((l1 - l3).abs() / length, (l1 + l3) / length);
-            complaints
+            diagnostics
                 .error(
                     &path("limits"),
                     format!("the triangle of actuator `{name}` does not close at one of its limits"),
@@ -160,21 +160,21 @@ fn actuators(
                 .remedy = Some(format!("its length must stay within ({least}, {greatest})"));
         }
         let Some(joint) = actuator.joint.as_deref() else {
-            complaints.lacking(&["actuators", name], "joint", format!("actuator `{name}` lacks `joint`"));
+            diagnostics.lacking(&["actuators", name], "joint", format!("actuator `{name}` lacks `joint`"));
             continue;
         };
         let Some(joint_index) = find(frames, joint) else {
-            complaints.unknown(&path("joint"), "frame", joint, frame_names(frames));
+            diagnostics.unknown(&path("joint"), "frame", joint, frame_names(frames));
             continue;
         };
-        if frames[joint_index].joint != JointKind::Revolute && !complaints.explained(&["frames", joint, "joint"]) {
-            complaints
+        if frames[joint_index].joint != JointKind::Revolute && !diagnostics.explained(&["frames", joint, "joint"]) {
+            diagnostics
                 .error(&path("joint"), format!("a slider-crank turns a revolute joint, and `{joint}` is not one"));
         }
         let Some(variable) =
             actuator.variable.as_deref().and_then(|v| variables.iter().position(|known| known.name == v))
         else {
-            complaints.lacking(&["actuators", name], "variable", format!("actuator `{name}` lacks `variable`"));
+            diagnostics.lacking(&["actuators", name], "variable", format!("actuator `{name}` lacks `variable`"));
             continue;
         };
         variables[variable].is_angle = false;
@@ -186,7 +186,7 @@ fn actuators(
     actuators
 }
 
-fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints: &mut Complaints) -> Vec<Coupling> {
+fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, diagnostics: &mut Complaints) -> Vec<Coupling> {
     let mut couplings = Vec::new();
     for (position, text) in raw.couplings.iter().enumerate() {
         let position = position.to_string();
@@ -194,7 +194,7 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
         let (joint, terms) = match parse_coupling(text) {
             Ok(parsed) => parsed,
             Err(why) => {
-                complaints.error(&path, format!("coupling `{text}`: {why}")).remedy =
+                diagnostics.error(&path, format!("coupling `{text}`: {why}")).remedy =
                     Some("write `joint = factor * joint`, as in `6 = -1 * 5` or `3 = 1 * 2 - 0.5 * 4`".into());
                 continue;
             }
@@ -202,11 +202,12 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
         let mut known = |name: &str| {
             let index = find(frames, name);
             match index {
-                None => complaints.unknown(&path, "joint", name, frame_names(frames)),
+                None => diagnostics.unknown(&path, "joint", name, frame_names(frames)),
                 Some(index)
-                    if frames[index].joint == JointKind::Fixed && complaints.explained(&["frames", name, "joint"]) => {}
+                    if frames[index].joint == JointKind::Fixed && diagnostics.explained(&["frames", name, "joint"]) => {
+                }
                 Some(index) if frames[index].joint == JointKind::Fixed => {
-                    complaints.error(&path, format!("`{name}` is fixed and can neither follow nor lead")).remedy =
+                    diagnostics.error(&path, format!("`{name}` is fixed and can neither follow nor lead")).remedy =
                         Some("give it `joint: revolute` or `joint: prismatic`".into());
                     return None;
                 }
@@ -240,11 +241,11 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
             drivers.of_frame[joint].iter().find(|(motion, _)| matches!(motion, Motion::Coupling(_)))
         {
             let first: Vec<&str> = first.iter().map(String::as_str).collect();
-            let remark = Remark::error(format!("joint `{}` is in two couplings", frames[joint].name))
-                .at(complaints.place(&path))
-                .related(complaints.place(&first), "it already follows here")
+            let diagnostic = Diagnostic::error(format!("joint `{}` is in two couplings", frames[joint].name))
+                .at(diagnostics.place(&path))
+                .related(diagnostics.place(&first), "it already follows here")
                 .remedy("keep one of them");
-            complaints.remarks.push(remark);
+            diagnostics.diagnostics.push(diagnostic);
             continue;
         }
         drivers.of_frame[joint].push((Motion::Coupling(couplings.len()), vec!["couplings".into(), position.clone()]));
@@ -254,50 +255,50 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, complaints
 }
 
 /// Every joint that moves has one driver, a fixed one none.
-fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, complaints: &mut Complaints) {
+fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, diagnostics: &mut Complaints) {
     let mut positions = 0..raw.couplings.len() + 1;
-    let driver_faulty = complaints.explained(&["actuators"])
-        || complaints.explained(&["couplings"])
-        || positions.any(|k| complaints.explained(&["couplings", &k.to_string()]))
-        || complaints.remarks.iter().any(|remark| remark.message.starts_with("coupling `"))
+    let driver_faulty = diagnostics.explained(&["actuators"])
+        || diagnostics.explained(&["couplings"])
+        || positions.any(|k| diagnostics.explained(&["couplings", &k.to_string()]))
+        || diagnostics.diagnostics.iter().any(|diagnostic| diagnostic.message.starts_with("coupling `"))
         || raw
             .actuators
             .keys()
-            .any(|name| ["joint", "variable"].iter().any(|key| complaints.explained(&["actuators", name, key])));
+            .any(|name| ["joint", "variable"].iter().any(|key| diagnostics.explained(&["actuators", name, key])));
     for (frame, drivers) in frames.iter().zip(&drivers.of_frame).skip(1) {
         let name = &frame.name;
         let path_of = |driver: &(Motion, Vec<String>)| driver.1.clone();
         match drivers.as_slice() {
             [] if driver_faulty
-                || ["variable", "passive"].iter().any(|key| complaints.explained(&["frames", name, key])) => {}
-            [_] if frame.joint == JointKind::Fixed && complaints.explained(&["frames", name, "joint"]) => {}
+                || ["variable", "passive"].iter().any(|key| diagnostics.explained(&["frames", name, key])) => {}
+            [_] if frame.joint == JointKind::Fixed && diagnostics.explained(&["frames", name, "joint"]) => {}
             [] if frame.joint != JointKind::Fixed && raw.frames.contains_key(name) => {
-                complaints.error(&["frames", name], format!("nothing moves joint `{name}`")).remedy = Some(
+                diagnostics.error(&["frames", name], format!("nothing moves joint `{name}`")).remedy = Some(
                     "give it a `variable`, an actuator, a coupling, or `passive: true` within a closed loop (or `joint: fixed`)".into(),
                 );
             }
             [driver] if frame.joint == JointKind::Fixed => {
                 let path = path_of(driver);
                 let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                complaints.error(&path, format!("`{name}` is fixed, and yet something moves it")).remedy =
+                diagnostics.error(&path, format!("`{name}` is fixed, and yet something moves it")).remedy =
                     Some(format!("add `joint: revolute` (or `prismatic`) to frame `{name}`"));
             }
             [first, second, ..] => {
                 let (first, second) = (path_of(first), path_of(second));
                 let first: Vec<&str> = first.iter().map(String::as_str).collect();
                 let second: Vec<&str> = second.iter().map(String::as_str).collect();
-                let remark = Remark::error(format!("joint `{name}` is moved by two things"))
-                    .at(complaints.place(&second))
-                    .related(complaints.place(&first), "it is already moved here")
+                let diagnostic = Diagnostic::error(format!("joint `{name}` is moved by two things"))
+                    .at(diagnostics.place(&second))
+                    .related(diagnostics.place(&first), "it is already moved here")
                     .remedy("keep one of: variable, actuator, coupling, passive");
-                complaints.remarks.push(remark);
+                diagnostics.diagnostics.push(diagnostic);
             }
             _ => {}
         }
     }
 }
 
-fn coupling_circles(couplings: &[Coupling], frames: &[Frame], complaints: &mut Complaints) {
+fn coupling_circles(couplings: &[Coupling], frames: &[Frame], diagnostics: &mut Complaints) {
     for (index, coupling) in couplings.iter().enumerate() {
         let mut reached: Vec<FrameIndex> = coupling.terms.iter().map(|term| term.1).collect();
         let mut next = 0;
@@ -315,7 +316,7 @@ fn coupling_circles(couplings: &[Coupling], frames: &[Frame], complaints: &mut C
         }
         if reached.contains(&coupling.joint) {
             let name = &frames[coupling.joint].name;
-            complaints
+            diagnostics
                 .error(&["couplings", &index.to_string()], format!("joint `{name}` follows itself through couplings"))
                 .remedy = Some("one joint of the circle needs a variable".into());
         }
@@ -345,21 +346,21 @@ fn followed_first(couplings: Vec<Coupling>, frames: &mut [Frame]) -> Vec<Couplin
     ordered
 }
 
-fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &mut Complaints) -> Vec<Loop> {
+fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnostics: &mut Complaints) -> Vec<Loop> {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let mut loops = Vec::new();
     // Whether some loop could not be followed, so that nothing is known of its joints.
-    let mut unclear = complaints.explained(&["loops"]);
-    let faulty_tree = complaints.remarks.iter().any(|remark| remark.message.contains("antecedent"))
-        || raw.frames.keys().any(|name| complaints.explained(&["frames", name, "antecedent"]));
+    let mut unclear = diagnostics.explained(&["loops"]);
+    let faulty_tree = diagnostics.diagnostics.iter().any(|diagnostic| diagnostic.message.contains("antecedent"))
+        || raw.frames.keys().any(|name| diagnostics.explained(&["frames", name, "antecedent"]));
     let mut in_loop = vec![false; frames.len()];
     for (name, raw_loop) in &raw.loops {
         let path = |key: &'static str| ["loops", name.as_str(), key];
         let Some(pair) = &raw_loop.frames else {
-            if let Some(remark) =
-                complaints.lacking(&["loops", name], "frames", format!("loop `{name}` lacks `frames`"))
+            if let Some(diagnostic) =
+                diagnostics.lacking(&["loops", name], "frames", format!("loop `{name}` lacks `frames`"))
             {
-                remark.remedy = Some("name the two frames that meet: `frames: [10, 11]`".into());
+                diagnostic.remedy = Some("name the two frames that meet: `frames: [10, 11]`".into());
             }
             unclear = true;
             continue;
@@ -368,7 +369,7 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             let index = frames.iter().position(|frame| frame.name == pair[k]);
             if index.is_none() {
                 let position = k.to_string();
-                complaints.unknown(
+                diagnostics.unknown(
                     &["loops", name, "frames", &position],
                     "frame",
                     &pair[k],
@@ -382,7 +383,7 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             continue;
         };
         if a == b {
-            complaints.error(&path("frames"), format!("loop `{name}` is cut between a frame and itself")).remedy =
+            diagnostics.error(&path("frames"), format!("loop `{name}` is cut between a frame and itself")).remedy =
                 Some("name two frames, one on each side of the cut joint".into());
             continue;
         }
@@ -391,16 +392,16 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             in_loop[member] = true;
         }
         let untold =
-            |key: &str| members.iter().any(|&i| complaints.explained(&["frames", frames[i].name.as_str(), key]));
+            |key: &str| members.iter().any(|&i| diagnostics.explained(&["frames", frames[i].name.as_str(), key]));
         if !members.iter().any(|&i| frames[i].motion == Motion::Passive) && !untold("passive") {
-            complaints
+            diagnostics
                 .error(&path("frames"), format!("loop `{name}` has no passive joint, so nothing can close it"))
                 .remedy = Some("mark the joints that the loop moves with `passive: true`".into());
         }
         let kind =
             raw_loop.kind.unwrap_or_else(|| if is_planar(frames, a, b) { LoopKind::Planar } else { LoopKind::Spatial });
         if kind == LoopKind::Planar && !is_planar(frames, a, b) {
-            complaints
+            diagnostics
                 .error(&path("kind"), format!("loop `{name}` is not planar: its axes are not parallel revolute ones"))
                 .remedy = Some("write `kind: spatial`".into());
         }
@@ -410,12 +411,12 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             match find(frames, joint) {
                 Some(index) if members.contains(&index) && frames[index].motion == Motion::Passive => {
                     let factor = if frames[index].joint == JointKind::Prismatic { length } else { angle };
-                    branch.push((index, complaints.finite(&path, Some(*value), factor)));
+                    branch.push((index, diagnostics.finite(&path, Some(*value), factor)));
                 }
                 Some(_) => {
-                    complaints.error(&path, format!("`{joint}` is not a passive joint of loop `{name}`"));
+                    diagnostics.error(&path, format!("`{joint}` is not a passive joint of loop `{name}`"));
                 }
-                None => complaints.unknown(&path, "joint", joint, frame_names(frames)),
+                None => diagnostics.unknown(&path, "joint", joint, frame_names(frames)),
             }
         }
         let mut at = Vec::new();
@@ -424,19 +425,19 @@ fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], complaints: &
             match variables.iter().position(|known| known.name == *variable) {
                 Some(index) => {
                     let factor = if variables[index].is_angle { angle } else { length };
-                    at.push((index, complaints.finite(&path, Some(*value), factor)));
+                    at.push((index, diagnostics.finite(&path, Some(*value), factor)));
                 }
-                None => complaints.unknown(&path, "variable", variable, variables.iter().map(|v| v.name.as_str())),
+                None => diagnostics.unknown(&path, "variable", variable, variables.iter().map(|v| v.name.as_str())),
             }
         }
-        let gap = complaints.finite(&path("gap"), raw_loop.gap, length).max(0.0);
+        let gap = diagnostics.finite(&path("gap"), raw_loop.gap, length).max(0.0);
         let meet = raw_loop.meet.unwrap_or(Meet::Frame);
         loops.push(Loop { name: name.clone(), frames: [a, b], kind, meet, branch, at, gap });
     }
     for (index, frame) in frames.iter().enumerate().skip(1) {
         if frame.motion == Motion::Passive && !in_loop[index] && !unclear && !faulty_tree {
             let name = &frame.name;
-            complaints
+            diagnostics
                 .error(&["frames", name, "passive"], format!("joint `{name}` is passive, but no loop holds it"))
                 .remedy = Some("declare the loop under `loops:`, or give the joint a variable".into());
         }

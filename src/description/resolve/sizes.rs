@@ -2,7 +2,7 @@
 
 use crate::description::raw::{JointKind, RawRobot};
 use crate::description::units::{Angle, Length};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 use super::Locate;
 
@@ -12,10 +12,10 @@ const LONGEST: f64 = 50.0;
 const WIDEST: f64 = 20.0;
 
 /// Warnings where a description in m and rad reads like one in mm and deg.
-pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Remark> {
+pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let cure = "lengths here are in m and angles in rad; if they are not, declare them: \
                 `units: {length: mm, angle: deg}`";
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     if raw.units.length == Length::Metre {
         let lengths = raw.frames.iter().flat_map(|(name, frame)| {
             let of = [("b", frame.b), ("d", frame.d), ("r", frame.r)];
@@ -24,8 +24,8 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Remark> {
         let sum: f64 = lengths.clone().map(|(_, _, length)| length).sum();
         let longest = lengths.max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some((name, key, _)) = longest.filter(|_| sum > LONGEST && sum.is_finite()) {
-            let remark = Remark::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
-            remarks.push(remark.at(locate(&["frames", name, key])).remedy(cure));
+            let diagnostic = Diagnostic::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
+            diagnostics.push(diagnostic.at(locate(&["frames", name, key])).remedy(cure));
         }
     }
     if raw.units.angle == Angle::Radian {
@@ -35,11 +35,11 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Remark> {
             (widest > WIDEST).then_some((name, widest))
         });
         if let Some((name, widest)) = wide {
-            let remark = Remark::warning(format!("joint `{name}` may turn by {} rad", rounded(widest)));
-            remarks.push(remark.at(locate(&["frames", name, "limits"])).remedy(cure));
+            let diagnostic = Diagnostic::warning(format!("joint `{name}` may turn by {} rad", rounded(widest)));
+            diagnostics.push(diagnostic.at(locate(&["frames", name, "limits"])).remedy(cure));
         }
     }
-    remarks
+    diagnostics
 }
 
 fn rounded(value: f64) -> f64 {

@@ -13,26 +13,26 @@ pub struct Tree {
     pub actuators: Vec<SliderCrank>,
 }
 
-pub fn resolve(raw: &RawRobot, complaints: &mut Complaints) -> Tree {
-    if raw.frames.is_empty() && !complaints.explained(&["frames"]) && !complaints.explained(&["urdf"]) {
-        complaints.error(&["frames"], "the description declares no frame").remedy =
+pub fn resolve(raw: &RawRobot, diagnostics: &mut Complaints) -> Tree {
+    if raw.frames.is_empty() && !diagnostics.explained(&["frames"]) && !diagnostics.explained(&["urdf"]) {
+        diagnostics.error(&["frames"], "the description declares no frame").remedy =
             Some("add `frames:` (or `urdf:`), see `elastogeo schema robot`".into());
     }
     if raw.frames.contains_key("0") {
-        complaints.error(&["frames", "0"], "frame `0` is the base and cannot be declared").remedy =
+        diagnostics.error(&["frames", "0"], "frame `0` is the base and cannot be declared").remedy =
             Some("rename it; place the base in the measurement frame with `base:`".into());
     }
-    let order = antecedents_first(raw, complaints);
+    let order = antecedents_first(raw, diagnostics);
     let mut frames = vec![base_frame()];
     for name in &order {
         let Some(frame) = raw.frames.get(name) else { continue };
         let antecedent = frame.antecedent.as_deref().unwrap_or("0");
         let antecedent = frames.iter().position(|known| known.name == antecedent).unwrap_or(0);
-        let frame = resolve_frame(raw, name, frame, antecedent, complaints);
+        let frame = resolve_frame(raw, name, frame, antecedent, diagnostics);
         frames.push(frame);
     }
-    coaxial_frames(raw, &mut frames, complaints);
-    let motions = motion::resolve(raw, &mut frames, complaints);
+    coaxial_frames(raw, &mut frames, diagnostics);
+    let motions = motion::resolve(raw, &mut frames, diagnostics);
     Tree {
         variables: motions.variables,
         couplings: motions.couplings,
@@ -56,20 +56,20 @@ fn base_frame() -> Frame {
 }
 
 /// Names of the frames, each after its antecedent, otherwise in the file's order; circles and unknown names told.
-fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String> {
+fn antecedents_first(raw: &RawRobot, diagnostics: &mut Complaints) -> Vec<String> {
     for (name, frame) in &raw.frames {
         match frame.antecedent.as_deref() {
             None => {
-                if let Some(remark) =
-                    complaints.lacking(&["frames", name], "antecedent", format!("frame `{name}` has no antecedent"))
+                if let Some(diagnostic) =
+                    diagnostics.lacking(&["frames", name], "antecedent", format!("frame `{name}` has no antecedent"))
                 {
-                    remark.remedy = Some("add `antecedent:`; `0` is the base".into());
+                    diagnostic.remedy = Some("add `antecedent:`; `0` is the base".into());
                 }
             }
             Some("0") => {}
             Some(antecedent) if !raw.frames.contains_key(antecedent) => {
                 let valid = std::iter::once("0").chain(raw.frames.keys().map(String::as_str));
-                complaints.unknown(&["frames", name, "antecedent"], "frame", antecedent, valid);
+                diagnostics.unknown(&["frames", name, "antecedent"], "frame", antecedent, valid);
             }
             Some(_) => {}
         }
@@ -92,7 +92,7 @@ fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String>
             return placed;
         }
         if waiting.len() == before {
-            tell_circles(raw, &waiting, complaints);
+            tell_circles(raw, &waiting, diagnostics);
             // They are kept, in the base, so that nothing that names them is told unknown.
             placed.extend(waiting.into_iter().cloned());
             return placed;
@@ -101,7 +101,7 @@ fn antecedents_first(raw: &RawRobot, complaints: &mut Complaints) -> Vec<String>
 }
 
 /// Each circle among the frames that wait for each other, once.
-fn tell_circles(raw: &RawRobot, waiting: &[&String], complaints: &mut Complaints) {
+fn tell_circles(raw: &RawRobot, waiting: &[&String], diagnostics: &mut Complaints) {
     let mut told: Vec<String> = Vec::new();
     for start in waiting {
         let mut walk: Vec<&str> = vec![start];
@@ -110,7 +110,7 @@ fn tell_circles(raw: &RawRobot, waiting: &[&String], complaints: &mut Complaints
                 let circle = &walk[at..];
                 if !told.iter().any(|name| name == next) {
                     let shown: Vec<&str> = circle.iter().copied().chain([next]).take(12).collect();
-                    complaints
+                    diagnostics
                         .error(
                             &["frames", circle[0], "antecedent"],
                             format!("antecedents go in a circle: {}", shown.join(" <- ")),
@@ -133,13 +133,13 @@ fn resolve_frame(
     name: &str,
     frame: &RawFrame,
     antecedent: usize,
-    complaints: &mut Complaints,
+    diagnostics: &mut Complaints,
 ) -> Frame {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let joint = frame.joint.unwrap_or(JointKind::Fixed);
     let joint_unit = if joint == JointKind::Prismatic { length } else { angle };
     let mut number =
-        |key: &str, value: Option<f64>, factor: f64| complaints.finite(&["frames", name, key], value, factor);
+        |key: &str, value: Option<f64>, factor: f64| diagnostics.finite(&["frames", name, key], value, factor);
     let constants = Constants {
         beta: number("beta", frame.beta, angle),
         gamma: number("gamma", frame.gamma, angle),
@@ -150,19 +150,19 @@ fn resolve_frame(
         r: number("r", frame.r, length),
     };
     let offset = number("offset", frame.offset, joint_unit);
-    let limits = complaints.limits(&["frames", name, "limits"], frame.limits, joint_unit);
+    let limits = diagnostics.limits(&["frames", name, "limits"], frame.limits, joint_unit);
     Frame { name: name.into(), antecedent, joint, motion: Motion::Fixed, constants, coaxial: None, offset, limits }
 }
 
 /// A coaxial frame takes over the shared constants; it must have the same antecedent and none of its own.
-fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complaints) {
+fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Complaints) {
     for index in 1..frames.len() {
         let name = frames[index].name.clone();
         let Some(frame) = raw.frames.get(&name) else { continue };
         let Some(other) = frame.coaxial.as_deref() else { continue };
         let path = ["frames", &name, "coaxial"];
         let Some(shared) = frames.iter().position(|known| known.name == other).filter(|&i| i != 0 && i != index) else {
-            complaints.unknown(
+            diagnostics.unknown(
                 &path,
                 "frame",
                 other,
@@ -174,19 +174,19 @@ fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], complaints: &mut Complai
             let (theirs, ours) = (frames[shared].antecedent, frames[index].antecedent);
             let message =
                 format!("`{name}` is placed in `{}`, but `{other}` in `{}`", frames[ours].name, frames[theirs].name);
-            complaints.error(&path, message).remedy = Some("coaxial frames have the same antecedent".into());
+            diagnostics.error(&path, message).remedy = Some("coaxial frames have the same antecedent".into());
         } else if shared > index {
-            complaints
+            diagnostics
                 .error(&path, format!("frame `{name}` stands before `{other}`, with which it is coaxial"))
                 .remedy = Some(format!("declare `{name}` after `{other}`"));
         } else if raw.frames.get(other).is_some_and(|f| f.coaxial.is_some()) {
-            complaints.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
+            diagnostics.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
                 Some("name the frame that holds the constants".into());
         } else {
             let own =
                 [("beta", frame.beta), ("gamma", frame.gamma), ("b", frame.b), ("alpha", frame.alpha), ("d", frame.d)];
             for (key, _) in own.iter().filter(|(_, value)| value.is_some()) {
-                complaints.error(&["frames", &name, key], format!("`{key}` is shared with frame `{other}`")).remedy =
+                diagnostics.error(&["frames", &name, key], format!("`{key}` is shared with frame `{other}`")).remedy =
                     Some(format!("leave it out, or leave out `coaxial: {other}`"));
             }
             let shared_constants = frames[shared].constants;

@@ -2,7 +2,7 @@
 
 use super::header::{Column, unquoted};
 use super::{ColumnKind, Dialect, TextColumn};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
 /// The cells of one column so far.
@@ -26,28 +26,35 @@ impl Wrong {
     /// In words, with the remedy.
     ///
     /// `decimal` is the sign in force, declared or that of the cells above.
-    pub fn remark(self, cell: &[u8], column: &Column, dialect: &Dialect, delimiter: u8, decimal: char) -> Remark {
+    pub fn diagnostic(
+        self,
+        cell: &[u8],
+        column: &Column,
+        dialect: &Dialect,
+        delimiter: u8,
+        decimal: char,
+    ) -> Diagnostic {
         let text = String::from_utf8_lossy(cell);
         let text: String = text.trim().chars().take(40).collect();
         let must = format!("column `{}` must hold a finite number", column.title);
         match self {
             Self::Empty => {
-                let remark = Remark::error(format!("empty cell in column `{}`", column.title));
-                remark.remedy("fill it in, or remove the row")
+                let diagnostic = Diagnostic::error(format!("empty cell in column `{}`", column.title));
+                diagnostic.remedy("fill it in, or remove the row")
             }
-            Self::NotText => Remark::error("the cell is not UTF-8").remedy("save the file as UTF-8"),
+            Self::NotText => Diagnostic::error("the cell is not UTF-8").remedy("save the file as UTF-8"),
             Self::NotFinite => {
-                Remark::error(format!("{must}, found `{text}`")).remedy("correct the value, or remove the row")
+                Diagnostic::error(format!("{must}, found `{text}`")).remedy("correct the value, or remove the row")
             }
-            Self::DecimalComma => {
-                Remark::error(format!("{must}, found `{text}` with a decimal comma")).remedy(match dialect.decimal {
+            Self::DecimalComma => Diagnostic::error(format!("{must}, found `{text}` with a decimal comma")).remedy(
+                match dialect.decimal {
                     Some(_) => "declare it: `csv: {decimal: \",\"}`",
                     None if delimiter == b',' => "write decimal points, or separate the columns by `;`",
                     None => "write one decimal sign throughout; cells above have a point",
-                })
-            }
+                },
+            ),
             Self::DecimalPoint => {
-                Remark::error(format!("{must}, found `{text}` with a point, while the decimal sign is `{decimal}`"))
+                Diagnostic::error(format!("{must}, found `{text}` with a point, while the decimal sign is `{decimal}`"))
                     .remedy(match dialect.decimal {
                         Some(_) => "write one decimal sign throughout, or correct `csv: {decimal: ..}`",
                         None => "write one decimal sign throughout",
@@ -59,7 +66,7 @@ impl Wrong {
                 } else {
                     format!("write a number such as 1{decimal}5 or 2e-3, its unit left to `units:`")
                 };
-                Remark::error(format!("{must}, found `{text}`")).remedy(remedy)
+                Diagnostic::error(format!("{must}, found `{text}`")).remedy(remedy)
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::source::{Row, Source};
 use super::{ColumnKind, Dialect, ExpectedColumn};
-use crate::remark::{Place, Remark, nearest};
+use crate::diagnostic::{Diagnostic, Place, nearest};
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 
@@ -24,7 +24,7 @@ pub(super) struct Header {
     /// A last field without a name, as a delimiter at the end of each line makes it.
     pub nameless: Option<usize>,
     pub delimiter: u8,
-    pub faults: Vec<Remark>,
+    pub faults: Vec<Diagnostic>,
 }
 
 /// A cell without the blanks and quotes around it.
@@ -68,9 +68,9 @@ impl Header {
         expected: &[ExpectedColumn],
         rename: &BTreeMap<String, String>,
         ignore: &[String],
-    ) -> Result<Self, Vec<Remark>> {
+    ) -> Result<Self, Vec<Diagnostic>> {
         let start = Place { file: file.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
-        let fatal = |message: &str, remedy: &str| vec![Remark::error(message).at(start.clone()).remedy(remedy)];
+        let fatal = |message: &str, remedy: &str| vec![Diagnostic::error(message).at(start.clone()).remedy(remedy)];
         if source.wide {
             return Err(fatal(
                 "the file is in UTF-16, expected UTF-8",
@@ -94,21 +94,22 @@ impl Header {
         let row = Row { bytes: line.strip_suffix(b"\n").unwrap_or(line), ..row };
         if let Some(at) = row.bytes.trim_ascii_end().iter().position(|&byte| byte == b'\r') {
             let place = row.place(at..at + 1);
-            let remark = Remark::error("the lines end in a lone carriage return").at(place);
-            return Err(vec![remark.remedy("save the file with LF or CRLF line ends")]);
+            let diagnostic = Diagnostic::error("the lines end in a lone carriage return").at(place);
+            return Err(vec![diagnostic.remedy("save the file with LF or CRLF line ends")]);
         }
         if let Err(error) = std::str::from_utf8(row.bytes) {
             let at = error.valid_up_to();
-            let remark = Remark::error("the header is not UTF-8").at(row.place(at..at + 1));
-            return Err(vec![remark.remedy("save the file as UTF-8")]);
+            let diagnostic = Diagnostic::error("the header is not UTF-8").at(row.place(at..at + 1));
+            return Err(vec![diagnostic.remedy("save the file as UTF-8")]);
         }
         if let Some(at) = row.bytes.iter().position(|&byte| byte == 0) {
-            let remark = Remark::error("a NUL byte stands here; the file is not a text").at(row.place(at..at + 1));
-            return Err(vec![remark.remedy("save the file as UTF-8")]);
+            let diagnostic =
+                Diagnostic::error("a NUL byte stands here; the file is not a text").at(row.place(at..at + 1));
+            return Err(vec![diagnostic.remedy("save the file as UTF-8")]);
         }
         if let Some(quote) = row.open_quote() {
-            let remark = Remark::error("this quote is not closed on its line").at(row.place(quote..quote + 1));
-            return Err(vec![remark.remedy("close it, or remove it")]);
+            let diagnostic = Diagnostic::error("this quote is not closed on its line").at(row.place(quote..quote + 1));
+            return Err(vec![diagnostic.remedy("close it, or remove it")]);
         }
         let titles = titles(line, delimiter);
         if let [only] = titles.as_slice()
@@ -117,9 +118,9 @@ impl Header {
         {
             let at = row.bytes.iter().position(|&byte| byte == other).unwrap_or_default();
             let found = shown(other);
-            let remark = Remark::error(format!("the header is one column; is `{found}` the delimiter?"))
+            let diagnostic = Diagnostic::error(format!("the header is one column; is `{found}` the delimiter?"))
                 .at(row.place(at..at + 1));
-            return Err(vec![remark.remedy(if dialect.of_campaign {
+            return Err(vec![diagnostic.remedy(if dialect.of_campaign {
                 format!("declare it: `csv: {{delimiter: \"{found}\"}}`")
             } else {
                 "separate all columns by one of `,`, `;` and the tab".to_owned()
@@ -131,8 +132,8 @@ impl Header {
         };
         let numbers = titles.iter().filter(|title| title.replace(',', ".").parse::<f64>().is_ok()).count();
         if 2 * numbers > titles.len() && !titles.iter().any(named) {
-            let remark = Remark::error("the first line must be a header that names the columns, found numbers");
-            return Err(vec![remark.at(row.fields_from(0)).remedy(wanted(expected))]);
+            let diagnostic = Diagnostic::error("the first line must be a header that names the columns, found numbers");
+            return Err(vec![diagnostic.at(row.fields_from(0)).remedy(wanted(expected))]);
         }
         let mut header =
             Self { columns: Vec::new(), count: titles.len(), nameless: None, delimiter, faults: Vec::new() };
@@ -180,17 +181,17 @@ impl Header {
             if ignored(title) {
                 if column.required {
                     let message = format!("`ignore:` leaves out the column `{title}`, which is needed");
-                    let remark = Remark::error(message).at(row.field(field));
-                    self.faults.push(remark.remedy("take it out of `ignore:`"));
+                    let diagnostic = Diagnostic::error(message).at(row.field(field));
+                    self.faults.push(diagnostic.remedy("take it out of `ignore:`"));
                 }
                 continue;
             }
             self.columns.push(Column { name: column.name.clone(), title: title.to_owned(), kind: column.kind, field });
         }
         for ours in rename.keys().filter(|ours| expected.iter().all(|column| column.name != **ours)) {
-            let remark =
-                Remark::error(format!("`columns:` renames `{ours}`, which is no column here")).at(row.fields_from(0));
-            self.faults.push(remark.suggest(ours, expected.iter().map(|column| column.name.as_str())));
+            let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
+                .at(row.fields_from(0));
+            self.faults.push(diagnostic.suggest(ours, expected.iter().map(|column| column.name.as_str())));
         }
         for (field, title) in titles.iter().enumerate() {
             if title.is_empty() && field + 1 == titles.len() {
@@ -201,14 +202,14 @@ impl Header {
                 continue;
             }
             if title.is_empty() {
-                let remark = Remark::error(format!("column {} has no name", field + 1)).at(row.field(field));
-                self.faults.push(remark.remedy("name it, or remove it"));
+                let diagnostic = Diagnostic::error(format!("column {} has no name", field + 1)).at(row.field(field));
+                self.faults.push(diagnostic.remedy("name it, or remove it"));
                 continue;
             }
             if let Some(first) = titles.iter().take(field).position(|other| other == title) {
-                let remark = Remark::error(format!("the column `{title}` is given twice")).at(row.field(field));
-                let remark = remark.related(Some(row.field(first)), "first given here");
-                self.faults.push(remark.remedy("rename or remove one of the two"));
+                let diagnostic = Diagnostic::error(format!("the column `{title}` is given twice")).at(row.field(field));
+                let diagnostic = diagnostic.related(Some(row.field(first)), "first given here");
+                self.faults.push(diagnostic.remedy("rename or remove one of the two"));
             } else if !used.get(field).copied().unwrap_or(false) {
                 let free = expected.iter().map(|column| column.name.as_str());
                 let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
@@ -222,7 +223,7 @@ impl Header {
                     (None, false) => "remove the column, or rename it".to_owned(),
                 };
                 self.faults
-                    .push(Remark::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
+                    .push(Diagnostic::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
             }
         }
     }
@@ -235,27 +236,27 @@ fn missing(
     near: Option<(usize, &String)>,
     row: &Row<'_>,
     of_campaign: bool,
-) -> Remark {
+) -> Diagnostic {
     let name = &column.name;
     let place = near.map_or_else(|| row.fields_from(0), |(field, _)| row.field(field));
     match (renamed, near) {
         (Some(renamed), near) => {
             let message =
                 format!("`columns:` says that `{name}` is the column `{renamed}`, which the file does not have");
-            let remark = Remark::error(message).at(place);
+            let diagnostic = Diagnostic::error(message).at(place);
             match near {
-                Some((_, near)) => remark.remedy(format!("did you mean `{near}`?")),
-                None => remark.remedy("name a column of the header"),
+                Some((_, near)) => diagnostic.remedy(format!("did you mean `{near}`?")),
+                None => diagnostic.remedy("name a column of the header"),
             }
         }
         (None, Some((_, near))) => {
-            let remark = Remark::error(format!("the column `{name}` is missing")).at(place);
+            let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);
             let declare = if of_campaign { format!(" or add `columns: {{{name}: {near}}}`") } else { String::new() };
-            remark.remedy(format!("if it is `{near}`, rename it{declare}"))
+            diagnostic.remedy(format!("if it is `{near}`, rename it{declare}"))
         }
         (None, None) => {
-            let remark = Remark::error(format!("the column `{name}` is missing")).at(place);
-            remark.remedy(if of_campaign {
+            let diagnostic = Diagnostic::error(format!("the column `{name}` is missing")).at(place);
+            diagnostic.remedy(if of_campaign {
                 format!("add it, or name the column that holds it: `columns: {{{name}: ...}}`")
             } else {
                 "add it, or rename the column that holds it".to_owned()

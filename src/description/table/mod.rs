@@ -6,7 +6,7 @@ mod cell;
 mod header;
 mod source;
 
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 use cell::Data;
 use csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
 use header::Header;
@@ -116,7 +116,7 @@ impl Table {
         self.texts.get(column)
     }
 
-    /// Where a cell stands, for a later complaint about it; beyond 4 MiB of file, the line alone without its text.
+    /// Where a cell stands, for a later diagnostic about it; beyond 4 MiB of file, the line alone without its text.
     pub fn place(&self, row: usize, column: &str) -> Option<Place> {
         let line = self.line(row)?;
         let field = self.fields.get(column).copied().unwrap_or(0);
@@ -147,7 +147,7 @@ pub fn read_table(
     ignore: &[String],
     dialect: &Dialect,
     max_rows: usize,
-) -> Result<Table, Vec<Remark>> {
+) -> Result<Table, Vec<Diagnostic>> {
     let mut source = Source::new(reader);
     let head = source.first_line().map_err(|error| vec![failure(file, &error)])?;
     let header = Header::read(file, &head, &source, dialect, expected, rename, ignore)?;
@@ -160,22 +160,22 @@ pub fn read_table(
 }
 
 /// A failure of the disk or the network.
-fn failure(file: &str, error: &std::io::Error) -> Remark {
+fn failure(file: &str, error: &std::io::Error) -> Diagnostic {
     let start = Place { file: file.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
-    Remark::error(format!("the file cannot be read: {error}")).at(start)
+    Diagnostic::error(format!("the file cannot be read: {error}")).at(start)
 }
 
 /// The faults shown and the number of the others.
 #[derive(Default)]
 struct Faults {
-    shown: Vec<Remark>,
+    shown: Vec<Diagnostic>,
     hidden: usize,
     /// The place of the first one that is not shown.
     next: Option<Place>,
 }
 
 impl Faults {
-    fn add(&mut self, fault: impl FnOnce() -> Remark) {
+    fn add(&mut self, fault: impl FnOnce() -> Diagnostic) {
         if self.shown.len() < MOST_SHOWN {
             self.shown.push(fault());
             return;
@@ -190,9 +190,9 @@ impl Faults {
         self.shown.is_empty()
     }
 
-    fn finish(mut self) -> Vec<Remark> {
+    fn finish(mut self) -> Vec<Diagnostic> {
         if self.hidden > 0 {
-            let more = Remark::error(format!("and {} more; the first of them is here", self.hidden));
+            let more = Diagnostic::error(format!("and {} more; the first of them is here", self.hidden));
             self.shown.push(more.at(self.next));
         }
         self.shown
@@ -215,7 +215,7 @@ struct Rows<'a, R> {
 }
 
 impl<R: Read> Rows<'_, R> {
-    fn read(mut self, max_rows: usize) -> Result<Table, Vec<Remark>> {
+    fn read(mut self, max_rows: usize) -> Result<Table, Vec<Diagnostic>> {
         self.faults.shown = std::mem::take(&mut self.header.faults);
         self.data = self.header.columns.iter().map(|column| Data::of(column.kind)).collect();
         let mut record = ByteRecord::new();
@@ -246,8 +246,8 @@ impl<R: Read> Rows<'_, R> {
             count += 1;
             if count > max_rows {
                 let place = self.row(at, line).field(0);
-                let fault =
-                    Remark::error(format!("more than {max_rows} rows, the most that is read of one file")).at(place);
+                let fault = Diagnostic::error(format!("more than {max_rows} rows, the most that is read of one file"))
+                    .at(place);
                 self.faults.shown.truncate(MOST_SHOWN - 1);
                 self.faults.shown.push(fault.remedy("keep the readings that matter, or average repeats"));
                 return Err(self.faults.finish());
@@ -261,7 +261,7 @@ impl<R: Read> Rows<'_, R> {
         } else if count == 0 {
             let place = self.row(0, 1).fields_from(0);
             self.faults
-                .add(|| Remark::error("the file holds a header and no rows").at(place).remedy("add the readings"));
+                .add(|| Diagnostic::error("the file holds a header and no rows").at(place).remedy("add the readings"));
         }
         if self.faults.none() { Ok(self.table()) } else { Err(self.faults.finish()) }
     }
@@ -276,17 +276,18 @@ impl<R: Read> Rows<'_, R> {
     }
 
     /// A row that could not be read.
-    fn broken(&self, at: u64, line: usize, error: &csv::Error) -> Remark {
+    fn broken(&self, at: u64, line: usize, error: &csv::Error) -> Diagnostic {
         let row = self.row(at, line);
         if !self.reader.get_ref().too_long {
-            return Remark::error(format!("the file cannot be read on: {error}")).at(row.field(0));
+            return Diagnostic::error(format!("the file cannot be read on: {error}")).at(row.field(0));
         }
         match row.open_quote() {
             Some(quote) => {
-                let remark = Remark::error("this quote is not closed within 1 MiB").at(row.place(quote..quote + 1));
-                remark.remedy("close it, or remove it")
+                let diagnostic =
+                    Diagnostic::error("this quote is not closed within 1 MiB").at(row.place(quote..quote + 1));
+                diagnostic.remedy("close it, or remove it")
             }
-            None => Remark::error(format!("a row longer than {LONGEST_ROW} bytes")).at(row.field(0)),
+            None => Diagnostic::error(format!("a row longer than {LONGEST_ROW} bytes")).at(row.field(0)),
         }
     }
 
@@ -306,8 +307,8 @@ impl<R: Read> Rows<'_, R> {
                 }
                 let place = if found > wanted { row.fields_from(wanted) } else { row.place(row.bytes.len()..row.bytes.len()) };
                 let fields = if found == 1 { "field" } else { "fields" };
-                let remark = Remark::error(format!("{found} {fields} in this row, expected {wanted} as in the header")).at(place);
-                remark.remedy(match (found > wanted, comma) {
+                let diagnostic = Diagnostic::error(format!("{found} {fields} in this row, expected {wanted} as in the header")).at(place);
+                diagnostic.remedy(match (found > wanted, comma) {
                     (true, true) => {
                         "remove the extra fields; where the decimal sign is a comma, separate the columns by `;` instead"
                     }
@@ -322,8 +323,8 @@ impl<R: Read> Rows<'_, R> {
             if let Err(wrong) = data.push(cell, &mut self.decimal, self.faults.none()) {
                 let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
                 let (delimiter, decimal) = (self.header.delimiter, self.decimal.unwrap_or('.'));
-                let remark = || wrong.remark(cell, column, self.dialect, delimiter, decimal);
-                self.faults.add(|| remark().at(row.field(column.field)));
+                let diagnostic = || wrong.diagnostic(cell, column, self.dialect, delimiter, decimal);
+                self.faults.add(|| diagnostic().at(row.field(column.field)));
             }
         }
         if let Some(&field) = self.header.nameless.as_ref()
@@ -331,7 +332,8 @@ impl<R: Read> Rows<'_, R> {
         {
             let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
             let remedy = "name the column in the header, or remove the value";
-            self.faults.add(|| Remark::error("a value in a column without a name").at(row.field(field)).remedy(remedy));
+            self.faults
+                .add(|| Diagnostic::error("a value in a column without a name").at(row.field(field)).remedy(remedy));
         }
         if self.faults.none() {
             let empty = self.reader.get_ref().from(at).iter().take_while(|&&byte| byte == b'\n').count();
@@ -363,8 +365,8 @@ impl<R: Read> Rows<'_, R> {
 }
 
 /// A quote that the file never closes.
-fn unclosed(row: &Row<'_>, quote: usize) -> Remark {
-    Remark::error("this quote is never closed").at(row.place(quote..quote + 1)).remedy("close it, or remove it")
+fn unclosed(row: &Row<'_>, quote: usize) -> Diagnostic {
+    Diagnostic::error("this quote is never closed").at(row.place(quote..quote + 1)).remedy("close it, or remove it")
 }
 
 /// As [`Rows::row`], borrowing the reader alone.

@@ -1,6 +1,6 @@
 //! The bytes behind a CSV reader, kept as far back as a fault may have to be shown.
 
-use crate::remark::Place;
+use crate::diagnostic::Place;
 use std::io::{self, Read};
 use std::ops::Range;
 

@@ -10,7 +10,7 @@ use super::locate::{KEPT, KEPT_FRAMES};
 use super::xml::{allowed, escaped, number, put, roll_pitch_yaw, triple};
 use crate::description::raw::{JointKind, RawFrame, RawPlacement, RawRobot, RawTool};
 use crate::description::robot::Constants;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Bounds written for a prismatic joint that has none, as URDF asks for some, metres.
 const REACH: f64 = 10.0;
@@ -30,16 +30,20 @@ const REACH: f64 = 10.0;
 ///
 /// Every fault that keeps the frames from forming a tree: a missing or unknown antecedent, a circle, an unknown frame in a
 /// coupling, a number that is not finite, a name that XML cannot hold.
-pub fn export(robot: &RawRobot) -> Result<(String, Vec<Remark>), Vec<Remark>> {
+pub fn export(robot: &RawRobot) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut writer = Writer::new(robot);
     writer.check();
-    let followers = followers(robot, &mut writer.remarks);
-    if writer.remarks.iter().any(Remark::is_error) {
-        return Err(writer.remarks);
+    let followers = followers(robot, &mut writer.diagnostics);
+    if writer.diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(writer.diagnostics);
     }
-    writer.remark_losses();
+    writer.report_losses();
     let text = writer.text(&followers);
-    if writer.remarks.iter().any(Remark::is_error) { Err(writer.remarks) } else { Ok((text, writer.remarks)) }
+    if writer.diagnostics.iter().any(Diagnostic::is_error) {
+        Err(writer.diagnostics)
+    } else {
+        Ok((text, writer.diagnostics))
+    }
 }
 
 struct Writer<'a> {
@@ -49,14 +53,14 @@ struct Writer<'a> {
     /// Link and joint names given so far.
     taken: HashSet<String>,
     base: String,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
 }
 
 impl<'a> Writer<'a> {
     fn new(robot: &'a RawRobot) -> Self {
         let taken = robot.frames.keys().cloned().collect();
         let (length, angle) = (robot.units.length.factor(), robot.units.angle.factor());
-        let mut writer = Self { robot, length, angle, taken, base: String::new(), remarks: Vec::new() };
+        let mut writer = Self { robot, length, angle, taken, base: String::new(), diagnostics: Vec::new() };
         writer.base = writer.free_name("base_link");
         writer
     }
@@ -71,17 +75,17 @@ impl<'a> Writer<'a> {
     }
 
     fn error(&mut self, message: String) {
-        self.remarks.push(Remark::error(message));
+        self.diagnostics.push(Diagnostic::error(message));
     }
 
     fn known(&mut self, what: &str, name: &str) {
         if name != "0" && !self.robot.frames.contains_key(name) {
             let names = self.robot.frames.keys().map(String::as_str).chain(["0"]);
-            self.remarks.push(Remark::error(format!("{what}: unknown frame `{name}`")).suggest(name, names));
+            self.diagnostics.push(Diagnostic::error(format!("{what}: unknown frame `{name}`")).suggest(name, names));
         }
     }
 
-    /// Remarks on what keeps the description from being a tree of finite numbers.
+    /// Diagnostics on what keeps the description from being a tree of finite numbers.
     fn check(&mut self) {
         let robot = self.robot;
         for (name, frame) in &robot.frames {
@@ -132,8 +136,9 @@ impl<'a> Writer<'a> {
             Some(frame) => self.known("tool", frame),
             None if self.only_leaf().is_some() => {}
             None if robot.tool != RawTool::default() || robot.markers.values().any(|marker| marker.frame.is_none()) => {
-                let remark = Remark::error("several frames carry nothing: which of them carries the tool is not said");
-                self.remarks.push(remark.remedy("say `tool: {frame: ...}`"));
+                let diagnostic =
+                    Diagnostic::error("several frames carry nothing: which of them carries the tool is not said");
+                self.diagnostics.push(diagnostic.remedy("say `tool: {frame: ...}`"));
             }
             None => {}
         }
@@ -149,7 +154,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Warnings about what is lost.
-    fn remark_losses(&mut self) {
+    fn report_losses(&mut self) {
         let robot = self.robot;
         let list = |names: Vec<&String>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let passive: Vec<&String> =
@@ -157,7 +162,7 @@ impl<'a> Writer<'a> {
         if !robot.loops.is_empty() || !passive.is_empty() {
             let message = format!("a URDF cannot close loops ({})", list(robot.loops.keys().collect()));
             let remedy = format!("the passive joints {} are written as joints to be set from outside", list(passive));
-            self.remarks.push(Remark::warning(message).remedy(remedy));
+            self.diagnostics.push(Diagnostic::warning(message).remedy(remedy));
         }
         let actuated: Vec<String> = robot.actuators.values().filter_map(|actuator| actuator.joint.clone()).collect();
         if !robot.actuators.is_empty() {
@@ -165,7 +170,7 @@ impl<'a> Writer<'a> {
                 format!("a URDF cannot say how actuators turn joints ({})", list(robot.actuators.keys().collect()));
             let remedy =
                 format!("the joints {} take the joint's value, not the actuator's", list(actuated.iter().collect()));
-            self.remarks.push(Remark::warning(message).remedy(remedy));
+            self.diagnostics.push(Diagnostic::warning(message).remedy(remedy));
         }
         let sections = [
             ("urdf", robot.urdf.is_none()),
@@ -181,11 +186,12 @@ impl<'a> Writer<'a> {
         let lost: Vec<String> =
             sections.iter().filter(|(_, absent)| !absent).map(|(name, _)| (*name).to_owned()).collect();
         if !lost.is_empty() {
-            self.remarks.push(Remark::warning(format!("not written to the URDF: {}", list(lost.iter().collect()))));
+            self.diagnostics
+                .push(Diagnostic::warning(format!("not written to the URDF: {}", list(lost.iter().collect()))));
         }
         if !robot.bodies.is_empty() {
             let message = "inertia tensors are written as zero: the description has none";
-            self.remarks.push(Remark::warning(message).remedy("masses and centres of mass are written"));
+            self.diagnostics.push(Diagnostic::warning(message).remedy("masses and centres of mass are written"));
         }
     }
 
@@ -270,7 +276,7 @@ impl<'a> Writer<'a> {
             }
             if limits.is_none() && kind == "prismatic" {
                 let message = format!("the prismatic joint `{name}` has no limits, which a URDF must have");
-                self.remarks.push(Remark::warning(message).remedy(format!("{REACH} m each way are written")));
+                self.diagnostics.push(Diagnostic::warning(message).remedy(format!("{REACH} m each way are written")));
                 limits = Some([-REACH, REACH]);
             }
             if let Some([lower, upper]) = limits {

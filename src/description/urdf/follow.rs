@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::description::coupling::parse_coupling;
 use crate::description::raw::{JointKind, RawFrame, RawRobot};
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// How the URDF value u of a joint stands to the frame's joint variable q and to the joint it mimics, if any:
 /// q = direction u + constant, u = factor * (u of the master). SI.
@@ -14,8 +14,8 @@ pub(super) struct Follower<'a> {
 }
 
 /// How each moving joint follows another, down chains of couplings.
-pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&'a str, Follower<'a>> {
-    let single = single_terms(robot, remarks);
+pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, Follower<'a>> {
+    let single = single_terms(robot, diagnostics);
     let shared = shared_variables(robot);
     let mut followers = HashMap::new();
     for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
@@ -28,7 +28,7 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> H
         {
             steps += 1;
             if steps > single.len() {
-                remarks.push(Remark::error(format!("the couplings of `{name}` form a circle")));
+                diagnostics.push(Diagnostic::error(format!("the couplings of `{name}` form a circle")));
                 break;
             }
             let units = robot.frames.get(at).map_or(1.0, |frame| joint_unit(robot, frame)) / joint_unit(robot, next);
@@ -47,19 +47,19 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> H
 }
 
 /// The couplings of one term: the joint that follows, the joint it follows and the factor.
-fn single_terms<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&'a str, (&'a str, f64)> {
+fn single_terms<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, (&'a str, f64)> {
     let mut single = HashMap::new();
     let movable = || robot.frames.iter().filter(|(_, frame)| moves(frame)).map(|(name, _)| name.as_str());
     for coupling in &robot.couplings {
         let Ok((name, terms)) = parse_coupling(coupling) else {
-            let remark = Remark::error(format!("the coupling `{coupling}` cannot be read"));
-            remarks.push(remark.remedy("write it like `6 = -1 * 5`"));
+            let diagnostic = Diagnostic::error(format!("the coupling `{coupling}` cannot be read"));
+            diagnostics.push(diagnostic.remedy("write it like `6 = -1 * 5`"));
             continue;
         };
         for name in std::iter::once(name).chain(terms.iter().map(|&(_, master)| master)) {
             if !robot.frames.get(name).is_some_and(moves) {
-                let remark = Remark::error(format!("coupling `{coupling}`: `{name}` is no joint that moves"));
-                remarks.push(remark.suggest(name, movable()));
+                let diagnostic = Diagnostic::error(format!("coupling `{coupling}`: `{name}` is no joint that moves"));
+                diagnostics.push(diagnostic.suggest(name, movable()));
             }
         }
         match terms.as_slice() {
@@ -68,7 +68,7 @@ fn single_terms<'a>(robot: &'a RawRobot, remarks: &mut Vec<Remark>) -> HashMap<&
             }
             _ => {
                 let message = format!("the joint `{name}` follows several others (`{coupling}`): a URDF cannot say so");
-                remarks.push(Remark::warning(message).remedy("it is written as a joint of its own"));
+                diagnostics.push(Diagnostic::warning(message).remedy("it is written as a joint of its own"));
             }
         }
     }

@@ -11,11 +11,11 @@ use super::khalil_kleinfinger::{
 };
 use super::locate::{self, Survey};
 use super::outline;
-use super::source::{Remarks, Source};
+use super::source::{Diagnostics, Source};
 use super::tree::{Tree, tree};
 use crate::description::raw::{JointKind, RawBody, RawFrame, RawRobot, RawTool};
 use crate::description::robot::Constants;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// An angle of roll, pitch or yaw of at most twelve decimals that is this near to a multiple of 90 degrees is taken to be
 /// that: pi/2 is often written with eleven decimals (5e-12).
@@ -25,7 +25,7 @@ const QUARTER: f64 = 6e-12;
 const TOOLS: [&str; 9] =
     ["tcp", "tool0", "tool", "tool_center_point", "tool_link", "ee_link", "end_effector", "ee", "flange"];
 
-/// Reads a URDF: `text` is its text, `file` the name shown in remarks.
+/// Reads a URDF: `text` is its text, `file` the name shown in diagnostics.
 ///
 /// The description is in SI units. Each joint becomes a frame of its name, each link's mass a body of that frame. A
 /// mimicking joint becomes a coupling, its offset going into the frame's theta or r; every other moving joint gets a
@@ -40,28 +40,33 @@ const TOOLS: [&str; 9] =
 /// Every fault of the file, each with its place, and the warnings too: malformed XML, xacro that has not been run, missing
 /// or malformed attributes, unknown or repeated names, links that do not form one tree, joints of an unsupported type,
 /// circles of mimicking joints, a file of more than 20 MB.
-pub fn import(file: &str, text: &str) -> Result<(RawRobot, Vec<Remark>), Vec<Remark>> {
+pub fn import(file: &str, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<Diagnostic>> {
     let source = Source::new(file, text.strip_prefix('\u{feff}').unwrap_or(text));
-    outline::outline(&source).map_err(|remark| vec![*remark])?;
-    let document = outline::parse(&source).map_err(|remark| vec![*remark])?;
-    let mut remarks = Remarks::default();
-    let survey = locate::survey(&source, &document, &mut remarks);
-    let hangs =
-        if survey.links.is_empty() && remarks.has_error() { None } else { tree(&source, &survey, &mut remarks) };
-    let Some(tree) = hangs.filter(|_| !remarks.has_error()) else { return Err(remarks.finish()) };
+    outline::outline(&source).map_err(|diagnostic| vec![*diagnostic])?;
+    let document = outline::parse(&source).map_err(|diagnostic| vec![*diagnostic])?;
+    let mut diagnostics = Diagnostics::default();
+    let survey = locate::survey(&source, &document, &mut diagnostics);
+    let hangs = if survey.links.is_empty() && diagnostics.has_error() {
+        None
+    } else {
+        tree(&source, &survey, &mut diagnostics)
+    };
+    let Some(tree) = hangs.filter(|_| !diagnostics.has_error()) else { return Err(diagnostics.finish()) };
     let read = urdf_rs::read_from_string(&blanked(source.text(), &survey.blank)).map_err(|error| error.to_string());
     let whole =
         |read: &urdf_rs::Robot| read.links.len() == survey.links.len() && read.joints.len() == survey.joints.len();
     match read {
         Ok(model) if whole(&model) => {
-            let mut robot = Builder { source: &source, survey: &survey, tree: &tree, model: &model, remarks }.robot();
+            let mut robot =
+                Builder { source: &source, survey: &survey, tree: &tree, model: &model, diagnostics }.robot();
             robot.0.robot = (!survey.name.is_empty()).then(|| survey.name.to_owned());
             Ok((robot.0, robot.1.finish()))
         }
         other => {
             let why = other.err().unwrap_or_else(|| "links or joints are lost".to_owned());
-            remarks.push(Remark::error(format!("the file cannot be read as URDF: {why}")).at(source.place(0..0)));
-            Err(remarks.finish())
+            diagnostics
+                .push(Diagnostic::error(format!("the file cannot be read as URDF: {why}")).at(source.place(0..0)));
+            Err(diagnostics.finish())
         }
     }
 }
@@ -85,12 +90,12 @@ struct Builder<'s> {
     survey: &'s Survey<'s>,
     tree: &'s Tree,
     model: &'s urdf_rs::Robot,
-    remarks: Remarks,
+    diagnostics: Diagnostics,
 }
 
 // Positions come from the survey of the same file; `import` has checked that the model has as many links and joints.
 impl<'s> Builder<'s> {
-    fn robot(mut self) -> (RawRobot, Remarks) {
+    fn robot(mut self) -> (RawRobot, Diagnostics) {
         let mut robot = RawRobot::default();
         // Per link: the frame it moves with, and that frame's pose in the link.
         let mut carriers = vec![("0", Isometry::identity()); self.survey.links.len()];
@@ -101,7 +106,7 @@ impl<'s> Builder<'s> {
                 let (antecedent, parent) = carriers[link];
                 let own = self.own_frame(joint);
                 let constants = khalil_kleinfinger(&(parent.inverse() * self.placed(joint) * own));
-                self.remark_tilt(joint, antecedent, &constants);
+                self.warn_of_tilt(joint, antecedent, &constants);
                 robot.frames.insert(self.name(joint).to_owned(), self.frame(joint, antecedent, constants));
                 carriers[child] = (self.name(joint), own);
                 robot.couplings.extend(self.coupling(joint));
@@ -110,7 +115,7 @@ impl<'s> Builder<'s> {
             open.extend(self.tree.leaving[link].iter().rev().map(|&joint| self.tree.carries[joint]));
         }
         robot.tool = self.tool(&carriers);
-        (robot, self.remarks)
+        (robot, self.diagnostics)
     }
 
     fn name(&self, joint: usize) -> &'s str {
@@ -230,7 +235,7 @@ impl<'s> Builder<'s> {
         bodies.insert(frame.to_owned(), RawBody { mass: Some(inertial.mass.value), com });
     }
 
-    fn remark_tilt(&mut self, joint: usize, antecedent: &str, constants: &Constants) {
+    fn warn_of_tilt(&mut self, joint: usize, antecedent: &str, constants: &Constants) {
         let Some(name) = self.survey.joints[joint].name.as_ref() else { return };
         if constants.beta == 0.0 || self.fixed(joint) {
             return;
@@ -238,9 +243,10 @@ impl<'s> Builder<'s> {
         let z = constants.isometry().rotation.matrix().column(2).into_owned();
         let tilt = z.x.hypot(z.y).asin();
         let message = format!("the axis of `{}` is {tilt:.1e} rad from parallel to that of `{antecedent}`", name.text);
-        let remark = Remark::warning(message).at(self.source.place(name.at.clone()));
-        self.remarks.push(
-            remark.remedy("kept as written, with `beta`; if they are parallel, write pi in full (3.141592653589793)"),
+        let diagnostic = Diagnostic::warning(message).at(self.source.place(name.at.clone()));
+        self.diagnostics.push(
+            diagnostic
+                .remedy("kept as written, with `beta`; if they are parallel, write pi in full (3.141592653589793)"),
         );
     }
 
@@ -271,11 +277,11 @@ impl<'s> Builder<'s> {
                     several.iter().take(12).map(|&joint| format!("`{}`", self.name(joint))).collect();
                 let more = if several.len() > 12 { ", ..." } else { "" };
                 let message = format!("several links carry nothing; their frames are {}{more}", shown.join(", "));
-                let remark = Remark::warning(message).remedy(match chosen {
+                let diagnostic = Diagnostic::warning(message).remedy(match chosen {
                     Some(joint) => format!("`{}` is taken for the tool", self.name(joint)),
                     None => "say which is the tool: `tool: {frame: ...}`".to_owned(),
                 });
-                self.remarks.push(remark);
+                self.diagnostics.push(diagnostic);
                 let Some(chosen) = chosen else { return RawTool::default() };
                 chosen
             }

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use roxmltree::{Attribute, Document, Node};
 
-use super::source::{Remarks, Source};
-use crate::remark::{Place, Remark};
+use super::source::{Diagnostics, Source};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Element by which `export` says that the link frames are the frames of a description (z along the joint's axis or
 /// against it), so that `import` puts every frame back where it was. Other readers of URDF pass over it.
@@ -26,7 +26,7 @@ pub(super) struct Link<'a> {
     pub(super) name: Option<Name<'a>>,
 }
 
-/// A `<joint>`; `None` where the file is at fault, about which a remark has been made.
+/// A `<joint>`; `None` where the file is at fault, about which a diagnostic has been made.
 pub(super) struct Joint<'a> {
     pub(super) name: Option<Name<'a>>,
     pub(super) parent: Option<Name<'a>>,
@@ -50,27 +50,27 @@ pub(super) struct Survey<'a> {
     pub(super) blank: Vec<Range<usize>>,
 }
 
-pub(super) fn xacro(place: Place) -> Remark {
-    Remark::error("this is a xacro file, not yet a URDF")
+pub(super) fn xacro(place: Place) -> Diagnostic {
+    Diagnostic::error("this is a xacro file, not yet a URDF")
         .at(place)
         .remedy("run xacro first: `xacro robot.xacro > robot.urdf`")
 }
 
-/// Reads every element that matters and remarks on what is wrong with it.
-pub(super) fn survey<'a>(source: &Source<'a>, document: &'a Document<'a>, remarks: &mut Remarks) -> Survey<'a> {
+/// Reads every element that matters and diagnostics on what is wrong with it.
+pub(super) fn survey<'a>(source: &Source<'a>, document: &'a Document<'a>, diagnostics: &mut Diagnostics) -> Survey<'a> {
     let mut survey = Survey::default();
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
         let message = format!("the outermost element is `{}`; a URDF's is `robot`", root.tag_name().name());
-        remarks.push(Remark::error(message).at(source.tag(root.range().start)));
+        diagnostics.push(Diagnostic::error(message).at(source.tag(root.range().start)));
         return survey;
     }
     if let Some(place) = unexpanded(source, document) {
-        remarks.push(xacro(place));
+        diagnostics.push(xacro(place));
         return survey;
     }
     survey.name = root.attribute("name").unwrap_or_default();
-    let mut reader = Reader { source, remarks, ignored: BTreeMap::new() };
+    let mut reader = Reader { source, diagnostics, ignored: BTreeMap::new() };
     for node in root.children() {
         match node.tag_name().name() {
             _ if !node.is_element() => {}
@@ -89,7 +89,7 @@ pub(super) fn survey<'a>(source: &Source<'a>, document: &'a Document<'a>, remark
     if let Some((_, first)) = reader.ignored.values().min_by_key(|(_, first)| *first).copied() {
         let list: Vec<String> = reader.ignored.iter().map(|(name, (count, _))| format!("`{name}` ({count})")).collect();
         let message = format!("elements that are not read: {}", list.join(", "));
-        remarks.push(Remark::warning(message).at(source.tag(first)));
+        diagnostics.push(Diagnostic::warning(message).at(source.tag(first)));
     }
     survey
 }
@@ -107,7 +107,7 @@ fn unexpanded(source: &Source, document: &Document) -> Option<Place> {
 
 struct Reader<'s, 'r, 'a> {
     source: &'s Source<'a>,
-    remarks: &'r mut Remarks,
+    diagnostics: &'r mut Diagnostics,
     /// How often an element that is not read occurs, and where first.
     ignored: BTreeMap<&'a str, (usize, usize)>,
 }
@@ -137,7 +137,7 @@ impl<'a> Reader<'_, '_, 'a> {
                         && mass < 0.0
                     {
                         let place = self.value_place(child, "value");
-                        self.remarks.push(Remark::error(format!("the mass {mass} is negative")).at(place));
+                        self.diagnostics.push(Diagnostic::error(format!("the mass {mass} is negative")).at(place));
                     }
                 }
                 _ => {
@@ -182,7 +182,7 @@ impl<'a> Reader<'_, '_, 'a> {
         if matches!(kind, Some("revolute" | "prismatic")) && !has_limit {
             let place = self.source.tag(node.range().start);
             let message = format!("the joint `{}` has no <limit>", joint.name.as_ref().map_or("", |name| name.text));
-            self.remarks.push(Remark::warning(message).at(place).remedy("it is taken to have no limits"));
+            self.diagnostics.push(Diagnostic::warning(message).at(place).remedy("it is taken to have no limits"));
         }
         joint
     }
@@ -194,13 +194,13 @@ impl<'a> Reader<'_, '_, 'a> {
             return Some(name.text);
         }
         let place = self.source.place(name.at);
-        let remark = if matches!(name.text, "floating" | "planar" | "spherical") {
-            Remark::error(format!("joints of type `{}` are not supported", name.text))
+        let diagnostic = if matches!(name.text, "floating" | "planar" | "spherical") {
+            Diagnostic::error(format!("joints of type `{}` are not supported", name.text))
                 .remedy("supported: `revolute`, `continuous`, `prismatic`, `fixed`")
         } else {
-            Remark::error(format!("unknown type of joint `{}`", name.text)).suggest(name.text, kinds)
+            Diagnostic::error(format!("unknown type of joint `{}`", name.text)).suggest(name.text, kinds)
         };
-        self.remarks.push(remark.at(place));
+        self.diagnostics.push(diagnostic.at(place));
         None
     }
 
@@ -209,8 +209,8 @@ impl<'a> Reader<'_, '_, 'a> {
         self.numbers(node, "xyz", 3, false);
         self.numbers(node, "rpy", 3, false);
         if let Some(place) = self.value_place(node, "quat_xyzw") {
-            let remark = Remark::error("an orientation given as `quat_xyzw` is not read").at(place);
-            self.remarks.push(remark.remedy("give it as `rpy`: roll, pitch and yaw in radians"));
+            let diagnostic = Diagnostic::error("an orientation given as `quat_xyzw` is not read").at(place);
+            self.diagnostics.push(diagnostic.remedy("give it as `rpy`: roll, pitch and yaw in radians"));
         }
     }
 
@@ -225,10 +225,10 @@ impl<'a> Reader<'_, '_, 'a> {
         if !(1e-100..1e100).contains(&length) {
             let message =
                 if length == 0.0 { "the axis is zero".to_owned() } else { format!("the axis is {length:e} long") };
-            self.remarks.push(Remark::error(message).at(place).remedy("give a unit vector, such as `0 0 1`"));
+            self.diagnostics.push(Diagnostic::error(message).at(place).remedy("give a unit vector, such as `0 0 1`"));
         } else if (length - 1.0).abs() > 1e-4 {
             let message = format!("the axis is {length} long, not of unit length");
-            self.remarks.push(Remark::warning(message).at(place).remedy("its direction is taken"));
+            self.diagnostics.push(Diagnostic::warning(message).at(place).remedy("its direction is taken"));
         }
     }
 
@@ -247,15 +247,15 @@ impl<'a> Reader<'_, '_, 'a> {
         }
         let bound = |given: Option<Vec<f64>>| given.map_or(Some(0.0), |list| list.first().copied());
         if !limited {
-            let remark =
-                Remark::warning("neither `lower` nor `upper` is given").at(self.source.tag(node.range().start));
-            self.remarks.push(remark.remedy("the joint is taken to have no limits"));
+            let diagnostic =
+                Diagnostic::warning("neither `lower` nor `upper` is given").at(self.source.tag(node.range().start));
+            self.diagnostics.push(diagnostic.remedy("the joint is taken to have no limits"));
         } else if let (Some(lower), Some(upper)) = (bound(lower), bound(upper))
             && lower > upper
         {
             let place = self.value_place(node, if node.has_attribute("lower") { "lower" } else { "upper" });
             let message = format!("the lower limit {lower} is above the upper limit {upper}");
-            self.remarks.push(Remark::error(message).at(place).remedy("a limit that is not given counts as 0"));
+            self.diagnostics.push(Diagnostic::error(message).at(place).remedy("a limit that is not given counts as 0"));
         }
         limited
     }
@@ -267,13 +267,14 @@ impl<'a> Reader<'_, '_, 'a> {
         let name = self.name(node, "joint")?;
         if fixed {
             let place = self.source.tag(node.range().start);
-            self.remarks.push(Remark::warning("a fixed joint cannot mimic another; this is not read").at(place));
+            self.diagnostics
+                .push(Diagnostic::warning("a fixed joint cannot mimic another; this is not read").at(place));
             return None;
         }
         Some(name)
     }
 
-    /// The child elements that are known, after remarks on the others and on repeated ones. What is not known is blanked.
+    /// The child elements that are known, after diagnostics on the others and on repeated ones. What is not known is blanked.
     fn children(
         &mut self,
         node: Node<'a, 'a>,
@@ -285,11 +286,11 @@ impl<'a> Reader<'_, '_, 'a> {
         for child in node.children().filter(Node::is_element) {
             let name = child.tag_name().name();
             if !known.contains(&name) {
-                match crate::remark::nearest(name, known.iter().copied()) {
+                match crate::diagnostic::nearest(name, known.iter().copied()) {
                     Some(near) => {
                         let message = format!("`{name}` is not an element of `{}`", node.tag_name().name());
-                        let remark = Remark::error(message).at(self.source.tag(child.range().start));
-                        self.remarks.push(remark.remedy(format!("did you mean `{near}`?")));
+                        let diagnostic = Diagnostic::error(message).at(self.source.tag(child.range().start));
+                        self.diagnostics.push(diagnostic.remedy(format!("did you mean `{near}`?")));
                     }
                     None => self.ignore(child),
                 }
@@ -299,9 +300,9 @@ impl<'a> Reader<'_, '_, 'a> {
             if once.contains(&name) {
                 if let Some(first) = single.iter().find(|other| other.tag_name().name() == name) {
                     let first = self.source.tag(first.range().start);
-                    let remark = Remark::error(format!("`{name}` is given twice"));
-                    let remark = remark.at(self.source.tag(child.range().start));
-                    self.remarks.push(remark.related(Some(first), "given first here"));
+                    let diagnostic = Diagnostic::error(format!("`{name}` is given twice"));
+                    let diagnostic = diagnostic.at(self.source.tag(child.range().start));
+                    self.diagnostics.push(diagnostic.related(Some(first), "given first here"));
                     continue;
                 }
                 single.push(child);
@@ -316,12 +317,12 @@ impl<'a> Reader<'_, '_, 'a> {
         entry.0 += 1;
     }
 
-    /// Remarks on attributes that are not known: a misspelt `xyz` would silently count as zero.
+    /// Diagnostics on attributes that are not known: a misspelt `xyz` would silently count as zero.
     fn attributes(&mut self, node: Node<'a, 'a>, known: &[&str]) {
         for attribute in node.attributes().filter(|attribute| !known.contains(&attribute.name())) {
             let message = format!("`{}` is not an attribute of `{}`", attribute.name(), node.tag_name().name());
-            let remark = Remark::warning(message).at(self.source.place(attribute.range_qname()));
-            self.remarks.push(remark.suggest(attribute.name(), known.iter().copied()));
+            let diagnostic = Diagnostic::warning(message).at(self.source.place(attribute.range_qname()));
+            self.diagnostics.push(diagnostic.suggest(attribute.name(), known.iter().copied()));
         }
     }
 
@@ -331,8 +332,8 @@ impl<'a> Reader<'_, '_, 'a> {
             return None;
         };
         if found.value().trim().is_empty() {
-            let remark = Remark::error(format!("`{attribute}` is empty")).at(self.source.place(found.range()));
-            self.remarks.push(remark);
+            let diagnostic = Diagnostic::error(format!("`{attribute}` is empty")).at(self.source.place(found.range()));
+            self.diagnostics.push(diagnostic);
             return None;
         }
         Some(Name { text: found.value(), at: found.range_value() })
@@ -340,7 +341,7 @@ impl<'a> Reader<'_, '_, 'a> {
 
     fn missing(&mut self, node: Node<'a, 'a>, what: &str) {
         let message = format!("the element `{}` lacks `{what}`", node.tag_name().name());
-        self.remarks.push(Remark::error(message).at(self.source.tag(node.range().start)));
+        self.diagnostics.push(Diagnostic::error(message).at(self.source.tag(node.range().start)));
     }
 
     fn value_place(&self, node: Node<'a, 'a>, attribute: &str) -> Option<Place> {
@@ -370,14 +371,14 @@ impl<'a> Reader<'_, '_, 'a> {
             let start = range.start + (token.as_ptr() as usize - value.as_ptr() as usize);
             let place = self.source.place(if plain { start..start + token.len() } else { range.clone() });
             let comma = token.contains(',').then_some("numbers have a decimal point and are separated by blanks");
-            let remark = Remark { remedy: comma.map(str::to_owned), ..Remark::error(message).at(place) };
-            self.remarks.push(remark);
+            let diagnostic = Diagnostic { remedy: comma.map(str::to_owned), ..Diagnostic::error(message).at(place) };
+            self.diagnostics.push(diagnostic);
             return Some(Vec::new());
         }
         if list.len() != count {
             let wanted = if count == 1 { "one number".to_owned() } else { format!("{count} numbers") };
             let message = format!("`{attribute}` must hold {wanted}, it holds {}", list.len());
-            self.remarks.push(Remark::error(message).at(self.source.place(range)));
+            self.diagnostics.push(Diagnostic::error(message).at(self.source.place(range)));
             return Some(Vec::new());
         }
         Some(list)

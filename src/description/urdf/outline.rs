@@ -4,7 +4,7 @@ use roxmltree::{Document, Error, ParsingOptions};
 
 use super::locate::xacro;
 use super::source::Source;
-use crate::remark::Remark;
+use crate::diagnostic::Diagnostic;
 
 /// Largest file read, bytes.
 const LARGEST: usize = 20_000_000;
@@ -16,12 +16,12 @@ const MOST_ATTRIBUTES: usize = 256;
 const MOST_NODES: u32 = 2_000_000;
 
 /// Looks over the nesting and the tags without building anything: what follows is safe on a small stack and in time.
-pub(super) fn outline(source: &Source) -> Result<(), Box<Remark>> {
+pub(super) fn outline(source: &Source) -> Result<(), Box<Diagnostic>> {
     let text = source.text();
     if text.len() > LARGEST {
         let found = text.len() as f64 / 1e6;
         let message = format!("the file holds {found:.1} MB; a URDF of at most {} MB is read", LARGEST / 1_000_000);
-        return Err(Box::new(Remark::error(message).remedy("leave meshes in files of their own")));
+        return Err(Box::new(Diagnostic::error(message).remedy("leave meshes in files of their own")));
     }
     let bytes = text.as_bytes();
     let (mut at, mut depth) = (0, 0_usize);
@@ -56,7 +56,7 @@ pub(super) fn outline(source: &Source) -> Result<(), Box<Remark>> {
         }
         if attributes > MOST_ATTRIBUTES {
             let message = format!("an element has {attributes} attributes; at most {MOST_ATTRIBUTES} are read");
-            return Err(Box::new(Remark::error(message).at(source.tag(open))));
+            return Err(Box::new(Diagnostic::error(message).at(source.tag(open))));
         }
         if rest.starts_with("</") {
             depth = depth.saturating_sub(1);
@@ -65,8 +65,8 @@ pub(super) fn outline(source: &Source) -> Result<(), Box<Remark>> {
         }
         if depth > DEEPEST {
             let message = format!("elements are nested more than {DEEPEST} deep");
-            let remark = Remark::error(message).at(source.tag(open));
-            return Err(Box::new(remark.remedy("a URDF nests about 6 deep: is a tag not closed?")));
+            let diagnostic = Diagnostic::error(message).at(source.tag(open));
+            return Err(Box::new(diagnostic.remedy("a URDF nests about 6 deep: is a tag not closed?")));
         }
         at = close;
     }
@@ -74,7 +74,7 @@ pub(super) fn outline(source: &Source) -> Result<(), Box<Remark>> {
 }
 
 /// Reads the XML.
-pub(super) fn parse<'a>(source: &Source<'a>) -> Result<Document<'a>, Box<Remark>> {
+pub(super) fn parse<'a>(source: &Source<'a>) -> Result<Document<'a>, Box<Diagnostic>> {
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(source.text(), options).map_err(|error| {
         if matches!(&error, Error::UnknownNamespace(prefix, _) if prefix == "xacro") {
@@ -85,7 +85,7 @@ pub(super) fn parse<'a>(source: &Source<'a>) -> Result<Document<'a>, Box<Remark>
         let pos = error.pos();
         let said = error.to_string();
         let said = said.strip_suffix(&format!(" at {pos}")).unwrap_or(&said).to_owned();
-        let remark = Remark::error(format!("this is not well-formed XML: {said}"));
-        Box::new(remark.at((!whole).then(|| source.place_at(pos.row, pos.col))))
+        let diagnostic = Diagnostic::error(format!("this is not well-formed XML: {said}"));
+        Box::new(diagnostic.at((!whole).then(|| source.place_at(pos.row, pos.col))))
     })
 }

@@ -1,8 +1,8 @@
-//! The text of a file, its places, and the remarks made on it.
+//! The text of a file, its places, and the diagnostics made on it.
 
 use std::ops::Range;
 
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Errors shown of one file; the rest is only counted.
 const MOST: usize = 100;
@@ -69,25 +69,25 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The remarks on a file so far.
+/// The diagnostics on a file so far.
 #[derive(Default)]
-pub(super) struct Remarks {
-    list: Vec<Remark>,
+pub(super) struct Diagnostics {
+    list: Vec<Diagnostic>,
     errors: usize,
 }
 
-impl Remarks {
-    pub(super) fn push(&mut self, remark: Remark) {
-        self.errors += usize::from(remark.is_error());
+impl Diagnostics {
+    pub(super) fn push(&mut self, diagnostic: Diagnostic) {
+        self.errors += usize::from(diagnostic.is_error());
         if self.list.len() < MOST {
-            self.list.push(remark);
-        } else if remark.is_error() && self.errors == 1 {
+            self.list.push(diagnostic);
+        } else if diagnostic.is_error() && self.errors == 1 {
             // The one error among a crowd of warnings must not be lost.
-            self.list.insert(0, remark);
+            self.list.insert(0, diagnostic);
         }
     }
 
-    /// Whether more remarks would not be shown: spares the search for suggestions.
+    /// Whether more diagnostics would not be shown: spares the search for suggestions.
     pub(super) fn full(&self) -> bool {
         self.list.len() >= MOST && self.errors > 0
     }
@@ -97,11 +97,11 @@ impl Remarks {
     }
 
     /// Everything said, errors first, with a word on how many more there were.
-    pub(super) fn finish(mut self) -> Vec<Remark> {
-        self.list.sort_by_key(|remark| std::cmp::Reverse(remark.severity));
-        let shown = self.list.iter().filter(|remark| remark.is_error()).count();
+    pub(super) fn finish(mut self) -> Vec<Diagnostic> {
+        self.list.sort_by_key(|diagnostic| std::cmp::Reverse(diagnostic.severity));
+        let shown = self.list.iter().filter(|diagnostic| diagnostic.is_error()).count();
         if self.errors > shown {
-            self.list.push(Remark::error(format!("{} more errors are not shown", self.errors - shown)));
+            self.list.push(Diagnostic::error(format!("{} more errors are not shown", self.errors - shown)));
         }
         self.list
     }

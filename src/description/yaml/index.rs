@@ -3,7 +3,7 @@
 //! The text is walked once, event by event and without recursion, so that no nesting can exhaust the stack.
 
 use super::wording;
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 use serde_yaml::granit_parser::{Event, Parser, Span, StructureStyle, options};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -69,8 +69,8 @@ impl Index {
     /// Walks the text.
     ///
     /// Returns the index and every duplicate key (with the number of its node); or, when the text is not YAML, is empty or is
-    /// out of bounds, the one remark that says so.
-    pub fn of(file: &str, text: &str) -> Result<(Self, Vec<(usize, Remark)>), Remark> {
+    /// out of bounds, the one diagnostic that says so.
+    pub fn of(file: &str, text: &str) -> Result<(Self, Vec<(usize, Diagnostic)>), Diagnostic> {
         let mut walk = Walk {
             file,
             text,
@@ -93,8 +93,8 @@ impl Index {
             Some(root) => root.kind == Kind::Scalar && matches!(text.get(root.value.clone()), Some("" | "~" | "null")),
         };
         if empty {
-            let remark = Remark::error(super::EMPTY).at(Place::in_text(file, text, 0..0));
-            return Err(remark.remedy("write `key: value` pairs"));
+            let diagnostic = Diagnostic::error(super::EMPTY).at(Place::in_text(file, text, 0..0));
+            return Err(diagnostic.remedy("write `key: value` pairs"));
         }
         Ok((walk.index, walk.duplicates))
     }
@@ -157,18 +157,19 @@ struct Walk<'t> {
     open: Vec<Open>,
     anchors: HashMap<usize, usize>,
     documents: usize,
-    duplicates: Vec<(usize, Remark)>,
+    duplicates: Vec<(usize, Diagnostic)>,
 }
 
 impl Walk<'_> {
-    fn take(&mut self, event: &Event<'_>, span: &Span) -> Result<(), Remark> {
+    fn take(&mut self, event: &Event<'_>, span: &Span) -> Result<(), Diagnostic> {
         let at = span.byte_range().unwrap_or(0..0);
         match event {
             Event::DocumentStart(..) => {
                 self.documents += 1;
                 if self.documents > 1 {
-                    let remark = self.remark("a second document starts here; a file holds one", at.start..at.start + 3);
-                    return Err(remark.remedy("remove the `---` line, or put what follows in a file of its own"));
+                    let diagnostic =
+                        self.diagnostic("a second document starts here; a file holds one", at.start..at.start + 3);
+                    return Err(diagnostic.remedy("remove the `---` line, or put what follows in a file of its own"));
                 }
             }
             Event::Scalar(value, _, anchor, _) => {
@@ -181,12 +182,12 @@ impl Walk<'_> {
                 let target = self.anchors.get(anchor).copied();
                 let Some((target, node)) = target.and_then(|target| Some((target, self.index.nodes.get(target)?)))
                 else {
-                    return Err(self.remark("this alias repeats an anchor that is not defined above it", at));
+                    return Err(self.diagnostic("this alias repeats an anchor that is not defined above it", at));
                 };
                 if !node.closed {
                     let first = self.place(node.extent());
-                    let remark = self.remark("this alias repeats the very value that it stands in", at);
-                    return Err(remark.related(Some(first), "the value that would contain itself"));
+                    let diagnostic = self.diagnostic("this alias repeats the very value that it stands in", at);
+                    return Err(diagnostic.related(Some(first), "the value that would contain itself"));
                 }
                 let text = self.text.get(node.value.clone()).unwrap_or_default().to_owned();
                 self.leaf(Kind::Alias(target), text, at, 0)?;
@@ -199,7 +200,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn leaf(&mut self, kind: Kind, text: String, at: Range<usize>, anchor: usize) -> Result<(), Remark> {
+    fn leaf(&mut self, kind: Kind, text: String, at: Range<usize>, anchor: usize) -> Result<(), Diagnostic> {
         if let Some(open) = self.open.last_mut()
             && open.kind == Kind::Mapping
             && open.key.is_none()
@@ -217,9 +218,9 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn enter(&mut self, kind: Kind, style: StructureStyle, at: Range<usize>, anchor: usize) -> Result<(), Remark> {
+    fn enter(&mut self, kind: Kind, style: StructureStyle, at: Range<usize>, anchor: usize) -> Result<(), Diagnostic> {
         if self.open.len() >= DEEPEST {
-            return Err(self.remark(&format!("nested more than {DEEPEST} levels deep"), at));
+            return Err(self.diagnostic(&format!("nested more than {DEEPEST} levels deep"), at));
         }
         let is_key = self.open.last().is_some_and(|open| open.kind == Kind::Mapping && open.key.is_none());
         let node = if is_key { self.push(kind, at, false)? } else { self.add(kind, at)? };
@@ -248,7 +249,7 @@ impl Walk<'_> {
     }
 
     /// Adds a value under the key or index that awaits it.
-    fn add(&mut self, kind: Kind, at: Range<usize>) -> Result<usize, Remark> {
+    fn add(&mut self, kind: Kind, at: Range<usize>) -> Result<usize, Diagnostic> {
         let Some(open) = self.open.last_mut() else { return self.push(kind, at, false) };
         let (parent, flow) = (open.node, open.flow);
         let (name, key) = match open.kind {
@@ -279,9 +280,9 @@ impl Walk<'_> {
             match (first, key) {
                 (Some(first), Some(key)) => {
                     let first = self.index.nodes.get(first).and_then(|node| node.key.clone());
-                    let remark = self.remark(&format!("`{name}` is given twice"), key);
-                    let remark = remark.related(first.map(|first| self.place(first)), "first given here");
-                    self.duplicates.push((node, remark.remedy("keep one of the two")));
+                    let diagnostic = self.diagnostic(&format!("`{name}` is given twice"), key);
+                    let diagnostic = diagnostic.related(first.map(|first| self.place(first)), "first given here");
+                    self.duplicates.push((node, diagnostic.remedy("keep one of the two")));
                 }
                 _ => {
                     self.index.children.insert((parent, name), node);
@@ -291,7 +292,7 @@ impl Walk<'_> {
         Ok(node)
     }
 
-    fn push(&mut self, kind: Kind, value: Range<usize>, flow: bool) -> Result<usize, Remark> {
+    fn push(&mut self, kind: Kind, value: Range<usize>, flow: bool) -> Result<usize, Diagnostic> {
         let nodes = &mut self.index.nodes;
         let weight = match kind {
             Kind::Alias(target) => nodes.get(target).map_or(1, |target| target.weight),
@@ -300,7 +301,7 @@ impl Walk<'_> {
         let at = value.clone();
         nodes.push(Node { parent: None, name: String::new(), key: None, value, kind, flow, weight, closed: false });
         if nodes.len() > MOST_VALUES {
-            return Err(self.remark(&format!("more than {MOST_VALUES} values in one file"), at));
+            return Err(self.diagnostic(&format!("more than {MOST_VALUES} values in one file"), at));
         }
         Ok(nodes.len() - 1)
     }
@@ -323,8 +324,8 @@ impl Walk<'_> {
         Place::in_text(self.file, self.text, at)
     }
 
-    fn remark(&self, message: &str, at: Range<usize>) -> Remark {
-        Remark::error(message).at(self.place(at))
+    fn diagnostic(&self, message: &str, at: Range<usize>) -> Diagnostic {
+        Diagnostic::error(message).at(self.place(at))
     }
 }
 

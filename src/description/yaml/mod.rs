@@ -7,7 +7,7 @@
 mod index;
 mod wording;
 
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 use index::{Index, Kind, MOST_VALUES};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -94,7 +94,7 @@ impl Document {
             // A second entry of the same key stands in for nothing.
             let mut path = around.to_vec();
             path.push(&node.name);
-            self.index.find(&path) == Some(gone) && crate::remark::nearest(&node.name, [*wanted]).is_some()
+            self.index.find(&path) == Some(gone) && crate::diagnostic::nearest(&node.name, [*wanted]).is_some()
         })
     }
 
@@ -133,14 +133,14 @@ impl Document {
 ///
 /// # Errors
 ///
-/// A located remark when the bytes are not UTF-8 (with the remedy when they are UTF-16) or hold a NUL.
-pub fn text_of(name: &str, bytes: &[u8]) -> Result<String, Remark> {
+/// A located diagnostic when the bytes are not UTF-8 (with the remedy when they are UTF-16) or hold a NUL.
+pub fn text_of(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
     let start = Place { file: name.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
     let wide = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     let wide = wide || (bytes.len() > 1 && (bytes.starts_with(&[0]) || bytes.get(1) == Some(&0)));
     if wide {
-        let remark = Remark::error("the file is in UTF-16, expected UTF-8").at(start);
-        return Err(remark.remedy("save it as UTF-8"));
+        let diagnostic = Diagnostic::error("the file is in UTF-16, expected UTF-8").at(start);
+        return Err(diagnostic.remedy("save it as UTF-8"));
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let bad = match std::str::from_utf8(bytes) {
@@ -161,16 +161,16 @@ pub fn text_of(name: &str, bytes: &[u8]) -> Result<String, Remark> {
     let line_end = after.iter().skip(length).position(|&byte| byte == b'\n').map_or(after.len(), |end| end + length);
     text.push_str(&String::from_utf8_lossy(after.get(..line_end.min(4096)).unwrap_or(after)));
     let mark = text.get(highlight..).and_then(|rest| rest.chars().next()).map_or(0, char::len_utf8);
-    let remark = Remark::error(message).at(Place::in_text(name, &text, highlight..highlight + mark));
-    Err(remark.remedy("save the file as UTF-8"))
+    let diagnostic = Diagnostic::error(message).at(Place::in_text(name, &text, highlight..highlight + mark));
+    Err(diagnostic.remedy("save the file as UTF-8"))
 }
 
 /// Reads a `T`, with every structural fault of the text.
 ///
 /// The value is what the text says apart from the entries at fault, so that further checks can run in the same go; it must
-/// not be used when the remarks hold an error. It is `None` when nothing sound remains. For the faults not to cascade, each
+/// not be used when the diagnostics hold an error. It is `None` when nothing sound remains. For the faults not to cascade, each
 /// field of `T` is optional or has a default.
-pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> (Option<T>, Document, Vec<Remark>) {
+pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> (Option<T>, Document, Vec<Diagnostic>) {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
     let lines = starts.collect();
@@ -180,22 +180,22 @@ pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> (Option<T>, Document
             document.index = index;
             duplicates
         }
-        Err(remark) => return (None, document, vec![remark]),
+        Err(diagnostic) => return (None, document, vec![diagnostic]),
     };
     if let Some(node) = document.index.bomb() {
         let place = document.index.nodes.get(node).and_then(|node| document.place(node.extent()));
-        let remark =
-            Remark::error(format!("with its aliases written out, the file holds more than {MOST_VALUES} values"));
-        return (None, document, vec![remark.at(place).remedy("repeat less through aliases")]);
+        let diagnostic =
+            Diagnostic::error(format!("with its aliases written out, the file holds more than {MOST_VALUES} values"));
+        return (None, document, vec![diagnostic.at(place).remedy("repeat less through aliases")]);
     }
-    let mut search = Search { text: text.to_owned(), document, remarks: Vec::new(), read: 0, stopped: false };
-    for (node, remark) in duplicates {
+    let mut search = Search { text: text.to_owned(), document, diagnostics: Vec::new(), read: 0, stopped: false };
+    for (node, diagnostic) in duplicates {
         search.blank(node);
-        search.remarks.push(remark);
+        search.diagnostics.push(diagnostic);
     }
     let value = search.run();
     search.finish();
-    (value, search.document, search.remarks)
+    (value, search.document, search.diagnostics)
 }
 
 /// Writes a value as YAML, so that [`read`] gives it back: floats in their shortest exact form, texts quoted where needed.
@@ -232,7 +232,7 @@ struct Search {
     /// The text, with what is at fault blanked out byte by byte.
     text: String,
     document: Document,
-    remarks: Vec<Remark>,
+    diagnostics: Vec<Diagnostic>,
     /// Bytes read so far.
     read: usize,
     /// Whether the search was given up before its end.
@@ -248,7 +248,7 @@ impl Search {
                 Err(fault) => fault,
             };
             if !self.follows(&fault) {
-                self.remarks.push(fault.remark.clone());
+                self.diagnostics.push(fault.diagnostic.clone());
             }
             if fault.about == About::Text {
                 return None;
@@ -269,7 +269,7 @@ impl Search {
 
     fn spent(&self) -> bool {
         let long = self.text.len() > LONG_TEXT;
-        self.remarks.len() >= MOST_FAULTS || self.read > MOST_READ || (long && !self.remarks.is_empty())
+        self.diagnostics.len() >= MOST_FAULTS || self.read > MOST_READ || (long && !self.diagnostics.is_empty())
     }
 
     /// Blanks the least that gets past the fault and reads again; `None` when nothing does.
@@ -284,7 +284,7 @@ impl Search {
             let outcome = self.parse();
             let stuck = match &outcome {
                 Ok(_) => false,
-                Err(next) => next.about == About::Text || (next.at, &next.remark) == (fault.at, &fault.remark),
+                Err(next) => next.about == About::Text || (next.at, &next.diagnostic) == (fault.at, &fault.diagnostic),
             };
             if !stuck {
                 return Some(outcome);
@@ -369,14 +369,14 @@ impl Search {
         }
     }
 
-    /// Puts the remarks in the order of the text, and says when there may be more.
+    /// Puts the diagnostics in the order of the text, and says when there may be more.
     fn finish(&mut self) {
-        let position = |remark: &Remark| remark.place.as_ref().map(|place| (place.line, place.column));
-        self.remarks.sort_by_key(position);
-        if self.stopped || self.remarks.len() > MOST_FAULTS {
-            self.remarks.truncate(MOST_FAULTS);
-            let place = self.remarks.last().and_then(|remark| remark.place.clone());
-            self.remarks.push(Remark::warning("the search stopped here: there may be more faults").at(place));
+        let position = |diagnostic: &Diagnostic| diagnostic.place.as_ref().map(|place| (place.line, place.column));
+        self.diagnostics.sort_by_key(position);
+        if self.stopped || self.diagnostics.len() > MOST_FAULTS {
+            self.diagnostics.truncate(MOST_FAULTS);
+            let place = self.diagnostics.last().and_then(|diagnostic| diagnostic.place.clone());
+            self.diagnostics.push(Diagnostic::warning("the search stopped here: there may be more faults").at(place));
         }
     }
 }

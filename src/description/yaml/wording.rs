@@ -1,13 +1,13 @@
-//! The complaints of the YAML crate in plain words.
+//! The diagnostics of the YAML crate in plain words.
 
 use super::index::{DEEPEST, Index, Kind, Node};
-use crate::remark::{Place, Remark};
+use crate::diagnostic::{Diagnostic, Place};
 use serde_yaml::granit_parser::{ErrorKind, ScanError};
 use serde_yaml::{Error, MessageFormatter, UserMessageFormatter};
 use std::ops::Range;
 
 /// A syntax error, where the parser stopped.
-pub(super) fn syntax(file: &str, text: &str, error: &ScanError) -> Remark {
+pub(super) fn syntax(file: &str, text: &str, error: &ScanError) -> Diagnostic {
     use ErrorKind as E;
     let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
     let tab = "indent with spaces; YAML allows no tab there";
@@ -70,8 +70,9 @@ pub(super) fn syntax(file: &str, text: &str, error: &ScanError) -> Remark {
     let opened = text.get(..at).filter(|_| indent).and_then(|before| before.rfind(['\'', '"']));
     let end = at + text.get(at..).and_then(|rest| rest.chars().next()).map_or(0, char::len_utf8);
     let opened = opened.map(|quote| Place::in_text(file, text, quote..quote + 1));
-    let remark = Remark::error(message).at(Place::in_text(file, text, at..end)).related(opened, "perhaps opened here");
-    if remedy.is_empty() { remark } else { remark.remedy(remedy) }
+    let diagnostic =
+        Diagnostic::error(message).at(Place::in_text(file, text, at..end)).related(opened, "perhaps opened here");
+    if remedy.is_empty() { diagnostic } else { diagnostic.remedy(remedy) }
 }
 
 /// What a fault is about, which decides what has to be set aside to read on.
@@ -93,7 +94,7 @@ pub(super) struct Fault {
     pub about: About,
     /// Offset in bytes.
     pub at: usize,
-    pub remark: Remark,
+    pub diagnostic: Diagnostic,
     /// The field that is missing, if that is the fault.
     pub missing: Option<&'static str>,
 }
@@ -118,33 +119,33 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
     let name = name.map_or_else(|| "the file".to_owned(), |path| format!("`{path}`"));
     let found = found(text, index.nodes.get(node.unwrap_or(0)));
     let must_be = |expected: &str| format!("{name} must be {}, found {found}", plain(expected));
-    let error_of = |message: String| Remark::error(message);
+    let error_of = |message: String| Diagnostic::error(message);
     let key_itself = match inner {
         Error::NullIntoString { .. } => keyed.is_some(),
         Error::InvalidScalar { .. } | Error::Unexpected { .. } => keyed.is_some() && value.is_none(),
         _ => false,
     };
     let mut missing = None;
-    let (about, remark) = match inner {
+    let (about, diagnostic) = match inner {
         Error::SerdeUnknownField { field, expected, .. } => {
             let parent = keyed.and_then(|node| index.nodes.get(node)?.parent).map(|parent| index.path(parent));
             let within =
                 parent.filter(|path| !path.is_empty()).map_or_else(String::new, |path| format!(" in `{path}`"));
-            let remark =
+            let diagnostic =
                 error_of(format!("unknown key `{}`{within}", clip(field))).suggest(field, expected.iter().copied());
-            (About::Key, remark)
+            (About::Key, diagnostic)
         }
         Error::SerdeUnknownVariant { variant, expected, .. } => {
-            let remark = error_of(format!("{name}: unknown choice `{}`", clip(variant)));
+            let diagnostic = error_of(format!("{name}: unknown choice `{}`", clip(variant)));
             // The nearest name of a unit is another unit.
             let is_unit = node.is_some_and(|node| index.path(node).starts_with("units"));
             let valid = || expected.iter().map(|unit| format!("`{unit}`")).collect::<Vec<_>>().join(", ");
-            let remark = if is_unit {
-                remark.remedy(format!("valid here: {}", valid()))
+            let diagnostic = if is_unit {
+                diagnostic.remedy(format!("valid here: {}", valid()))
             } else {
-                remark.suggest(variant, expected.iter().copied())
+                diagnostic.suggest(variant, expected.iter().copied())
             };
-            (About::Whole, remark)
+            (About::Whole, diagnostic)
         }
         Error::SerdeMissingField { field, .. } => {
             missing = Some(*field);
@@ -155,13 +156,13 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
         }
         _ if key_itself => {
             let key = keyed.and_then(|node| text.get(index.nodes.get(node)?.key.clone()?)).unwrap_or_default();
-            let remark = error_of(format!("a key must be a text or a whole number, found `{}`", clip(key)));
-            (About::Key, remark.remedy("where a text such as `null` or `~` is meant, quote it"))
+            let diagnostic = error_of(format!("a key must be a text or a whole number, found `{}`", clip(key)));
+            (About::Key, diagnostic.remedy("where a text such as `null` or `~` is meant, quote it"))
         }
         Error::InvalidScalar { ty, .. } => {
-            let remark = error_of(must_be(ty));
+            let diagnostic = error_of(must_be(ty));
             let remedy = number_remedy(text, value.and_then(|node| index.nodes.get(node)), ty);
-            (About::Value, if let Some(remedy) = remedy { remark.remedy(remedy) } else { remark })
+            (About::Value, if let Some(remedy) = remedy { diagnostic.remedy(remedy) } else { diagnostic })
         }
         Error::InvalidBooleanStrict { .. } => (About::Value, error_of(must_be("boolean"))),
         // The crate says so of numbers too.
@@ -173,8 +174,8 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
             (About::Value, error_of(must_be(expected)))
         }
         Error::NullIntoString { .. } => {
-            let remark = error_of(must_be("string scalar"));
-            (About::Value, remark.remedy("write the text; where the text is `null` or `~`, quote it"))
+            let diagnostic = error_of(must_be("string scalar"));
+            (About::Value, diagnostic.remedy("write the text; where the text is `null` or `~`, quote it"))
         }
         Error::ExpectedStringKeyForExternallyTaggedEnum { .. }
         | Error::ExternallyTaggedEnumExpectedScalarOrMapping { .. }
@@ -192,9 +193,10 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
         other => (About::Text, error_of(UserMessageFormatter.format_message(other).into_owned())),
     };
     let place = |at| Place::in_text(file, text, span(index, at));
-    let remark =
-        remark.at(place(at)).related(related.filter(|&first| first != at).map(place), "what is repeated stands here");
-    Fault { about, at, remark, missing }
+    let diagnostic = diagnostic
+        .at(place(at))
+        .related(related.filter(|&first| first != at).map(place), "what is repeated stands here");
+    Fault { about, at, diagnostic, missing }
 }
 
 /// The innermost entry or element around an offset.

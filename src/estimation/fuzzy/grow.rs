@@ -7,7 +7,7 @@ use super::modes::place;
 use super::rules::{Group, Partition, rms, rules, split};
 use super::samples::Samples;
 use crate::estimation::CalibrationError;
-use crate::surrogate::firing;
+use crate::fuzzy::firing;
 
 /// Least part by which another set must lower the test error of its displacement component.
 const WORTH: f64 = 0.01;

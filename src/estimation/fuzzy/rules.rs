@@ -6,7 +6,7 @@ use super::grow::Grown;
 use super::samples::Samples;
 use crate::description::fuzzy::{Component, Fuzzy, Input};
 use crate::estimation::least_squares::{Bounds, minimize_in_box};
-use crate::surrogate::firing;
+use crate::fuzzy::firing;
 
 /// Modal values by input, rad or m; one where the input has no say.
 pub type Partition = Vec<Vec<f64>>;

@@ -7,10 +7,10 @@ use nalgebra::{Rotation3, Vector3};
 use crate::description::campaign::{Campaign, Observes};
 use crate::description::fuzzy::Input;
 use crate::estimation::{Calibration, CalibrationError};
+use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
 use crate::prediction::PredictionError;
-use crate::surrogate;
 
 /// Readings of one marker: inputs, load and displacement, base axes.
 pub struct Samples {
@@ -81,7 +81,7 @@ impl Samples {
             let q = campaign.configuration(index);
             geometry.place(q, &mut placements).map_err(PredictionError::from)?;
             let mut inputs = Vec::new();
-            surrogate::inputs(of, q, &placements, &mut inputs);
+            fuzzy::inputs(of, q, &placements, &mut inputs);
             x.push(inputs);
         }
         let fitted = || campaign.readings.iter().zip(aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use elastogeo::description::urdf::{export, import};
-use elastogeo::remark::{Remark, Severity};
+use elastogeo::diagnostic::{Diagnostic, Severity};
 use proptest::prelude::*;
 
 /// A sound robot of two joints, to be broken.
@@ -33,21 +33,21 @@ const SOUND: &str = r#"<robot name="r">
 </robot>
 "#;
 
-fn broken(find: &str, replace: &str) -> Vec<Remark> {
+fn broken(find: &str, replace: &str) -> Vec<Diagnostic> {
     assert!(SOUND.contains(find), "{find}");
     let text = SOUND.replacen(find, replace, 1);
     match import("r.urdf", &text) {
-        Ok((_, remarks)) => remarks,
-        Err(remarks) => {
-            assert!(remarks.iter().any(Remark::is_error));
-            remarks
+        Ok((_, diagnostics)) => diagnostics,
+        Err(diagnostics) => {
+            assert!(diagnostics.iter().any(Diagnostic::is_error));
+            diagnostics
         }
     }
 }
 
-/// The one remark on this change: its line, what is highlighted, its message and its remedy.
+/// The one diagnostic on this change: its line, what is highlighted, its message and its remedy.
 #[track_caller]
-fn assert_remark(
+fn assert_diagnostic(
     find: &str,
     replace: &str,
     severity: Severity,
@@ -56,35 +56,35 @@ fn assert_remark(
     message: &str,
     remedy: &str,
 ) {
-    let remarks = broken(find, replace);
-    assert_eq!(remarks.len(), 1, "{remarks:#?}");
-    let remark = &remarks[0];
-    assert_eq!(remark.severity, severity, "{remark:#?}");
-    assert!(remark.message.contains(message), "{remark:#?}");
-    assert!(remark.remedy.as_deref().unwrap_or("").contains(remedy), "{remark:#?}");
-    let place = remark.place.as_ref().unwrap();
+    let diagnostics = broken(find, replace);
+    assert_eq!(diagnostics.len(), 1, "{diagnostics:#?}");
+    let diagnostic = &diagnostics[0];
+    assert_eq!(diagnostic.severity, severity, "{diagnostic:#?}");
+    assert!(diagnostic.message.contains(message), "{diagnostic:#?}");
+    assert!(diagnostic.remedy.as_deref().unwrap_or("").contains(remedy), "{diagnostic:#?}");
+    let place = diagnostic.place.as_ref().unwrap();
     let text = SOUND.replacen(find, replace, 1);
-    assert_eq!(place.line, line, "{remark:#?}");
+    assert_eq!(place.line, line, "{diagnostic:#?}");
     assert_eq!(text.lines().nth(place.line - 1), Some(place.excerpt.as_str()));
-    assert_eq!(&place.excerpt[place.highlight.clone()], highlight, "{remark:#?}");
+    assert_eq!(&place.excerpt[place.highlight.clone()], highlight, "{diagnostic:#?}");
     assert_eq!(place.excerpt[..place.highlight.start].chars().count() + 1, place.column);
     assert_eq!(place.file, "r.urdf");
 }
 
 #[track_caller]
 fn error(find: &str, replace: &str, line: usize, highlight: &str, message: &str, remedy: &str) {
-    assert_remark(find, replace, Severity::Error, line, highlight, message, remedy);
+    assert_diagnostic(find, replace, Severity::Error, line, highlight, message, remedy);
 }
 
 #[track_caller]
 fn warning(find: &str, replace: &str, line: usize, highlight: &str, message: &str, remedy: &str) {
-    assert_remark(find, replace, Severity::Warning, line, highlight, message, remedy);
+    assert_diagnostic(find, replace, Severity::Warning, line, highlight, message, remedy);
 }
 
 #[test]
 fn the_sound_one_is_read_without_a_word() {
-    let (robot, remarks) = import("r.urdf", SOUND).unwrap();
-    assert_eq!(remarks, []);
+    let (robot, diagnostics) = import("r.urdf", SOUND).unwrap();
+    assert_eq!(diagnostics, []);
     assert_eq!(robot.frames.keys().collect::<Vec<_>>(), ["first", "second"]);
     let with_mark = format!("\u{feff}{}", SOUND.replace('\n', "\r\n"));
     assert_eq!(import("r.urdf", &with_mark).unwrap(), (robot, vec![]));
@@ -209,12 +209,12 @@ fn all_faults_in_one_run() {
         .replace(r#"<mimic joint="first""#, r#"<mimic joint="frist""#)
         .replace(r#"name="arm""#, r#"name="base""#);
     let said = import("r.urdf", &text).unwrap_err();
-    let lines: Vec<usize> = said.iter().map(|remark| remark.place.as_ref().unwrap().line).collect();
+    let lines: Vec<usize> = said.iter().map(|diagnostic| diagnostic.place.as_ref().unwrap().line).collect();
     assert_eq!(said.len(), 6, "{said:#?}");
     for line in [3, 13, 14, 18, 19, 22] {
         assert!(lines.contains(&line), "{line}: {said:#?}");
     }
-    let twice = said.iter().find(|remark| remark.message.contains("two links")).unwrap();
+    let twice = said.iter().find(|diagnostic| diagnostic.message.contains("two links")).unwrap();
     assert_eq!((twice.related[0].0.line, twice.related[0].1.as_str()), (2, "named first here"));
 }
 
@@ -299,7 +299,7 @@ proptest! {
         let text: String = text.into_iter().collect();
         match import("r.urdf", &text) {
             Ok((robot, _)) => drop(export(&robot)),
-            Err(remarks) => prop_assert!(remarks.iter().any(Remark::is_error)),
+            Err(diagnostics) => prop_assert!(diagnostics.iter().any(Diagnostic::is_error)),
         }
     }
 }
@@ -332,10 +332,10 @@ fn several_ends() {
         let ends = format!("{}{}{}</robot>", end(first, "hand"), end(second, "hand"), end("frame", "base"));
         import("r.urdf", &SOUND.replace("</robot>", &ends)).unwrap()
     };
-    let (robot, remarks) = add("flange", "Tool0");
+    let (robot, diagnostics) = add("flange", "Tool0");
     assert_eq!(robot.tool.frame.as_deref(), Some("to-Tool0"));
-    assert!(remarks.len() == 1 && remarks[0].message.ends_with("`to-flange`, `to-Tool0`"), "{remarks:#?}");
-    let (robot, remarks) = add("left", "right");
+    assert!(diagnostics.len() == 1 && diagnostics[0].message.ends_with("`to-flange`, `to-Tool0`"), "{diagnostics:#?}");
+    let (robot, diagnostics) = add("left", "right");
     assert_eq!(robot.tool.frame, None);
-    assert!(remarks[0].message.contains("`to-left`, `to-right`"), "{remarks:#?}");
+    assert!(diagnostics[0].message.contains("`to-left`, `to-right`"), "{diagnostics:#?}");
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use elastogeo::description::raw::{JointKind, RawBody, RawFrame, RawLoop, RawMarker, RawRobot};
 use elastogeo::description::units::{Angle, Length, Mass};
 use elastogeo::description::urdf::{export, import};
-use elastogeo::remark::{Remark, Severity};
+use elastogeo::diagnostic::{Diagnostic, Severity};
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Point3};
 use proptest::prelude::*;
@@ -19,13 +19,13 @@ fn values<const N: usize>(list: [(&str, f64); N]) -> Values {
     list.map(|(name, value)| (name.to_owned(), value)).into_iter().collect()
 }
 
-fn read(text: &str) -> (RawRobot, Vec<Remark>) {
-    import("test.urdf", text).unwrap_or_else(|remarks| panic!("{remarks:#?}\n{text}"))
+fn read(text: &str) -> (RawRobot, Vec<Diagnostic>) {
+    import("test.urdf", text).unwrap_or_else(|diagnostics| panic!("{diagnostics:#?}\n{text}"))
 }
 
 /// Asserts that the exported text puts every frame of the description where it was, and so does what is read from it.
 fn assert_exported(robot: &RawRobot, values: &Values, urdf_values: &Values) -> (String, RawRobot) {
-    let (text, _) = export(robot).unwrap_or_else(|remarks| panic!("{remarks:#?}"));
+    let (text, _) = export(robot).unwrap_or_else(|diagnostics| panic!("{diagnostics:#?}"));
     let (before, between) = (of_description(robot, values), of_urdf(&text, urdf_values));
     for name in robot.frames.keys() {
         let apart = apart(&between[name], &before[name]);
@@ -43,7 +43,7 @@ fn assert_exported(robot: &RawRobot, values: &Values, urdf_values: &Values) -> (
 
 #[test]
 fn an_arm_with_everything() {
-    let (robot, remarks) = read(ARM);
+    let (robot, diagnostics) = read(ARM);
     for k in 0..20 {
         let s = f64::from(k) * 0.37;
         let at =
@@ -66,7 +66,7 @@ fn an_arm_with_everything() {
     assert_eq!(robot.frames["roll"].limits, Some([-3.25, 2.75]));
     assert_eq!(robot.frames["shoulder"].limits, None);
     assert_eq!(robot.tool.frame.as_deref(), Some("hand-tool0"));
-    let said: Vec<&str> = remarks.iter().map(|remark| remark.message.as_str()).collect();
+    let said: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.message.as_str()).collect();
     assert_eq!(
         said,
         [
@@ -130,7 +130,7 @@ fn quarter_turns_come_out_clean() {
 }
 
 #[test]
-fn a_tilt_too_small_to_mean_is_kept_and_remarked() {
+fn a_tilt_too_small_to_mean_is_kept_and_warned_of() {
     let text = |pi: &str| {
         format!(
             r#"<robot name="r"><link name="l0"/><link name="l1"/><link name="l2"/>
@@ -139,15 +139,15 @@ fn a_tilt_too_small_to_mean_is_kept_and_remarked() {
     </robot>"#
         )
     };
-    let (robot, remarks) = read(&text("1.5708"));
+    let (robot, diagnostics) = read(&text("1.5708"));
     assert_same(&text("1.5708"), &robot, &values([("a", 0.3), ("b", 0.4)]), 1e-12);
     let frame = &robot.frames["b"];
     assert!((frame.beta.unwrap().abs() - 3.67e-6).abs() < 1e-8 && (frame.d.unwrap() - 1.0).abs() < 1e-5, "{frame:?}");
     assert_eq!((frame.gamma, frame.b), (None, None));
-    assert_eq!(remarks.len(), 1);
-    assert!(remarks[0].message.contains("3.7e-6 rad from parallel"), "{remarks:?}");
-    let (robot, remarks) = read(&text("1.57079632679489661923"));
-    assert_eq!((robot.frames["b"].beta, remarks), (None, vec![]));
+    assert_eq!(diagnostics.len(), 1);
+    assert!(diagnostics[0].message.contains("3.7e-6 rad from parallel"), "{diagnostics:?}");
+    let (robot, diagnostics) = read(&text("1.57079632679489661923"));
+    assert_eq!((robot.frames["b"].beta, diagnostics), (None, vec![]));
 }
 
 /// A description in millimetres and degrees with what a URDF can say, and some of what it cannot.
@@ -208,9 +208,9 @@ fn a_description_in_other_units_is_written_in_si() {
         let turned = of_urdf(&text, &values([("8", d)]));
         assert!(apart(&turned["8"], &of_urdf(&text, &Values::new())["8"]) > 0.1);
     }
-    let (_, remarks) = export(&robot).unwrap();
-    assert!(remarks.iter().all(|remark| remark.severity == Severity::Warning));
-    let said: Vec<&str> = remarks.iter().map(|remark| remark.message.as_str()).collect();
+    let (_, diagnostics) = export(&robot).unwrap();
+    assert!(diagnostics.iter().all(|diagnostic| diagnostic.severity == Severity::Warning));
+    let said: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.message.as_str()).collect();
     assert_eq!(
         said,
         ["a URDF cannot close loops (`four-bar`)", "inertia tensors are written as zero: the description has none",]
@@ -226,7 +226,7 @@ fn what_cannot_be_written_is_refused_with_every_reason() {
     robot.frames["8"].antecedent = None;
     robot.couplings.push("7 = 1 * 1".to_owned());
     robot.couplings.push("7 =".to_owned());
-    let said: Vec<String> = export(&robot).unwrap_err().into_iter().map(|remark| remark.message).collect();
+    let said: Vec<String> = export(&robot).unwrap_err().into_iter().map(|diagnostic| diagnostic.message).collect();
     for part in ["`55`", "circle", "`5` holds", "`8` lacks", "`7` is no joint", "cannot be read"] {
         assert!(said.iter().any(|message| message.contains(part)), "{part}: {said:#?}");
     }
@@ -234,15 +234,18 @@ fn what_cannot_be_written_is_refused_with_every_reason() {
     robot.tool = Default::default();
     assert!(export(&robot).unwrap_err()[0].message.contains("tool is not said"));
     robot.frames.insert("\u{1}".to_owned(), RawFrame { antecedent: Some("0".to_owned()), ..RawFrame::default() });
-    assert!(export(&robot).unwrap_err().iter().any(|remark| remark.message.contains("XML cannot hold")));
+    assert!(export(&robot).unwrap_err().iter().any(|diagnostic| diagnostic.message.contains("XML cannot hold")));
 }
 
 #[test]
 fn a_joint_that_follows_two_is_written_with_a_warning() {
     let mut robot = described();
     robot.couplings[1] = "5 = 2.5 * 1 - 2".to_owned();
-    let (text, remarks) = export(&robot).unwrap();
-    assert!(remarks.iter().any(|remark| remark.message.contains("follows several others")), "{remarks:?}");
+    let (text, diagnostics) = export(&robot).unwrap();
+    assert!(
+        diagnostics.iter().any(|diagnostic| diagnostic.message.contains("follows several others")),
+        "{diagnostics:?}"
+    );
     assert_eq!(text.matches("<mimic").count(), 1);
 }
 

@@ -12,8 +12,8 @@ const KR270: &str = include_str!("../../../robots/kuka-kr270.urdf");
 
 #[test]
 fn kr270_has_the_constants_of_its_table() {
-    let (robot, remarks) = import("kuka-kr270.urdf", KR270).unwrap();
-    assert_eq!(remarks, []);
+    let (robot, diagnostics) = import("kuka-kr270.urdf", KR270).unwrap();
+    assert_eq!(diagnostics, []);
     // alpha, d, theta, r; limits in degrees; mass, centre of mass.
     let table = [
         ("1", "0", [0.0, 0.0, 0.0, 0.75], Some([-185.0, 185.0]), (480.0, [0.1, 0.0, -0.25])),

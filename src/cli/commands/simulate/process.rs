@@ -11,7 +11,7 @@ use crate::compensation::predict_path;
 use crate::description::campaign::Observes;
 use crate::description::limits::beyond;
 use crate::files::{LoadedRobot, load_commands, load_process};
-use crate::report::table::{mm, table};
+use crate::render::table::{mm, table};
 use crate::simulation::{Plan, measure};
 
 /// The robot and the command, as far as `simulate` has them.
@@ -46,11 +46,11 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
             "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
         ));
     }
-    let (process, mut remarks) = load_process(file)?;
+    let (process, mut diagnostics) = load_process(file)?;
     let mut path = load_commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
-        remarks.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
+        diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
     }
     if let Some(marker) = marker {
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
@@ -104,7 +104,7 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
     output.text =
         format!("{} under `{}`, in equilibrium\n\n{}\n{}", model.name, process.name, table(&header, rows), output.text);
     output.json["points"] = Value::Array(points);
-    remarks.append(&mut output.remarks);
-    output.remarks = remarks;
+    diagnostics.append(&mut output.diagnostics);
+    output.diagnostics = diagnostics;
     Ok(output)
 }

@@ -6,8 +6,8 @@ use kuva::render::plots::Plot;
 use minijinja::context;
 use serde_json::Value;
 
-use crate::report::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
-use crate::report::html::page::{Page, Section, safe};
+use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
+use crate::render::html::page::{Page, Section, safe};
 
 /// A step this many times the next is told, not drawn: the others would be no more than a line.
 const OFF: f64 = 20.0;

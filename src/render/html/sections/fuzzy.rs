@@ -5,12 +5,12 @@ use kuva::render::plots::Plot;
 use minijinja::context;
 
 use crate::description::fuzzy::{Component, Fuzzy};
+use crate::fuzzy::value;
 use crate::model::Model;
-use crate::report::fuzzy::shown;
-use crate::report::html::charts::{BLUE, Frame, ORANGE, chart};
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section, safe};
-use crate::surrogate::value;
+use crate::render::fuzzy::shown;
+use crate::render::html::charts::{BLUE, Frame, ORANGE, chart};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section, safe};
 
 /// Most components drawn, the greatest first.
 const COMPONENTS: usize = 4;

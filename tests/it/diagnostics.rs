@@ -1,26 +1,26 @@
-//! Remarks as they are shown.
+//! Diagnostics as they are shown.
 
-use elastogeo::remark::{Place, Remark};
-use elastogeo::report::remarks::render;
+use elastogeo::diagnostic::{Diagnostic, Place};
+use elastogeo::render::diagnostics::render;
 
 #[test]
-fn remarks_look_like_a_compilers() {
+fn diagnostics_look_like_a_compilers() {
     let text = "frames:\n  1: {antecedent: 0}\n  2: {antecedent: 33}\n\tx: \u{1b}[31m\n";
     let at = |word: &str| {
         let start = text.rfind(word).unwrap();
         Place::in_text("robot.yaml", text, start..start + word.len())
     };
-    let remarks = [
-        Remark::error("unknown frame `33`").at(at("33")).suggest("33", ["1", "2", "3'"]),
-        Remark::error("`1` is given twice").at(at("2:")).related(Some(at("1:")), "first given here"),
-        Remark::warning("odd \u{1b}[0m text").at(at("\u{1b}[31m")),
-        Remark::error("no such file").remedy("check the path"),
-        Remark::warning("place only").at(Place { excerpt: String::new(), highlight: 3..9, ..at("33") }),
+    let diagnostics = [
+        Diagnostic::error("unknown frame `33`").at(at("33")).suggest("33", ["1", "2", "3'"]),
+        Diagnostic::error("`1` is given twice").at(at("2:")).related(Some(at("1:")), "first given here"),
+        Diagnostic::warning("odd \u{1b}[0m text").at(at("\u{1b}[31m")),
+        Diagnostic::error("no such file").remedy("check the path"),
+        Diagnostic::warning("place only").at(Place { excerpt: String::new(), highlight: 3..9, ..at("33") }),
     ];
-    insta::assert_snapshot!(render(&remarks, false));
-    let colored = render(&remarks, true);
+    insta::assert_snapshot!(render(&diagnostics, false));
+    let colored = render(&diagnostics, true);
     assert!(colored.contains("\u{1b}["), "colours were asked for");
-    assert!(!render(&remarks, false).contains('\u{1b}'), "no escape reaches a pipe");
+    assert!(!render(&diagnostics, false).contains('\u{1b}'), "no escape reaches a pipe");
     assert_eq!(render(&[], false), "");
 }
 
@@ -34,7 +34,7 @@ fn a_long_line_is_cut_around_what_is_meant() {
     // A place that was not cut when made is cut when drawn.
     let whole = Place { excerpt: line.clone(), highlight: start..start + 6, ..place.clone() };
     for place in [place, whole] {
-        let text = render(&[Remark::error("found").at(place)], false);
+        let text = render(&[Diagnostic::error("found").at(place)], false);
         assert!(text.contains("long.csv:1:60001"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() < 220), "{text}");
         let shown = text.lines().find(|line| line.contains("needle")).unwrap();
@@ -52,8 +52,8 @@ fn no_place_breaks_the_drawing() {
             for end in 0..8 {
                 let place =
                     Place { file: "f".into(), line: 7, column: 2, excerpt: excerpt.into(), highlight: start..end };
-                let remark = Remark::error("m").at(place.clone()).related(Some(place), "why");
-                assert!(render(&[remark], false).contains("f:7:2"), "{excerpt:?} {start}..{end}");
+                let diagnostic = Diagnostic::error("m").at(place.clone()).related(Some(place), "why");
+                assert!(render(&[diagnostic], false).contains("f:7:2"), "{excerpt:?} {start}..{end}");
                 let _ = Place::in_text("f", excerpt, start..end);
             }
         }

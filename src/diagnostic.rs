@@ -1,10 +1,10 @@
-//! A located complaint, as data: what is wrong, where, what was expected and how to mend it.
+//! A located diagnostic, as data: what is wrong, where, what was expected and how to mend it.
 //!
-//! Readers collect every remark of a file instead of stopping at the first; `report::remarks` words and draws them.
+//! Readers collect every diagnostic of a file instead of stopping at the first; `report::diagnostics` words and draws them.
 
 use std::ops::Range;
 
-/// How grave a [`Remark`] is.
+/// How grave a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Worth knowing; the file is still usable.
@@ -84,9 +84,9 @@ pub(crate) fn cut(line: &str, highlight: Range<usize>) -> (String, Range<usize>)
     (text, start..end)
 }
 
-/// One complaint about an input.
+/// One diagnostic about an input.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Remark {
+pub struct Diagnostic {
     /// How grave it is.
     pub severity: Severity,
     /// What is wrong, with the value found and the rule it breaks.
@@ -99,8 +99,8 @@ pub struct Remark {
     pub remedy: Option<String>,
 }
 
-impl Remark {
-    /// An error without a place; see [`Remark::at`] and [`Remark::remedy`].
+impl Diagnostic {
+    /// An error without a place; see [`Diagnostic::at`] and [`Diagnostic::remedy`].
     pub fn error(message: impl Into<String>) -> Self {
         Self { severity: Severity::Error, message: message.into(), place: None, related: Vec::new(), remedy: None }
     }

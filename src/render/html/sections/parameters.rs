@@ -3,8 +3,8 @@
 use minijinja::context;
 use serde_json::Value;
 
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section};
 
 /// Factors below this are not told.
 const LEAST: f64 = 5e-4;

@@ -7,9 +7,9 @@ use crate::description::campaign::{Campaign, Observes};
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::model::Model;
-use crate::report::diagnosis::diagnosis_json;
-use crate::report::identification::calibration_json;
-use crate::report::table::mm;
+use crate::render::diagnosis::diagnosis_json;
+use crate::render::identification::calibration_json;
+use crate::render::table::mm;
 use crate::review::{Readings, Slice, Yielding};
 use crate::scene::Scene;
 

@@ -8,9 +8,9 @@ use minijinja::context;
 use serde_json::Value;
 
 use super::matrix;
-use crate::report::html::charts::{BLUE, Frame, chart};
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section, safe};
+use crate::render::html::charts::{BLUE, Frame, chart};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section, safe};
 
 /// Most sites drawn.
 const SITES: usize = 12;

@@ -4,9 +4,9 @@ use kuva::plot::{Histogram, LinePlot, QQPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
-use crate::report::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section, safe};
+use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section, safe};
 
 /// Bins of a histogram.
 const BINS: usize = 31;

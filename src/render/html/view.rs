@@ -8,7 +8,7 @@ use super::charts::escape;
 use super::drawing::{Shot, parts_json, shot_json};
 use super::page::{Page, embedded, plain, safe};
 use crate::model::Model;
-use crate::report::table::mm;
+use crate::render::table::mm;
 use crate::scene::Scene;
 
 /// What `view` shows.

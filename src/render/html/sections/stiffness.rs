@@ -5,9 +5,9 @@ use kuva::render::plots::Plot;
 use minijinja::context;
 use serde_json::Value;
 
-use crate::report::html::charts::{BLUE, Frame, chart};
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section, safe};
+use crate::render::html::charts::{BLUE, Frame, chart};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section, safe};
 use crate::review::{Node, Slice};
 
 /// Lines of equal stiffness.

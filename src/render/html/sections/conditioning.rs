@@ -7,10 +7,10 @@ use minijinja::context;
 use serde_json::Value;
 
 use super::{matrix, numbers};
-use crate::report::html::charts::{BLUE, Frame, GREY, chart};
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section, safe};
-use crate::report::html::sections::effects::scale;
+use crate::render::html::charts::{BLUE, Frame, GREY, chart};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section, safe};
+use crate::render::html::sections::effects::scale;
 
 pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
     let found = json["identify"].as_object()?;

@@ -9,10 +9,10 @@
 use nalgebra::{Matrix6, Vector3};
 
 use crate::description::fuzzy::{Component, Fuzzy, Input};
+use crate::diagnostic::Diagnostic;
 use crate::elastics::Response;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::remark::Remark;
 
 /// Membership of `x` in a strong triangular partition: the lower of the two sets that share it, and the weight of the
 /// upper one.
@@ -92,16 +92,16 @@ const BEYOND: f64 = 0.1;
 
 /// What should be told where rules are asked for more than they hold: configurations (rad, m) with the point of each (a
 /// marker; `Some(None)` is the tool centre point, `None` any other).
-pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Option<usize>>)]) -> Vec<Remark> {
+pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Option<usize>>)]) -> Vec<Diagnostic> {
     let Some(fuzzy) = &model.fuzzy else { return Vec::new() };
-    let mut remarks = Vec::new();
+    let mut diagnostics = Vec::new();
     let turns = fuzzy.components.iter().any(|component| component.at[0] >= 3);
     if !turns && asked.iter().any(|(_, point)| *point != Some(fuzzy.at)) {
         let own = fuzzy.at.map_or("the tool centre point", |marker| model.markers[marker].name.as_str());
         let text = format!(
             "the rules (`fuzzy`) are those of {own}, and say nothing of rotation: another point is taken to move alike"
         );
-        remarks.push(Remark::warning(text).remedy("ask for the point of the rules, or fit rules there"));
+        diagnostics.push(Diagnostic::warning(text).remedy("ask for the point of the rules, or fit rules there"));
     }
     let mut placements = Placements::default();
     let placed = asked.iter().filter_map(|(q, _)| {
@@ -128,10 +128,10 @@ pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Optio
                 high / size,
                 asked.len()
             );
-            remarks.push(Remark::warning(text).remedy("measure deflections there, and fit the rules again"));
+            diagnostics.push(Diagnostic::warning(text).remedy("measure deflections there, and fit the rules again"));
         }
     }
-    remarks
+    diagnostics
 }
 
 /// A compliance at a point (m) as one of spatial wrenches and twists.

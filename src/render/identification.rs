@@ -289,7 +289,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
             let shown = |value: f64| number(kind, parameter.shown(value));
             let change = parameter.shown(estimate.value) - parameter.shown(estimate.nominal);
             let merged = found.equivalences.iter().any(|group| group.members[0].0 == estimate.slot);
-            let remark = match (estimate.at_bound, merged) {
+            let diagnostic = match (estimate.at_bound, merged) {
                 _ if insensitive(campaign, estimate) => any_value(parameter, estimate),
                 (true, _) => "at its bound".to_string(),
                 (_, true) => "with its group, below".to_string(),
@@ -302,7 +302,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
                 shown(estimate.value),
                 number(kind, change),
                 number(kind, parameter.shown_width(estimate.value, estimate.ci95)),
-                remark,
+                diagnostic,
             ]
         }),
     );

@@ -78,9 +78,10 @@ pub fn equivalence_text(model: &Model, campaign: &Campaign, found: &Calibration)
     let rows = groups.iter().map(|group| {
         let (unit, value, ci95) = equivalent(model, group);
         let how = if group.together == Together::Series { "in series" } else { "side by side" };
-        let remark = if all_insensitive(campaign, found, group) { "moves no reading: any stiffer fits" } else { "" };
+        let diagnostic =
+            if all_insensitive(campaign, found, group) { "moves no reading: any stiffer fits" } else { "" };
         let [value, ci95] = [format!("{value:.4e}"), format!("{ci95:.1e}")];
-        vec![members(model, group).join(", "), how.into(), value, ci95, unit.into(), remark.into()]
+        vec![members(model, group).join(", "), how.into(), value, ci95, unit.into(), diagnostic.into()]
     });
     format!(
         "\nsprings that these readings see as one\n{}",

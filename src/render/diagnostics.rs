@@ -1,35 +1,35 @@
-//! Remarks drawn as a compiler draws them: the place, the lines, what is meant in them, and what to do.
+//! Diagnostics drawn as a compiler draws them: the place, the lines, what is meant in them, and what to do.
 
-use crate::remark::{Place, Remark, Severity, cut};
+use crate::diagnostic::{Diagnostic, Place, Severity, cut};
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use std::fmt::Write as _;
 
-/// All remarks as text, each with its place, lines, related places and remedy, and a last line with their number.
+/// All diagnostics as text, each with its place, lines, related places and remedy, and a last line with their number.
 ///
-/// Control characters of a file reach neither the terminal nor a log. No remarks, no text.
-pub fn render(remarks: &[Remark], color: bool) -> String {
-    if remarks.is_empty() {
+/// Control characters of a file reach neither the terminal nor a log. No diagnostics, no text.
+pub fn render(diagnostics: &[Diagnostic], color: bool) -> String {
+    if diagnostics.is_empty() {
         return String::new();
     }
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     let mut text = String::new();
-    for remark in remarks {
-        let level = match remark.severity {
+    for diagnostic in diagnostics {
+        let level = match diagnostic.severity {
             Severity::Error => Level::ERROR,
             Severity::Warning => Level::WARNING,
         };
-        let mut group = level.primary_title(inert(&remark.message)).elements(None::<Origin<'_>>);
-        if let Some(place) = &remark.place {
+        let mut group = level.primary_title(inert(&diagnostic.message)).elements(None::<Origin<'_>>);
+        if let Some(place) = &diagnostic.place {
             group = draw(group, place, AnnotationKind::Primary, None);
         }
-        for (place, why) in &remark.related {
+        for (place, why) in &diagnostic.related {
             group = draw(group, place, AnnotationKind::Context, Some(inert(why)));
         }
-        if let Some(remedy) = &remark.remedy {
+        if let Some(remedy) = &diagnostic.remedy {
             group = group.element(Level::HELP.message(inert(remedy)));
         }
         let mut drawn = renderer.render(&[group]);
-        for place in remark.place.iter().chain(remark.related.iter().map(|(place, _)| place)) {
+        for place in diagnostic.place.iter().chain(diagnostic.related.iter().map(|(place, _)| place)) {
             if let Some((of_cut, of_file)) = headers(place) {
                 drawn = drawn.replacen(&of_cut, &of_file, 1);
             }
@@ -37,8 +37,8 @@ pub fn render(remarks: &[Remark], color: bool) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{drawn}\n");
     }
-    let errors = remarks.iter().filter(|remark| remark.is_error()).count();
-    let _ = writeln!(text, "{}, {}", count(errors, "error"), count(remarks.len() - errors, "warning"));
+    let errors = diagnostics.iter().filter(|diagnostic| diagnostic.is_error()).count();
+    let _ = writeln!(text, "{}, {}", count(errors, "error"), count(diagnostics.len() - errors, "warning"));
     text
 }
 

@@ -2,8 +2,8 @@
 
 use minijinja::context;
 
-use crate::report::html::data::Report;
-use crate::report::html::page::{Page, Section};
+use crate::render::html::data::Report;
+use crate::render::html::page::{Page, Section};
 
 pub fn section(report: &Report, page: &Page) -> Option<Section> {
     let stages: Vec<_> = report
