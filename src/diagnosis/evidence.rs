@@ -1,12 +1,14 @@
 //! What the competition is held on: residuals after calibration, the columns of what was calibrated, and those of every
 //! hypothesis.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::algebra::{independent, orthonormal};
 use super::verdict::Settings;
 use crate::description::campaign::Campaign;
-use crate::effects::{Effect, Form, Site, Survey};
+use crate::effects::{Effect, Nonlinear, Site, Survey};
 use crate::estimation::row_sigmas;
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -16,11 +18,11 @@ use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_col
 #[derive(Clone)]
 pub struct Hypothesis {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: Arc<dyn Effect>,
     /// The site.
     pub site: Site,
-    /// The form.
-    pub form: Form,
+    /// Values of its nonlinear parameters.
+    pub nonlinear: Nonlinear,
     /// Constants of the model that it frees, if it is nothing else.
     pub constants: Vec<Slot>,
     /// Names, units and scales of its parameters.
@@ -35,7 +37,7 @@ pub struct Hypothesis {
 
 impl std::fmt::Debug for Hypothesis {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({} {})", self.label(), self.form.symbol, self.form.value)
+        write!(f, "{} {:?}", self.label(), self.nonlinear.values())
     }
 }
 
@@ -65,7 +67,7 @@ impl Hypothesis {
 
     /// Whether another says the same in another selection of constants, or is the very same: the two cannot go together.
     pub fn excludes(&self, other: &Self) -> bool {
-        self.is_same(other) && (!self.constants.is_empty() || self.form == other.form)
+        self.is_same(other) && (!self.constants.is_empty() || self.nonlinear == other.nonlinear)
     }
 
     /// Whether another is the same effect at the same site.
@@ -105,10 +107,10 @@ impl Evidence {
         settings: &Settings,
     ) -> Result<Self, PredictionError> {
         let mut hypotheses: Vec<Hypothesis> = Vec::new();
-        for &effect in &settings.effects {
+        for effect in model.catalogue.iter() {
             let is_known = settings.known.iter().any(|name| name == effect.name());
             for site in effect.sites(model) {
-                let forms = effect.forms(model, &site, survey);
+                let forms = effect.candidates(model, &site, survey);
                 for form in &forms {
                     let constants = effect.constants(model, &site, form);
                     let parameters = effect.parameters(model, &site, form);
@@ -133,9 +135,9 @@ impl Evidence {
                         };
                         let parameters = parameters.iter().enumerate().filter(|(k, _)| chosen(*k));
                         hypotheses.push(Hypothesis {
-                            effect,
+                            effect: effect.clone(),
                             site: site.clone(),
-                            form: *form,
+                            nonlinear: form.clone(),
                             constants: pick(&constants),
                             parameters: parameters.map(|(_, p)| p.clone()).collect(),
                             columns: DMatrix::zeros(0, 0),
@@ -168,7 +170,8 @@ impl Evidence {
         let moving: Vec<usize> = (0..hypotheses.len()).filter(|&h| hypotheses[h].constants.is_empty()).collect();
         let terms: Vec<Term> = moving
             .iter()
-            .map(|&h| Term::new(model, hypotheses[h].effect, hypotheses[h].site.clone(), hypotheses[h].form))
+            .map(|&h| &hypotheses[h])
+            .map(|h| Term::new(model, &h.effect, &h.site, &h.nonlinear))
             .collect();
         let (all, width) = effect_columns(model, campaign, values, terms)?;
         let mut first = 0;

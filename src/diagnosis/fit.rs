@@ -1,13 +1,12 @@
 //! Parameters of what was found, with their intervals, and as they are written into a description.
 
-use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::algebra::solve;
 use super::evidence::{Evidence, Hypothesis};
 use super::figures::design;
 use super::report::CauseParameter;
-use crate::description::raw::RawEffect;
+use crate::effects::EffectEntry;
 
 /// Nuisance and members fitted to all readings.
 pub struct Fit {
@@ -51,25 +50,12 @@ impl Fit {
     }
 }
 
-/// The parameters and, beside them, what is not linear in the effect.
-pub fn with_form(hypothesis: &Hypothesis, mut parameters: Vec<CauseParameter>) -> Vec<CauseParameter> {
-    if !hypothesis.form.symbol.is_empty() {
-        let (name, value) = (hypothesis.form.symbol.to_string(), hypothesis.form.value);
-        parameters.push(CauseParameter { name, unit: "", value, ci95: f64::NAN });
-    }
-    parameters
-}
-
-/// As it is written into a description.
-pub fn entry(hypothesis: &Hypothesis, parameters: &[CauseParameter]) -> RawEffect {
-    let mut all: IndexMap<String, f64> =
-        parameters.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect();
-    if !hypothesis.form.symbol.is_empty() {
-        all.insert(hypothesis.form.symbol.into(), hypothesis.form.value);
-    }
-    RawEffect {
-        effect: Some(hypothesis.effect.name().into()),
-        site: Some(hypothesis.site.name.clone()),
-        parameters: all,
+/// A hypothesis with its amounts, as it is switched on or written into a description.
+pub fn entry(hypothesis: &Hypothesis, parameters: &[CauseParameter]) -> EffectEntry {
+    EffectEntry {
+        effect: hypothesis.effect.clone(),
+        site: hypothesis.site.clone(),
+        nonlinear: hypothesis.nonlinear.clone(),
+        amounts: parameters.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect(),
     }
 }

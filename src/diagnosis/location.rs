@@ -1,13 +1,16 @@
 //! Where the gap lies: by site, by condition, by direction.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::ends;
 use crate::description::campaign::{Campaign, Observes};
-use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, sites_of};
+use crate::effects::{Change, Changes, Effect, EffectParameter, Nonlinear, Site, SiteKind};
 use crate::model::Model;
+use crate::parameter::Slot;
 use crate::prediction::{PredictionError, Term, effect_columns};
 
 /// Share of the gap that a free local error at a site could carry.
@@ -76,47 +79,54 @@ impl Effect for Probe {
         ""
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         let count = match self.0 {
             SiteKind::Base => 3,
             _ => 1,
         };
-        let parameter = EffectParameter { symbol: "free".into(), unit: "", scale: 1.0, is_positive: false };
-        vec![parameter; count]
+        vec![EffectParameter::new("free", "", 1.0); count]
     }
 
-    fn changes(&self, site: &Site, _form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
+    fn changes(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Changes {
         match self.0 {
-            SiteKind::Joint => out.push((0, Change::Yield(site.variable, 1.0))),
-            SiteKind::Link => {
-                for (index, frame) in moment.model.frames.iter().enumerate().skip(1) {
-                    if frame.antecedent == site.frame && index != site.frame {
-                        for slot in [frame.slots[4], frame.slots[6]] {
-                            let length = moment.model.registry[slot].nominal;
-                            if length.abs() > 1e-3 && Some(slot) != frame.moves().then(|| frame.moving_slot()) {
-                                out.push((0, Change::Slot(slot, length)));
-                            }
-                        }
-                    }
-                }
+            SiteKind::Joint => {
+                let variable = site.variable;
+                Arc::new(move |_, out| out.push((0, Change::Deflection(variable, 1.0))))
             }
-            SiteKind::Instrument => out.push((0, Change::Point(moment.position, Vector3::zeros()))),
-            _ => {
+            SiteKind::Link => {
+                let lengths = lengths(model, site);
+                Arc::new(move |_, out| {
+                    out.extend(lengths.iter().map(|&(slot, length)| (0, Change::Slot(slot, length))));
+                })
+            }
+            SiteKind::Instrument => {
+                Arc::new(|context, out| out.push((0, Change::Point(context.position, Vector3::zeros()))))
+            }
+            _ => Arc::new(|context, out| {
                 for k in 0..3 {
                     let mut axis = Vector3::zeros();
                     axis[k] = 1.0;
                     // It rocks about its foot; free to move in all six ways it could carry anything.
-                    out.push((k, Change::Point(axis.cross(&(moment.position - moment.base)), axis)));
+                    out.push((k, Change::Point(axis.cross(&(context.position - context.base)), axis)));
                 }
-            }
+            }),
         }
     }
 }
 
-static JOINT: Probe = Probe(SiteKind::Joint);
-static LINK: Probe = Probe(SiteKind::Link);
-static BASE: Probe = Probe(SiteKind::Base);
-static INSTRUMENT: Probe = Probe(SiteKind::Instrument);
+/// Lengths of a link, m: constants d and r of the frames that it carries, but for those that move.
+fn lengths(model: &Model, site: &Site) -> Vec<(Slot, f64)> {
+    let carried = model.frames.iter().enumerate().skip(1);
+    carried
+        .filter(|(index, frame)| frame.antecedent == site.frame && *index != site.frame)
+        .flat_map(|(_, frame)| {
+            let moving = frame.moves().then(|| frame.moving_slot());
+            [frame.slots[4], frame.slots[6]].into_iter().filter(move |slot| Some(*slot) != moving)
+        })
+        .map(|slot| (slot, model.registry[slot].nominal))
+        .filter(|(_, length)| length.abs() > 1e-3)
+        .collect()
+}
 
 /// Shares of all sites in what calibration leaves (`left`, weighted).
 ///
@@ -132,10 +142,9 @@ pub fn sites(
     seed: u64,
 ) -> Result<Vec<SiteShare>, PredictionError> {
     let mut terms = Vec::new();
-    for probe in [&JOINT, &LINK, &BASE, &INSTRUMENT] {
-        for site in sites_of(model, probe.0) {
-            terms.push(Term::new(model, probe, site, Form::ONLY));
-        }
+    for kind in [SiteKind::Joint, SiteKind::Link, SiteKind::Base, SiteKind::Instrument] {
+        let probe: Arc<dyn Effect> = Arc::new(Probe(kind));
+        terms.extend(model.sites(kind).iter().map(|site| Term::new(model, &probe, site, &Nonlinear::default())));
     }
     let names: Vec<(String, usize)> =
         terms.iter().map(|term| (term.site.name.clone(), term.parameters.len())).collect();

@@ -86,7 +86,7 @@ fn between(
     let mut apart = vec![0.0; rows];
     for (sign, (hypothesis, x)) in [1.0, -1.0].into_iter().zip(pair.into_iter().zip(fits)) {
         let own = if hypothesis.constants.is_empty() {
-            let term = Term::new(model, hypothesis.effect, hypothesis.site.clone(), hypothesis.form);
+            let term = Term::new(model, &hypothesis.effect, &hypothesis.site, &hypothesis.nonlinear);
             Some(effect_columns(model, &trial, values, vec![term]).ok()?)
         } else {
             None

@@ -1,16 +1,16 @@
 //! What is re-fitted whatever is tried.
 
 use crate::description::campaign::{Campaign, Observes};
-use crate::effects::Form;
+use crate::effects::Nonlinear;
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 
 /// Parameters that are re-fitted whatever is tried: those of the known effects, at all their sites.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
     let mut slots = Vec::new();
-    for effect in known.iter().filter_map(|name| crate::effects::by_name(name)) {
+    for effect in known.iter().filter_map(|name| model.catalogue.get(name)) {
         let mut own: Vec<Slot> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
+            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
         // Where a description declares some of them to give, those are meant.
         let declared = |slot: &Slot| model.registry[*slot].nominal != 0.0;
         if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && declared(slot)) {

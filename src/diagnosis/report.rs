@@ -5,7 +5,9 @@ use indexmap::IndexMap;
 use super::location::Location;
 use super::look_alikes::LookAlikes;
 use super::structure::Structure;
-use crate::description::raw::RawEffect;
+use crate::description::raw::RawAmount;
+use crate::effects::EffectEntry;
+use crate::model::Model;
 
 /// What comes out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,10 +80,43 @@ pub struct Cause {
     pub rivals: Vec<(String, String)>,
     /// Signature and remedy, in words.
     pub words: [&'static str; 2],
-    /// As it is written into a description.
-    pub entry: RawEffect,
-    /// Further forms of the same effect at the same site.
-    pub further: Vec<RawEffect>,
+    /// The effect with its amounts; several where it was found with different nonlinear values, none of outliers.
+    pub entries: Vec<EffectEntry>,
+}
+
+/// A parameter as it is reported: name, unit, value, half width of its 95 % interval where it has one.
+pub type ReportedParameter = (String, &'static str, RawAmount, Option<f64>);
+
+impl Cause {
+    /// Parameters of each entry, its nonlinear values after its amounts.
+    pub fn reported(&self, model: &Model) -> Vec<ReportedParameter> {
+        let variables = model.variable_names();
+        let mut amounts = self.parameters.iter();
+        let mut all = Vec::new();
+        let one = |p: &CauseParameter| (p.name.clone(), p.unit, p.value.into(), Some(p.ci95).filter(|w| w.is_finite()));
+        for entry in &self.entries {
+            all.extend(amounts.by_ref().take(entry.amounts.len()).map(one));
+            let nonlinear = entry.nonlinear.written(&variables).into_iter();
+            all.extend(nonlinear.map(|(name, unit, value)| (name.to_string(), unit, value, None)));
+        }
+        all.extend(amounts.map(one));
+        all
+    }
+}
+
+impl Diagnosis {
+    /// Entries of all causes: what a description has to switch on.
+    pub fn entries(&self) -> impl Iterator<Item = &EffectEntry> {
+        self.causes.iter().flat_map(|cause| &cause.entries)
+    }
+
+    /// The model with all causes switched on; [`Model::completed`] makes [`Diagnosis::values`] its own.
+    #[must_use]
+    pub fn applied(&self, model: &Model) -> Model {
+        let mut with = model.clone();
+        self.entries().for_each(|entry| with.switch_on(entry.clone()));
+        with
+    }
 }
 
 /// A hypothesis that was not taken.

@@ -11,7 +11,7 @@ use super::report::CauseParameter;
 use super::search::{Fitted, Ground};
 use super::verdict::Settings;
 use crate::description::campaign::Campaign;
-use crate::effects::Form;
+use crate::effects::Nonlinear;
 use crate::estimation::{self, CalibrationError, calibrate};
 use crate::kinematics::Geometry;
 use crate::math::median;
@@ -150,7 +150,7 @@ impl Round {
             if hypothesis.constants.is_empty() {
                 with.switch_on(entry(hypothesis, &linear.parameters(&self.evidence, members, step)));
                 let own = with.effects.last().map(|effect| effect.slots.clone()).unwrap_or_default();
-                slots.push(hypothesis.parameters.iter().filter_map(|p| own.get(&p.symbol).copied()).collect());
+                slots.push(own.into_iter().flatten().collect());
             } else {
                 slots.push(hypothesis.constants.clone());
             }
@@ -233,18 +233,17 @@ fn refine(
     path: Vec<Fitted>,
 ) -> Result<Vec<Fitted>, CalibrationError> {
     let members = path.last().map(|fit| fit.members.clone()).unwrap_or_default();
-    let continuous: Vec<usize> = members.iter().copied().filter(|&h| evidence.hypotheses[h].form.continuous).collect();
+    let continuous: Vec<usize> =
+        members.iter().copied().filter(|&h| evidence.hypotheses[h].nonlinear.continuous().is_some()).collect();
     if continuous.is_empty() {
         return Ok(path);
     }
     for h in continuous {
-        let center = evidence.hypotheses[h].form.value;
-        let forms: Vec<Form> =
-            (-6..=6).map(|k| Form { value: center * 1.12_f64.powi(k), ..evidence.hypotheses[h].form }).collect();
-        let terms = forms
-            .iter()
-            .map(|form| Term::new(model, evidence.hypotheses[h].effect, evidence.hypotheses[h].site.clone(), *form))
-            .collect();
+        let hypothesis = &evidence.hypotheses[h];
+        let Some(center) = hypothesis.nonlinear.continuous() else { continue };
+        let forms: Vec<Nonlinear> =
+            (-6..=6).map(|k| hypothesis.nonlinear.clone().with_continuous(center * 1.12_f64.powi(k))).collect();
+        let terms = forms.iter().map(|form| Term::new(model, &hypothesis.effect, &hypothesis.site, form)).collect();
         let (all, width) = effect_columns(model, campaign, values, terms)?;
         let count = evidence.hypotheses[h].parameters.len();
         let mut best = (f64::INFINITY, None);
@@ -255,11 +254,11 @@ fn refine(
             evidence.hypotheses[h].columns = columns.clone();
             let squares = Ground::new(&training(evidence, aside)).fit(&members).squares;
             if squares < best.0 {
-                best = (squares, Some((*form, columns)));
+                best = (squares, Some((form.clone(), columns)));
             }
         }
         if let Some((form, columns)) = best.1 {
-            evidence.hypotheses[h].form = form;
+            evidence.hypotheses[h].nonlinear = form;
             evidence.hypotheses[h].columns = columns;
         }
     }

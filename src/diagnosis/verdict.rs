@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::{Drawn, folds, held_out, reading_errors, rms_max};
-use super::fit::{Fit, entry, with_form};
+use super::fit::{Fit, entry};
 use super::location::{Location, conditions, sites, yielding};
 use super::look_alikes::LookAlikes;
 use super::next::next_poses;
@@ -16,8 +16,6 @@ use super::round::{Round, training};
 use super::search::{Fitted, GREATEST, Ground};
 use super::structure::{judged, structure};
 use crate::description::campaign::Campaign;
-use crate::description::raw::RawEffect;
-use crate::effects::{Effect, catalogue};
 use crate::estimation::{self, CalibrationError};
 use crate::math::mean_rms_max;
 use crate::model::Model;
@@ -26,8 +24,6 @@ use crate::prediction::{Linearised, Predictor};
 /// What is asked of a diagnosis.
 #[derive(Clone)]
 pub struct Settings {
-    /// Effects that compete.
-    pub effects: Vec<&'static dyn Effect>,
     /// Names of effects that are re-fitted whatever is tried; by default what the campaign lists.
     pub known: Vec<String>,
     /// Seed of folds, draws and proposals.
@@ -39,9 +35,9 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The catalogue against a campaign.
+    /// The defaults for a campaign. The effects that compete are those of the model's catalogue.
     pub fn new(campaign: &Campaign, seed: u64) -> Self {
-        Self { effects: catalogue(), known: campaign.calibrate.clone(), seed, draws: 1000, propose: true }
+        Self { known: campaign.calibrate.clone(), seed, draws: 1000, propose: true }
     }
 }
 
@@ -204,8 +200,8 @@ impl Round {
                 effect: hypothesis.effect.name().into(),
                 site: hypothesis.site.name.clone(),
                 probability: 1.0 / weights,
-                entry: entry(hypothesis, &parameters),
-                parameters: with_form(hypothesis, parameters),
+                entries: vec![entry(hypothesis, &parameters)],
+                parameters,
                 rms: [of(step), of(step + 1)],
                 shrinkage: Shrinkage { value, ci95: drawn.shrinkage(step, step + 1, value) },
                 rivals: rivals
@@ -216,7 +212,6 @@ impl Round {
                     })
                     .collect(),
                 words: [hypothesis.effect.signature(), hypothesis.effect.remedy()],
-                further: Vec::new(),
             });
             rivals_of.push((member, rivals));
         }
@@ -295,7 +290,7 @@ impl Round {
         Predictor::new(&with, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
         let errors = estimation::errors_of(campaign, &found.residual, |_| true);
         let count = wrong.iter().filter(|w| **w).count() as f64;
-        let effect = crate::effects::by_name("outliers");
+        let effect = model.catalogue.get("outliers");
         let before = errors.distance[1].max(after);
         Ok(Cause {
             effect: "outliers".into(),
@@ -306,12 +301,7 @@ impl Round {
             shrinkage: Shrinkage { value: 1.0 - after / before, ci95: [1.0 - after / before; 2] },
             rivals: Vec::new(),
             words: effect.map_or(["", ""], |effect| [effect.signature(), effect.remedy()]),
-            entry: RawEffect {
-                effect: Some("outliers".into()),
-                site: Some("instrument".into()),
-                parameters: IndexMap::new(),
-            },
-            further: Vec::new(),
+            entries: Vec::new(),
         })
     }
 }
@@ -323,7 +313,7 @@ fn merged(causes: Vec<Cause>) -> Vec<Cause> {
         match out.iter_mut().find(|known| known.effect == cause.effect && known.site == cause.site) {
             Some(known) => {
                 known.parameters.extend(cause.parameters);
-                known.further.push(cause.entry);
+                known.entries.extend(cause.entries);
                 known.rms[1] = cause.rms[1];
                 known.shrinkage.value = 1.0 - known.rms[1] / known.rms[0];
                 known.shrinkage.ci95[1] = known.shrinkage.ci95[1].max(known.shrinkage.value);

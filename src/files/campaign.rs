@@ -1,6 +1,7 @@
 //! A campaign from its files: the campaign itself, its robot and its measurements, every fault located.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::place::{CAMPAIGNS, Place, inside, open};
 use super::robot::{LoadedRobot, Without, find_robot, load_robot_without};
@@ -10,6 +11,7 @@ use crate::description::campaign::{self, Campaign};
 use crate::description::table::{Dialect, read_table};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::effects::Catalogue;
 
 /// A campaign read from its files, with its robot.
 #[derive(Debug, Clone)]
@@ -29,6 +31,18 @@ pub struct LoadedCampaign {
 /// # Errors
 /// Every fault found, located.
 pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+    load_campaign_with(file, robot, &Arc::new(Catalogue::standard()))
+}
+
+/// The same where the robot's description and `calibrate:` may name the effects of this catalogue.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_campaign_with(
+    file: &str,
+    robot: Option<&str>,
+    catalogue: &Arc<Catalogue>,
+) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let path_given = Path::new(file);
     let mut path = PathBuf::from(file);
     if path.is_dir() {
@@ -66,12 +80,14 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     told_schema(&mut diagnostics, "campaign");
     let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
-    diagnostics.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
+    let effects: Vec<&str> = catalogue.names().collect();
+    diagnostics.append(&mut campaign::faults(&raw, &effects, &locate, &|path| document.explains_absence(path)));
     let names = raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()])));
     // Of another robot than the campaign's own only what both have is left out.
     let own =
         raw.robot.as_ref().filter(|own| robot.is_some_and(|given| given != own.as_str()) && !raw.without.is_empty());
-    let own = own.and_then(|own| load_robot_without(&find_robot(own, Some(&place)).ok()?, &Without::default()).ok());
+    let own = own
+        .and_then(|own| load_robot_without(&find_robot(own, Some(&place)).ok()?, &Without::default(), catalogue).ok());
     let without = Without { names: names.collect(), own: own.map(|own| own.raw) };
     let robot_place = match (robot, &raw.robot) {
         (Some(name), _) => find_robot(name, None),
@@ -82,7 +98,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         }
     };
     // What is not located within the robot's own file is the fault of the line that names it.
-    let robot = robot_place.and_then(|place| load_robot_without(&place, &without)).map_err(|mut said| {
+    let robot = robot_place.and_then(|place| load_robot_without(&place, &without, catalogue)).map_err(|mut said| {
         if robot.is_none() {
             said.iter_mut()
                 .filter(|diagnostic| diagnostic.place.is_none())

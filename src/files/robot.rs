@@ -1,6 +1,7 @@
 //! A robot from its file: read, resolved, compiled and put together once, every fault located.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::change::{elements, leave_out, merge};
 use super::place::{Place, bundled_robots};
@@ -11,7 +12,7 @@ use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Place as Location, nearest};
-use crate::effects::{doubt, fault};
+use crate::effects::Catalogue;
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 
@@ -33,7 +34,15 @@ pub struct LoadedRobot {
 /// # Errors
 /// Every fault found, located.
 pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    load_robot_without(&find_robot(name, None)?, &Without::default())
+    load_robot_with(name, &Arc::new(Catalogue::standard()))
+}
+
+/// Reads a robot whose description may switch on the effects of this catalogue.
+///
+/// # Errors
+/// Every fault found, located.
+pub fn load_robot_with(name: &str, catalogue: &Arc<Catalogue>) -> Result<LoadedRobot, Vec<Diagnostic>> {
+    load_robot_without(&find_robot(name, None)?, &Without::default(), catalogue)
 }
 
 /// The same with named elements left out, as a campaign's `without` does.
@@ -42,7 +51,7 @@ pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
 /// Every fault found, located.
 pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
-    load_robot_without(&find_robot(name, None)?, &Without { names, own: None })
+    load_robot_without(&find_robot(name, None)?, &Without { names, own: None }, &Arc::new(Catalogue::standard()))
 }
 
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Diagnostic>> {
@@ -76,13 +85,17 @@ pub(super) struct Without {
     pub own: Option<RawRobot>,
 }
 
-pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
+pub(super) fn load_robot_without(
+    place: &Place,
+    without: &Without,
+    catalogue: &Arc<Catalogue>,
+) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let text = place.text()?;
     if place.is_urdf() {
         let (raw, diagnostics) = import(place, &text)?;
-        return finish(raw, &Located { document: None, rules: None }, diagnostics, without);
+        return finish(raw, &Located { document: None, rules: None }, diagnostics, without, catalogue);
     }
-    from_yaml(place, &text, without)
+    from_yaml(place, &text, without, catalogue)
 }
 
 /// Reads a description from its text, as if it stood at `path`: a URDF that it names is sought beside that.
@@ -90,10 +103,15 @@ pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<Loa
 /// # Errors
 /// Every fault found, located.
 pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    from_yaml(&Place::Disk(path.into()), text, &Without::default())
+    from_yaml(&Place::Disk(path.into()), text, &Without::default(), &Arc::new(Catalogue::standard()))
 }
 
-fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
+fn from_yaml(
+    place: &Place,
+    text: &str,
+    without: &Without,
+    catalogue: &Arc<Catalogue>,
+) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let (raw, document, mut diagnostics) = yaml::read::<RawRobot>(&place.name(), text);
     told_schema(&mut diagnostics, "robot");
     let Some(mut raw) = raw else { return Err(diagnostics) };
@@ -123,7 +141,7 @@ fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot
         }
     };
     let located = Located { document: Some(&document), rules: rules.as_ref() };
-    finish(raw, &located, diagnostics, without)
+    finish(raw, &located, diagnostics, without, catalogue)
 }
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
@@ -202,6 +220,7 @@ fn finish(
     texts: &Located,
     mut diagnostics: Vec<Diagnostic>,
     without: &Without,
+    catalogue: &Arc<Catalogue>,
 ) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let locate = |path: &[&str]| texts.value(path);
     let explained = |path: &[&str]| texts.explains(path);
@@ -235,33 +254,20 @@ fn finish(
             }
         }
     }
-    let model = match build(&robot) {
+    let model = match build(&robot, catalogue.clone()) {
         Ok(model) => model,
         Err(faults) => {
             let located = faults.into_iter().map(|Fault { path, diagnostic }| {
                 let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                diagnostic.at(texts.key(&path))
+                diagnostic.at(if path.first() == Some(&"effects") { texts.value(&path) } else { texts.key(&path) })
             });
             return Err(diagnostics.into_iter().chain(located).collect());
         }
     };
-    let impossible: Vec<Diagnostic> = robot
-        .effects
-        .iter()
-        .enumerate()
-        .filter_map(|(k, entry)| Some((k, fault(&model, entry).err()?)))
-        .map(|(k, (message, remedy))| {
-            let message = format!("effect {} of `effects:`: {message}", k + 1);
-            Diagnostic::error(message).remedy(remedy).at(locate(&["effects", &k.to_string()]))
-        })
-        .collect();
-    if !impossible.is_empty() {
-        return Err(diagnostics.into_iter().chain(impossible).collect());
-    }
-    for (k, entry) in robot.effects.iter().enumerate() {
-        if let Some((message, remedy)) = doubt(&model, entry) {
-            let diagnostic = Diagnostic::warning(format!("effect {} of `effects:`: {message}", k + 1)).remedy(remedy);
-            diagnostics.push(diagnostic.at(locate(&["effects", &k.to_string()])));
+    for (k, switched_on) in model.effects.iter().enumerate() {
+        if let Some(doubt) = switched_on.entry.doubt(&model) {
+            let message = format!("effect {} of `effects:`: {}", k + 1, doubt.message);
+            diagnostics.push(Diagnostic { message, ..doubt }.at(locate(&["effects", &k.to_string()])));
         }
     }
     let contradicted = contradictions(&raw, &model);

@@ -1,8 +1,10 @@
 //! Compiles a resolved robot.
 
+use std::sync::Arc;
+
 use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
-use super::{Actuator, Frame, Marker, Model};
+use super::{Actuator, Catalogue, Frame, Marker, Model};
 use crate::description::raw::JointKind;
 use crate::description::robot::{
     FRAME_SYMBOLS, Motion, PLACEMENT_SYMBOLS, Placement, Robot, SLIDER_CRANK_SYMBOLS, is_angle,
@@ -23,14 +25,21 @@ impl Fault {
     pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
         Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
     }
+
+    /// The same fault, its path starting further up.
+    fn within(mut self, above: &[&str]) -> Self {
+        self.path.splice(0..0, above.iter().map(ToString::to_string));
+        self
+    }
 }
 
-/// Compiles a resolved robot.
+/// Compiles a resolved robot, with the effects that its description may switch on.
 ///
 /// # Errors
 /// Every fault found: joints that depend on each other in a circle through loops, a loop that has more passive joints
-/// than its closure can find, a frame that stands before the frame it is coaxial with.
-pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
+/// than its closure can find, a frame that stands before the frame it is coaxial with; an effect that the catalogue or the
+/// robot does not know.
+pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Model, Vec<Fault>> {
     let mut registry = Registry::default();
     let mut add = |robot: &Robot, owner: &str, symbol: &str, group: Group, nominal: f64| -> Slot {
         let name = format!("{owner}.{symbol}");
@@ -127,6 +136,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         markers,
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
+        catalogue: catalogue.into(),
         effects: Vec::new(),
         fuzzy: robot.fuzzy.clone(),
         registry,
@@ -139,8 +149,14 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         model.registry.all_mut()[slot].closing = true;
     }
     model.structure = super::assemble::assemble(robot, &mut model)?;
-    robot.effects.iter().for_each(|entry| model.switch_on(entry.clone()));
-    Ok(model)
+    let mut faults = Vec::new();
+    for (k, raw) in robot.effects.iter().enumerate() {
+        match model.resolve_effect(raw) {
+            Ok(entry) => model.switch_on(entry),
+            Err(fault) => faults.push(fault.within(&["effects", &k.to_string()])),
+        }
+    }
+    if faults.is_empty() { Ok(model) } else { Err(faults) }
 }
 
 fn add_placement(

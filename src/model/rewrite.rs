@@ -15,14 +15,14 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
             continue;
         }
         if parameter.group == Group::Effect {
-            let own = |effect: &super::SwitchedOn| {
-                effect.slots.iter().find(|(_, known)| **known == slot).map(|(s, _)| s.clone())
-            };
-            let found = model.effects.iter().enumerate().find_map(|(k, effect)| Some((k, own(effect)?)));
+            let found = model.effects.iter().enumerate().find_map(|(k, effect)| {
+                let at = effect.slots.iter().position(|known| *known == Some(slot))?;
+                Some((k, effect.parameters[at].symbol.clone()))
+            });
             if let Some((k, symbol)) = found
                 && let Some(raw) = raw.effects.get_mut(k)
             {
-                raw.parameters.insert(symbol, value);
+                raw.parameters.insert(symbol, value.into());
             }
             continue;
         }

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::plots::bars;
 use super::table::{mm, table};
+use crate::description::raw::RawAmount;
 use crate::diagnosis::{Cause, Diagnosis, Structure, Verdict};
 use crate::model::Model;
 
@@ -62,7 +63,7 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
         "where": {"sites": found.location.sites.iter().map(site).collect::<Vec<_>>(), "conditions": conditions,
                   "directions": {"x": x, "y": y, "z": z}, "yielding": yielding},
         "verdict": verdict(found.verdict),
-        "causes": found.causes.iter().map(cause_json).collect::<Vec<_>>(),
+        "causes": found.causes.iter().map(|cause| cause_json(model, cause)).collect::<Vec<_>>(),
         "rejected": rejected,
         "with_none": mm(found.with_none),
         "after_all": {"rms": mm(found.after.0), "rms_ci95": found.after.1.map(mm), "shrinkage": found.shrinkage.value,
@@ -77,12 +78,9 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
     })
 }
 
-fn cause_json(cause: &Cause) -> Value {
-    let parameters: Vec<Value> = cause
-        .parameters
-        .iter()
-        .map(|p| json!({"name": p.name, "unit": p.unit, "value": p.value, "ci95": p.ci95}))
-        .collect();
+fn cause_json(model: &Model, cause: &Cause) -> Value {
+    let one = |(name, unit, value, ci95)| json!({"name": name, "unit": unit, "value": value, "ci95": ci95});
+    let parameters: Vec<Value> = cause.reported(model).into_iter().map(one).collect();
     let rivals: Vec<Value> =
         cause.rivals.iter().map(|(effect, site)| json!({"effect": effect, "site": site})).collect();
     json!({"effect": cause.effect, "site": cause.site, "probability": cause.probability, "parameters": parameters,
@@ -92,7 +90,7 @@ fn cause_json(cause: &Cause) -> Value {
 }
 
 /// Text of `diagnose`: finding, evidence, what to do.
-pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
+pub fn diagnosis_text(model: &Model, name: &str, found: &Diagnosis) -> String {
     let gap = &found.gap;
     let mut out = format!("{name}\n\n");
     let after = mm(found.after.0);
@@ -134,13 +132,14 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
             cause.probability
         );
         let _ = writeln!(out, "   pattern   {}", cause.words[0]);
-        for p in &cause.parameters {
-            if p.name == "count" {
-                let _ = writeln!(out, "   {:<9} {:.0}", p.name, p.value);
-                continue;
-            }
-            let width = if p.ci95.is_finite() { format!(" +- {:.1e} {}", p.ci95, p.unit) } else { String::new() };
-            let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
+        for (name, unit, value, ci95) in cause.reported(model) {
+            let value = match value {
+                RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
+                RawAmount::Number(value) => format!("{value:+.4e}"),
+                RawAmount::Name(word) => word,
+            };
+            let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
+            let _ = writeln!(out, "   {name:<9} {value}{width}");
         }
         if !cause.rivals.is_empty() {
             let rivals: Vec<String> = cause.rivals.iter().map(|(e, s)| format!("{e} at {s}")).collect();

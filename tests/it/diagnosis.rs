@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
 use elastogeo::estimation::CalibrationError;
 use elastogeo::files::{LoadedCampaign, load_campaign};
@@ -16,7 +15,7 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
-use super::support::bundled;
+use super::support::{bundled, switch_on};
 
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
@@ -289,11 +288,7 @@ type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
 fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
     for (effect, site, parameters) in effects {
-        model.switch_on(RawEffect {
-            effect: Some((*effect).into()),
-            site: Some((*site).into()),
-            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-        });
+        switch_on(&mut model, effect, site, parameters);
     }
     let mut found = Linearised::default();
     let predictor = Predictor::new(&model, campaign, Vec::new()).expect("predictable");

@@ -108,8 +108,8 @@ fn every_page_is_in_the_book_and_every_link_leads_somewhere() {
 fn words_and_all_effects_are_explained() {
     let folder = tempfile::tempdir().expect("a folder");
     let words = ["rank", "dropped", "shrinkage", "look-alike", "identifiable", "registration", "Partly Explained"];
-    let effects = elastogeo::effects::catalogue();
-    for word in words.into_iter().chain(effects.iter().map(|effect| effect.name())).chain(["outliers"]) {
+    let effects = elastogeo::effects::Catalogue::standard();
+    for word in words.into_iter().chain(effects.names()).chain(["outliers"]) {
         let ran = run(folder.path(), &["explain", word]);
         assert!(ran.status == 0 && ran.out.len() > 100, "{word}: {}{}", ran.out, ran.err);
         assert!(!ran.out.contains("\n## "), "{word} holds the next page:\n{}", ran.out);

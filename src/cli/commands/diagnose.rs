@@ -31,7 +31,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     .map_err(Failure::computation)?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
+    let mut output = Output::new(diagnosis_text(model, &campaign.name, &found), diagnosis_json(model, &found, seconds));
     output.diagnostics = loaded.diagnostics;
     if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
         output.diagnostics.push(
@@ -42,10 +42,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-            raw.effects.push(cause.entry.clone());
-            raw.effects.extend(cause.further.iter().cloned());
-        }
+        raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());

@@ -8,7 +8,6 @@ mod motion;
 mod sizes;
 mod tree;
 
-pub use elastic::EFFECTS;
 pub use elastic_values::power;
 pub use sizes::doubtful_sizes;
 
