@@ -89,7 +89,7 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
 #[allow(dead_code)] // the tests take this file in
 fn main() {
     for found in diagnosed(3e-4) {
-        println!("{:?}: {:.4} mm before, {:.4} mm after", found.verdict, 1e3 * found.gap.rms, 1e3 * found.after.0);
+        println!("{:?}: {:.4} mm before, {:.4} mm after", found.verdict, 1e3 * found.gap.rms, 1e3 * found.rms_after);
         for cause in &found.causes {
             println!("  {} at {}: {:?}", cause.effect, cause.site, cause.parameters);
         }

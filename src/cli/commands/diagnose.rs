@@ -31,7 +31,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     .map_err(Failure::computation)?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(diagnosis_text(model, &campaign.name, &found), diagnosis_json(model, &found, seconds));
+    let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
     output.diagnostics = loaded.diagnostics;
     if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
         output.diagnostics.push(

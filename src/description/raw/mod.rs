@@ -116,6 +116,16 @@ pub enum RawAmount {
     Name(String),
 }
 
+impl RawAmount {
+    /// The number, where it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(*value),
+            Self::Name(_) => None,
+        }
+    }
+}
+
 impl From<f64> for RawAmount {
     fn from(value: f64) -> Self {
         Self::Number(value)
