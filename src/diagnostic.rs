@@ -1,6 +1,6 @@
 //! A located diagnostic, as data: what is wrong, where, what was expected and how to mend it.
 //!
-//! Readers collect every diagnostic of a file instead of stopping at the first; `report::diagnostics` words and draws them.
+//! Readers collect every diagnostic of a file instead of stopping at the first; `render::diagnostics` words and draws them.
 
 use std::ops::Range;
 
@@ -149,6 +149,63 @@ impl Diagnostic {
     /// Whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
+    }
+}
+
+/// Everything found wrong with an input, as one error: what readers of descriptions, campaigns and tables return.
+///
+/// It derefs to the slice of its [`Diagnostic`]s. [`std::fmt::Display`] gives each as one line with its file, line and column
+/// and a line of help; the feature `cli` draws them with the lines of the file (`render::diagnostics`).
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Diagnostics(pub Vec<Diagnostic>);
+
+impl std::fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (k, diagnostic) in self.0.iter().enumerate() {
+            if k > 0 {
+                writeln!(f)?;
+            }
+            if let Some(place) = &diagnostic.place {
+                write!(f, "{}:{}:{}: ", place.file, place.line, place.column)?;
+            }
+            let severity = if diagnostic.is_error() { "error" } else { "warning" };
+            write!(f, "{severity}: {}", diagnostic.message)?;
+            if let Some(remedy) = &diagnostic.remedy {
+                write!(f, "\n  help: {remedy}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+impl From<Vec<Diagnostic>> for Diagnostics {
+    fn from(all: Vec<Diagnostic>) -> Self {
+        Self(all)
+    }
+}
+
+impl From<Diagnostic> for Diagnostics {
+    fn from(one: Diagnostic) -> Self {
+        Self(vec![one])
+    }
+}
+
+impl std::ops::Deref for Diagnostics {
+    type Target = [Diagnostic];
+
+    fn deref(&self) -> &[Diagnostic] {
+        &self.0
+    }
+}
+
+impl IntoIterator for Diagnostics {
+    type Item = Diagnostic;
+    type IntoIter = std::vec::IntoIter<Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
     }
 }
 

@@ -17,7 +17,7 @@ const FLOORS: &[&[&str]] = &[
     &["simulation"],
     &["diagnosis", "compensation", "planning", "scene"],
     &["blind", "review"],
-    &["snapshot"],
+    &["snapshot", "error"],
     &["render", "files"],
     &["cli"],
 ];
