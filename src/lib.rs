@@ -40,6 +40,7 @@ pub mod diagnosis;
 pub mod diagnostic;
 pub mod effects;
 pub mod elastics;
+pub mod elements;
 mod error;
 pub mod estimation;
 pub mod files;

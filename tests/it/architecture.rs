@@ -6,6 +6,7 @@ use std::path::Path;
 const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic", "estimation::least_squares"],
     &["description"],
+    &["elements"],
     &["model", "process"],
     &["kinematics"],
     &["elastics"],
