@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use elastogeo::diagnosis::{Diagnosis, Settings, diagnose};
 use elastogeo::effects::{Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, Site, SiteKind};
-use elastogeo::files::load_robot_with;
+use elastogeo::files::Reader;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -55,7 +55,7 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
     let standard = Catalogue::standard();
     let extended = standard.clone().with(HosePull);
     let [standard, extended] = [standard, extended]
-        .map(|catalogue| load_robot_with("universal-ur5", &Arc::new(catalogue)).expect("a bundled robot").model);
+        .map(|catalogue| Reader::new(catalogue).robot("universal-ur5").expect("a bundled robot").model);
     let model = &standard;
     let mut random = generator(5);
     let values = draw_errors(model, 0.5, 0.0, &mut random);

@@ -62,7 +62,8 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     (distances, sigma)
 }
 
-/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m).
+/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m). `None` where there is
+/// no outlier, or where they are just beyond what noise does and explain no gap.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -72,7 +73,10 @@ pub fn cause(
     members: &[usize],
     count: usize,
     rms_after: f64,
-) -> Result<Cause, CalibrationError> {
+) -> Result<Option<Cause>, CalibrationError> {
+    if count == 0 {
+        return Ok(None);
+    }
     let fitted = LinearFit::new(&competition.problem, members, 1.0);
     let mut model = inputs.model.clone();
     for (step, &member) in members.iter().enumerate() {
@@ -83,8 +87,11 @@ pub fn cause(
     Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
     let rms_before = errors_of(inputs.campaign, &found.residual, |_| true).distance[1].max(rms_after);
     let value = 1.0 - rms_after / rms_before;
+    if value < inputs.settings.outliers.least_shrinkage {
+        return Ok(None);
+    }
     let effect = inputs.model.catalogue.get("outliers");
-    Ok(Cause {
+    Ok(Some(Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
         probability: None,
@@ -101,5 +108,5 @@ pub fn cause(
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),
-    })
+    }))
 }

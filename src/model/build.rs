@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::fault::Fault;
 use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
 use super::{Actuator, Catalogue, Frame, Marker, Model};
@@ -11,27 +12,6 @@ use crate::description::robot::{
 };
 use crate::diagnostic::Diagnostic;
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
-
-/// What keeps a description from being compiled.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
-    /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
-    pub path: Vec<String>,
-    /// What is wrong, without a place.
-    pub diagnostic: Diagnostic,
-}
-
-impl Fault {
-    pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
-        Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
-    }
-
-    /// The same fault, its path starting further up.
-    fn within(mut self, above: &[&str]) -> Self {
-        self.path.splice(0..0, above.iter().map(ToString::to_string));
-        self
-    }
-}
 
 /// Compiles a resolved robot, with the effects that its description may switch on.
 ///

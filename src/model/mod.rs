@@ -8,6 +8,7 @@ mod beams;
 mod bounds;
 mod build;
 mod effect;
+mod fault;
 mod free;
 mod loops;
 mod rewrite;
@@ -15,11 +16,12 @@ mod spanning;
 mod structure;
 
 pub use bounds::contradictions;
-pub use build::{Fault, build};
+pub use build::build;
 pub use effect::{
     Change, Changes, Condition, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site,
     SiteKind, Survey,
 };
+pub use fault::Fault;
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};

@@ -11,8 +11,7 @@ use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawEffect};
 use crate::description::robot::Motion;
 use crate::diagnostic::Diagnostic;
-use crate::model::build::Fault;
-use crate::model::{Effect, EffectEntry, EffectParameter, Model, SwitchedOn};
+use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 impl EffectEntry {
