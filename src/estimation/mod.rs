@@ -2,7 +2,6 @@
 
 pub mod compensator;
 pub mod fuzzy;
-pub mod least_squares;
 
 mod calibration;
 mod equivalence;
