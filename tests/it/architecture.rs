@@ -7,6 +7,7 @@ const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic"],
     &["least_squares"],
     &["description"],
+    &["elements"],
     &["model", "process"],
     &["kinematics"],
     &["elastics"],
