@@ -6,6 +6,7 @@ use std::path::Path;
 const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic", "estimation::least_squares"],
     &["description"],
+    &["elements"],
     &["model", "process"],
     &["kinematics"],
     &["elastics"],
@@ -17,7 +18,7 @@ const FLOORS: &[&[&str]] = &[
     &["simulation"],
     &["diagnosis", "compensation", "planning", "scene"],
     &["blind", "review"],
-    &["snapshot"],
+    &["snapshot", "error"],
     &["render", "files"],
     &["cli"],
 ];
