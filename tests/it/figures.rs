@@ -142,10 +142,7 @@ fn blocks(page: &str) -> Vec<Block> {
         if fence || code || words.trim().is_empty() {
             code ^= fence;
             if !block.text.is_empty() {
-                blocks.push(std::mem::replace(
-                    &mut block,
-                    Block { line: 0, markers: Vec::new(), text: String::new() },
-                ));
+                blocks.push(std::mem::replace(&mut block, Block { line: 0, markers: Vec::new(), text: String::new() }));
             }
         } else if let Some((kind, what)) = marker.and_then(|marker| marker.split_once(": ")) {
             block.markers.push((kind.into(), what.trim().into()));
@@ -247,9 +244,8 @@ fn every_figure_of_the_docs_is_printed_or_recorded() {
 fn wrong_figures_are_found() {
     let mut sources = Sources::default();
     sources.known.insert("made.txt".into(), "$ make\nUR5: 0.10873 24 %\nUR10: 0.4247 1.2e-5\n".into());
-    let mut missing = |page: &str| -> Vec<String> {
-        blocks(page).iter().flat_map(|block| unfounded(block, &mut sources)).collect()
-    };
+    let mut missing =
+        |page: &str| -> Vec<String> { blocks(page).iter().flat_map(|block| unfounded(block, &mut sources)).collect() };
     let marker = "<!-- figures: made.txt -->\n";
     for right in [
         format!("{marker}0.109 mm, 0.11 mm, 24 % and 1.2e-5"),

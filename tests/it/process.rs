@@ -233,9 +233,7 @@ fn deviations_by_the_strip_are_as_recorded() {
         assert_eq!(ran.status, 0, "{}", ran.err);
         let json: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
         let points = json["points"].as_array().expect("points").iter();
-        let of = |point: &serde_json::Value, axis: usize| {
-            1e3 * point["before"][by][axis].as_f64().expect("a number")
-        };
+        let of = |point: &serde_json::Value, axis: usize| 1e3 * point["before"][by][axis].as_f64().expect("a number");
         points.map(|point| Vector3::new(of(point, 0), of(point, 1), of(point, 2))).collect()
     };
     let [strip, carried, straight] =
@@ -249,7 +247,11 @@ fn deviations_by_the_strip_are_as_recorded() {
     let lines = [
         format!("strip: {from:.4} to {to:.4} mm along z, {:.3} times", to / from),
         format!("own weight and 920 N: {:.3} to {:.3} mm along z", -weight[first].z, -weight[last].z),
-        format!("theory: {:.4} mm ({:.4} along z) between Euler and Bernoulli's and large bending", theory.norm(), theory.z),
+        format!(
+            "theory: {:.4} mm ({:.4} along z) between Euler and Bernoulli's and large bending",
+            theory.norm(),
+            theory.z
+        ),
     ];
     recorded("strip-deviations", "cargo test deviations_by_the_strip", &lines);
 }

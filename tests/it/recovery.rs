@@ -78,7 +78,10 @@ fn summary(arm: &str, trials: &[Trial]) -> (f64, f64, f64, [f64; 2]) {
     let noise = trials.iter().map(|trial| trial.noise_ratio.powi(2)).sum::<f64>() / n;
     let errors = [error(0), error(1)];
     let deviation = (variance / n).sqrt();
-    let found = format!("{arm}: {:.2} % of the intervals hold the truth, {mean:.4} +- {deviation:.4} over {n} seeds", 100.0 * mean);
+    let found = format!(
+        "{arm}: {:.2} % of the intervals hold the truth, {mean:.4} +- {deviation:.4} over {n} seeds",
+        100.0 * mean
+    );
     recorded(&format!("coverage-{arm}"), "cargo test recovery", &[found]);
     (mean, deviation, noise, errors)
 }
