@@ -31,6 +31,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod orthonormal;
 mod planning;
 mod process;
 mod questions;
