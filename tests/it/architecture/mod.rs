@@ -11,6 +11,7 @@ use imports::{Imports, circles};
 const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic", "estimation::least_squares"],
     &["description"],
+    &["elements"],
     &["model", "process"],
     &["kinematics"],
     &["elastics"],
@@ -22,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["simulation"],
     &["diagnosis", "compensation", "planning", "scene"],
     &["blind", "review"],
-    &["snapshot"],
+    &["snapshot", "error"],
     &["render", "files"],
     &["cli"],
 ];

@@ -1,0 +1,40 @@
+//! Noise of repeated readings.
+
+use crate::description::campaign::{Campaign, Observes};
+use crate::estimation::row_sigmas;
+
+/// Noise over the sigmas of the rows, from readings of one point at one configuration under one load and from one side of
+/// approach; `None` where they have fewer than `least` degrees of freedom.
+pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
+    let components = if campaign.observes == Observes::Distance { 1 } else { 3 };
+    let sigmas = row_sigmas(campaign);
+    let sides: Vec<&Vec<f64>> =
+        campaign.conditions.iter().filter(|(name, _)| name.starts_with("approach.")).map(|(_, all)| all).collect();
+    let is_repeat = |a: usize, b: usize| {
+        let [one, other] = [&campaign.readings[a], &campaign.readings[b]];
+        one.pose == other.pose
+            && one.marker == other.marker
+            && one.anchor == other.anchor
+            && one.wrench == other.wrench
+            && sides.iter().all(|all| all[a] == all[b])
+    };
+    let mut order: Vec<usize> = (0..campaign.readings.len()).collect();
+    order.sort_by_key(|&i| campaign.readings[i].pose);
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for pose in order.chunk_by(|&a, &b| campaign.readings[a].pose == campaign.readings[b].pose) {
+        let mut left = pose.to_vec();
+        while let Some(first) = left.pop() {
+            let (mut same, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(|&i| is_repeat(first, i));
+            same.push(first);
+            left = others;
+            let count = same.len() as f64;
+            for (k, sigma) in sigmas.iter().enumerate().take(components) {
+                let of = |i: &usize| campaign.readings[*i].measured[k];
+                let mean = same.iter().map(of).sum::<f64>() / count;
+                squares += same.iter().map(|i| ((of(i) - mean) / sigma).powi(2)).sum::<f64>();
+                freedom += count - 1.0;
+            }
+        }
+    }
+    (freedom >= least && squares > 0.0).then(|| (squares / freedom).sqrt())
+}
