@@ -6,7 +6,7 @@ use std::path::Path;
 use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, predict_path};
 use elastogeo::description::campaign::{Campaign, Observes};
 use elastogeo::description::raw::RawEffect;
-use elastogeo::files::{load_path, load_robot};
+use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
 use elastogeo::prediction::SinglePredictor;
@@ -16,6 +16,7 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
+use crate::figures::recorded;
 use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path};
 
 fn heavy() -> Model {
@@ -182,7 +183,7 @@ fn true_arm(mut model: Model, truth: &Path) -> Model {
 /// Greatest and rms distance (m) of the true robot from targets at commands.
 fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6], nominal: &str) -> [f64; 2] {
     let loaded = load_robot(nominal).expect("a robot");
-    let path = load_path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
+    let path = Reader::default().path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
     // The true arm lies on the flank it came from, told here by the commands' own steps.
@@ -207,6 +208,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
 }
 
 struct Machine<'a> {
+    arm: &'a str,
     robot: &'a str,
     markers: &'a str,
     /// Springs of the true arm against the description's.
@@ -227,7 +229,7 @@ fn identified_then_compensated(machine: &Machine) {
         assert_eq!(ran.status, 0, "{arguments:?}: {}{}", ran.out, ran.err);
         ran.out
     };
-    let Machine { robot, markers, springs, effect, path: (first, way, axes) } = *machine;
+    let Machine { robot, markers, springs, effect, path: (first, way, axes), .. } = *machine;
     let set = ["--set", springs];
     let loads = ["--wrench=0,0,-2000", "--wrench=0,2000,0", "--wrench=2000,0,0"];
     let deflections = ["simulate", robot, "--poses", "40", "--observes", "deflection", "--errors", "0", "--into", "d"];
@@ -249,12 +251,13 @@ fn identified_then_compensated(machine: &Machine) {
         targets.push(Transform::from_parts((Vector3::from(p) * 1e-3).into(), rotation));
     }
     std::fs::write(at.join("path.csv"), text).expect("written");
-    let say = ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
+    ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
     let nominal = at.join("nominal.csv");
     // Uncorrected commands: those of the nominal robot, rigid.
     let robot_file = if robot.ends_with(".yaml") { at.join(robot).display().to_string() } else { robot.to_string() };
     let bare = load_robot(&robot_file).expect("a robot");
-    let path = load_path(&at.join("path.csv").display().to_string(), &bare, bare.raw.units).expect("a path");
+    let path =
+        Reader::default().path(&at.join("path.csv").display().to_string(), &bare, bare.raw.units).expect("a path");
     let geometry = Geometry::nominal(&bare.model).expect("assembled");
     let own: Vec<usize> = (0..bare.model.markers.len()).collect();
     let controller = elastogeo::compensation::Controller { geometry: &geometry, markers: &own };
@@ -281,14 +284,10 @@ fn identified_then_compensated(machine: &Machine) {
         table.lines().map(|line| line.split(',').skip(1).take(names.len()).collect::<Vec<_>>().join(",")).collect();
     std::fs::write(at.join("commands.csv"), kept.join("\n")).expect("written");
     let after = passes(&arm, &at.join("commands.csv"), &targets, wrench, &robot_file);
-    println!(
-        "{robot}: on the true arm {:.4} mm rms ({:.4} at most) -> {:.4} ({:.4})",
-        before[1] * 1e3,
-        before[0] * 1e3,
-        after[1] * 1e3,
-        after[0] * 1e3
-    );
-    println!("{}", say.lines().last().unwrap_or_default());
+    let [uncorrected, compensated] = [before, after].map(|error| 1e3 * error[1]);
+    let found = format!("{}: {uncorrected:.4} mm uncorrected, {compensated:.4} mm compensated (rms)", machine.arm);
+    let record = format!("compensated-{}", machine.arm);
+    recorded(&record, "cargo test passes_where_it_should", &[found]);
     assert!(after[1] < 30e-6, "{after:?}");
     assert!(before[1] > 20.0 * after[1], "{before:?} {after:?}");
 }
@@ -296,6 +295,7 @@ fn identified_then_compensated(machine: &Machine) {
 #[test]
 fn an_identified_kr270_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "KR-270",
         robot: "heavy.yaml",
         markers: "m1,m2,m3",
         springs: "joint2.kar=0.05e-6,joint3.kar=-0.06e-6,joint5.kar=0.5e-6",
@@ -307,6 +307,7 @@ fn an_identified_kr270_passes_where_it_should() {
 #[test]
 fn an_identified_ir663_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "IR663",
         robot: "kuka-ir663",
         markers: "wrist",
         springs: "joint2.kar=3e8,joint8.kar=-3e8",
