@@ -7,8 +7,9 @@ use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::result::CauseParameter;
 use crate::effects::EffectEntry;
-use crate::estimation::cofactor;
-use crate::math::{NORMAL95, least_squares};
+use crate::math::least_squares;
+use crate::math::linear::cofactor;
+use crate::math::quantiles::normal95;
 use crate::model::Model;
 
 /// A fitted parameter of a hypothesis, SI.
@@ -42,7 +43,7 @@ impl<'a> LinearFit<'a> {
         let residual = &problem.residual - &design * &x;
         let freedom = (problem.rows() as f64 - design.ncols() as f64).max(1.0);
         let scale = (residual.norm_squared() / freedom).sqrt().max(noise);
-        let half_widths = cofactor(&design).diagonal().map(|v| NORMAL95 * scale * v.max(0.0).sqrt());
+        let half_widths = cofactor(&design).diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
         Self { problem, members, x, half_widths }
     }
 
