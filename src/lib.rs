@@ -21,6 +21,7 @@ pub mod identifiability;
 pub mod kinematics;
 pub mod math;
 pub mod model;
+pub mod observation;
 pub mod parameter;
 pub mod planning;
 pub mod prediction;

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::ends;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, sites_of};
 use crate::model::Model;
 use crate::prediction::{PredictionError, Term, effect_columns};
@@ -290,7 +290,7 @@ fn said(name: &str, below: bool, threshold: f64, unit: &str) -> String {
 
 /// The region (one condition) in which measured deflections exceed those predicted most against elsewhere.
 pub fn yielding(model: &Model, campaign: &Campaign, errors: &[(usize, Vector3<f64>)]) -> Option<Yielding> {
-    if campaign.observes != Observes::Deflection {
+    if !campaign.observes.is_difference() {
         return None;
     }
     // Along the prediction, and its square.

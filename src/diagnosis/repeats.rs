@@ -1,6 +1,6 @@
 //! The noise that repeated readings show.
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::estimation::row_sigmas;
 
 /// Least number of differences from which a noise is taken.
@@ -9,7 +9,7 @@ const ENOUGH: f64 = 20.0;
 /// Noise over the sigmas by which rows are weighted, from readings of one point at one configuration under one load and
 /// from one side of approach; none where too few are repeated.
 pub fn repeatability(campaign: &Campaign) -> Option<f64> {
-    let components = if campaign.observes == Observes::Distance { 1 } else { 3 };
+    let components = campaign.observes.length_rows();
     let sigmas = row_sigmas(campaign);
     let sides: Vec<&Vec<f64>> =
         campaign.conditions.iter().filter(|(name, _)| name.starts_with("approach.")).map(|(_, all)| all).collect();

@@ -16,7 +16,7 @@ use super::algebra::{orthonormal, rest};
 use super::evidence::Evidence;
 use super::figures::design;
 use super::report::Verdict;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::simulation::generator;
 
@@ -198,12 +198,7 @@ fn within_a_pose(_model: &Model, campaign: &Campaign, left: &DVector<f64>) -> Te
     }
     let is_free = |i: usize, j: usize| {
         let [a, b] = [i, j].map(|index| &campaign.readings[index]);
-        match campaign.observes {
-            Observes::Deflection => a.marker != b.marker,
-            // A distance's direction is its anchor's.
-            Observes::Distance => a.anchor == b.anchor,
-            _ => true,
-        }
+        campaign.observes.is_comparable(a.marker == b.marker, a.anchor == b.anchor)
     };
     let mut pairs = Vec::new();
     for own in by_pose.values() {

@@ -5,6 +5,7 @@ use std::path::Path;
 /// Floors from the ground up; modules on one floor do not know each other. The same picture is in `docs/design.md`.
 const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic", "estimation::least_squares"],
+    &["observation"],
     &["description"],
     &["model", "process"],
     &["kinematics"],

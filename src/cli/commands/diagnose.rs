@@ -6,11 +6,11 @@ use super::convert::{can_write, written};
 use super::identify::left_to_fit;
 use crate::cli::args::Diagnose;
 use crate::cli::{Failure, Output, terminal};
-use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::files::load_campaign;
 use crate::model::with_values;
+use crate::observation::Purpose;
 use crate::render::diagnosis::{diagnosis_json, diagnosis_text};
 
 pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
@@ -33,7 +33,7 @@ pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
     let seconds = started.elapsed().as_secs_f64();
     let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
     output.diagnostics = loaded.diagnostics;
-    if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
+    if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(
             Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
                 "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",

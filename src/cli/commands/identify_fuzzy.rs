@@ -9,7 +9,7 @@ use super::convert::written;
 use super::schema::file_name;
 use crate::cli::args::{Identify, PlacementName, SchemaOf};
 use crate::cli::{Failure, Output, terminal};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
@@ -65,7 +65,7 @@ pub fn run(
     seed: u64,
 ) -> Result<Output, Failure> {
     let model = &loaded.robot.model;
-    if campaign.observes != Observes::Deflection {
+    if !campaign.observes.is_difference() {
         return Err(Failure::input(
             "rules are fitted to deflections, and the campaign observes something else",
             "measure loaded minus unloaded positions (`observes: deflection`)",

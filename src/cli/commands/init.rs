@@ -8,9 +8,9 @@ use rand::seq::SliceRandom;
 use super::{schema, simulate};
 use crate::cli::args::{Init, SchemaOf, StarterKind};
 use crate::cli::{Failure, Output};
-use crate::description::campaign::Observes;
 use crate::files::{LoadedRobot, load_robot, load_robot_text, text_of_file};
 use crate::kinematics::Geometry;
+use crate::observation::POSITION;
 use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
 
 const SERIAL: &str = include_str!("init/serial.yaml");
@@ -149,7 +149,7 @@ fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Failure> 
         repeats: 1,
         wrenches: Vec::new(),
         conditions: false,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: SIGMA,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -4,11 +4,10 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::{Made, delivered};
-use crate::cli::args::{FrameName, ObservesName, Simulate};
+use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::{Failure, Output};
 use crate::compensation::predict_path;
-use crate::description::campaign::Observes;
 use crate::description::limits::beyond;
 use crate::files::{LoadedRobot, load_commands, load_process};
 use crate::render::table::{mm, table};
@@ -24,16 +23,13 @@ pub struct Scene<'a> {
 
 pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Result<Output, Failure> {
     let Scene { command, loaded, values, markers } = *scene;
-    let observes = match command.observes {
-        ObservesName::Position => Observes::Position,
-        ObservesName::Pose => Observes::Pose,
-        ObservesName::Distance | ObservesName::Deflection => {
-            return Err(Failure::input(
-                "--process: what is read along a path are positions or poses",
-                "give --observes position or pose",
-            ));
-        }
-    };
+    let observes = command.observes;
+    if observes.is_difference() || observes.anchor_column().is_some() {
+        return Err(Failure::input(
+            "--process: what is read along a path are positions or poses",
+            "give --observes position or pose",
+        ));
+    }
     let [marker] = markers else {
         return Err(Failure::input(
             "--process: the process pushes on one point",
