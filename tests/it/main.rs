@@ -29,6 +29,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod observation;
 mod planning;
 mod process;
 mod questions;
