@@ -11,7 +11,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::elastics::{ElasticColumns, Elastics, Response, Statics, elements::beam, properties, spatial};
+use elastogeo::elastics::{ElasticColumns, Elastics, Load, LoadCase, Response, Statics, spatial};
+use elastogeo::elements::{PerLength, Properties, beam_axes, properties};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
@@ -135,7 +136,8 @@ impl Case {
             response.evaluate(&elastics, &mut statics);
             for k in 0..6 {
                 let unit = Vector6::ith(k, 1.0);
-                columns.evaluate(&elastics, &placements, &statics, &response, &unit, false, &mut out);
+                let load = Load { wrench: unit, weight: false };
+                columns.evaluate(&LoadCase::new(&elastics, &statics, &response, load), &placements, &mut out);
             }
             out[0][0] + response.compliance[(0, 0)]
         }
@@ -161,7 +163,8 @@ impl Case {
             let load = LOAD;
             if !out.is_empty() {
                 let wrench = spatial(&at, &load, &Vector3::zeros());
-                columns.evaluate(&elastics, &placements, &statics, &response, &wrench, weight, &mut out);
+                let case = LoadCase::new(&elastics, &statics, &response, Load { wrench, weight });
+                columns.evaluate(&case, &placements, &mut out);
             }
             response.displacement(&at, &load, &Vector3::zeros(), weight).0.z + out.first().map_or(0.0, |o| o[0])
         }
@@ -217,7 +220,7 @@ impl Case {
         Ok((time(self.tip(&values, &[], false)), there * 1e6))
     }
 
-    fn section(&self, values: &[f64], name: &str) -> elastogeo::elastics::Properties<f64> {
+    fn section(&self, values: &[f64], name: &str) -> Properties<f64> {
         properties(Some(elastogeo::description::raw::SectionShape::Box), |symbol| {
             self.model.registry.slot(&format!("{name}.{symbol}")).map(|slot| values[slot])
         })
@@ -281,8 +284,8 @@ impl Case {
         for (from, to, section, normal) in BEAMS {
             let (i, j) = (node(from), node(to));
             let section = self.section(values, section);
-            let (axes, length) = beam::axes(&points[i], &points[j], &frame(normal).column(2).into_owned());
-            let flexibility = beam::flexibility(beam::inverse(&section, young, shear, false), length);
+            let (axes, length) = beam_axes(&points[i], &points[j], &frame(normal).column(2).into_owned());
+            let flexibility = PerLength::of_section(&section, young, shear, false).flexibility(length);
             let local = flexibility.apply_all(&Matrix6::identity()).try_inverse().expect("regular");
             let turn = both(&axes);
             let far = turn * local * turn.transpose();

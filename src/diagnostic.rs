@@ -1,11 +1,17 @@
 //! A located diagnostic, as data: what is wrong, where, what was expected and how to mend it.
 //!
-//! Readers collect every diagnostic of a file instead of stopping at the first; `report::diagnostics` words and draws them.
+//! Readers collect every diagnostic of a file instead of stopping at the first. [`Diagnostics`] is the error type of
+//! everything that reads files, so that `?` works in a program; `render::diagnostics` draws them for a terminal. The
+//! model is that of compilers (`rustc`'s JSON messages: code, severity, spans, children).
 
-use std::ops::Range;
+use std::fmt;
+use std::ops::{Deref, Range};
+
+use serde::Serialize;
 
 /// How grave a [`Diagnostic`] is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Worth knowing; the file is still usable.
     Warning,
@@ -13,8 +19,31 @@ pub enum Severity {
     Error,
 }
 
+/// What kind of fault a [`Diagnostic`] reports; programs branch on this, never on the message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Code {
+    /// A file that cannot be opened, or is no text.
+    Unreadable,
+    /// The text does not follow its format: YAML, XML, CSV, a coupling.
+    Syntax,
+    /// A key, column or name that nothing declares.
+    Unknown,
+    /// Something that is required is absent.
+    Missing,
+    /// Given twice.
+    Duplicate,
+    /// A value of the wrong type, out of its range, or in contradiction to another.
+    Invalid,
+    /// Elements that do not fit together: frames, loops, drivers of joints.
+    Structure,
+    /// A usable value that is probably not meant: mostly a matter of units.
+    Doubtful,
+}
+
 /// A stretch of a file, with the lines around it, so that it can be shown without the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Place {
     /// Display name of the file.
     pub file: String,
@@ -84,9 +113,14 @@ pub(crate) fn cut(line: &str, highlight: Range<usize>) -> (String, Range<usize>)
     (text, start..end)
 }
 
+/// Another place that matters for a [`Diagnostic`].
+pub type Related = (Place, String);
+
 /// One diagnostic about an input.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
+    /// What kind of fault it is.
+    pub code: Code,
     /// How grave it is.
     pub severity: Severity,
     /// What is wrong, with the value found and the rule it breaks.
@@ -94,7 +128,7 @@ pub struct Diagnostic {
     /// Where; `None` when it concerns the whole input or a flag.
     pub place: Option<Place>,
     /// Other places that matter (the first of two definitions), each with a word on why.
-    pub related: Vec<(Place, String)>,
+    pub related: Vec<Related>,
     /// What to do about it.
     pub remedy: Option<String>,
 }
@@ -102,12 +136,20 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// An error without a place; see [`Diagnostic::at`] and [`Diagnostic::remedy`].
     pub fn error(message: impl Into<String>) -> Self {
-        Self { severity: Severity::Error, message: message.into(), place: None, related: Vec::new(), remedy: None }
+        let (code, severity, message) = (Code::Invalid, Severity::Error, message.into());
+        Self { code, severity, message, place: None, related: Vec::new(), remedy: None }
     }
 
     /// A warning without a place.
     pub fn warning(message: impl Into<String>) -> Self {
-        Self { severity: Severity::Warning, ..Self::error(message) }
+        Self { code: Code::Doubtful, severity: Severity::Warning, ..Self::error(message) }
+    }
+
+    /// Says what kind of fault it is, where that is neither [`Code::Invalid`] nor [`Code::Doubtful`].
+    #[must_use]
+    pub fn code(mut self, code: Code) -> Self {
+        self.code = code;
+        self
     }
 
     /// Adds the place.
@@ -131,9 +173,11 @@ impl Diagnostic {
         self
     }
 
-    /// Adds "did you mean ...?" when one of `valid` is near `found`, else lists what is valid.
+    /// Makes it one about an unknown name: adds "did you mean ...?" when one of `valid` is near `found`, else lists what
+    /// is valid.
     #[must_use]
-    pub fn suggest<'a>(self, found: &str, valid: impl IntoIterator<Item = &'a str>) -> Self {
+    pub fn suggest<'a>(mut self, found: &str, valid: impl IntoIterator<Item = &'a str>) -> Self {
+        self.code = Code::Unknown;
         let valid: Vec<&str> = valid.into_iter().collect();
         match nearest(found, valid.iter().copied()) {
             Some(name) => self.remedy(format!("did you mean `{name}`?")),
@@ -149,6 +193,138 @@ impl Diagnostic {
     /// Whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    /// One line: `robot.yaml:3:5: error: message (remedy)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(Place { file, line, column, .. }) = &self.place {
+            write!(f, "{file}:{line}:{column}: ")?;
+        }
+        f.write_str(if self.is_error() { "error: " } else { "warning: " })?;
+        f.write_str(&self.message)?;
+        self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
+    }
+}
+
+/// What reading a file reported: every fault found, in the order of reading. As an error it holds at least one
+/// [`Severity::Error`].
+///
+/// It reads like a list of [`Diagnostic`], displays as one line each, and serialises as a JSON list.
+///
+/// ```
+/// use elastogeo::diagnostic::{Code, Diagnostic, Diagnostics};
+///
+/// fn read() -> Result<(), Box<dyn std::error::Error>> {
+///     let diagnostics = Diagnostics::from(Diagnostic::error("unknown frame `33`").suggest("33", ["1", "2", "3"]));
+///     diagnostics.into_result()?;
+///     Ok(())
+/// }
+///
+/// let error = read().unwrap_err();
+/// assert_eq!(error.to_string(), "error: unknown frame `33` (did you mean `3`?)");
+/// let diagnostics = error.downcast_ref::<Diagnostics>().unwrap();
+/// assert_eq!(diagnostics[0].code, Code::Unknown);
+/// ```
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Diagnostics(Vec<Diagnostic>);
+
+impl Diagnostics {
+    /// No diagnostics.
+    pub const fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    /// Adds one.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        self.0.push(diagnostic);
+    }
+
+    /// Whether one of them is an error.
+    pub fn has_error(&self) -> bool {
+        self.0.iter().any(Diagnostic::is_error)
+    }
+
+    /// Itself as the error of a computation, if one of them is an error.
+    ///
+    /// # Errors
+    /// All of them, if one is an error.
+    pub fn into_result(self) -> Result<Self, Self> {
+        if self.has_error() { Err(self) } else { Ok(self) }
+    }
+
+    /// Gives a place to those that have none.
+    #[must_use]
+    pub fn located_at(mut self, place: Option<&Place>) -> Self {
+        let unplaced = self.0.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
+        unplaced.for_each(|diagnostic| diagnostic.place = place.cloned());
+        self
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, diagnostic) in self.0.iter().enumerate() {
+            write!(f, "{}{diagnostic}", if k > 0 { "\n" } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+impl Deref for Diagnostics {
+    type Target = [Diagnostic];
+    fn deref(&self) -> &[Diagnostic] {
+        &self.0
+    }
+}
+
+impl From<Diagnostic> for Diagnostics {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self(vec![diagnostic])
+    }
+}
+
+impl From<Vec<Diagnostic>> for Diagnostics {
+    fn from(diagnostics: Vec<Diagnostic>) -> Self {
+        Self(diagnostics)
+    }
+}
+
+impl From<Diagnostics> for Vec<Diagnostic> {
+    fn from(diagnostics: Diagnostics) -> Self {
+        diagnostics.0
+    }
+}
+
+impl FromIterator<Diagnostic> for Diagnostics {
+    fn from_iter<I: IntoIterator<Item = Diagnostic>>(diagnostics: I) -> Self {
+        Self(diagnostics.into_iter().collect())
+    }
+}
+
+impl Extend<Diagnostic> for Diagnostics {
+    fn extend<I: IntoIterator<Item = Diagnostic>>(&mut self, diagnostics: I) {
+        self.0.extend(diagnostics);
+    }
+}
+
+impl IntoIterator for Diagnostics {
+    type Item = Diagnostic;
+    type IntoIter = std::vec::IntoIter<Diagnostic>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a Diagnostics {
+    type Item = &'a Diagnostic;
+    type IntoIter = std::slice::Iter<'a, Diagnostic>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
     }
 }
 

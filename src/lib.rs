@@ -14,6 +14,7 @@ pub mod diagnosis;
 pub mod diagnostic;
 pub mod effects;
 pub mod elastics;
+pub mod elements;
 pub mod estimation;
 pub mod files;
 pub mod fuzzy;

@@ -1,5 +1,9 @@
 //! Small mathematics that knows no robot.
 
+mod orthonormal;
+
+pub use orthonormal::{independent, joined, least_squares, orthonormal, project_off};
+
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Rotation vector of a rotation (rad), accurate for small angles and near half a turn.
@@ -20,6 +24,9 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     };
     Matrix3::identity() + cross * first + cross * cross * second
 }
+
+/// Two-sided 95 % quantile of the normal distribution.
+pub const NORMAL95: f64 = 1.959_963_984_540_054;
 
 /// Mean, root mean square and greatest of a set of magnitudes; zeros for none.
 pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {

@@ -8,7 +8,7 @@ use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
 use crate::elastics::Elastics;
 use crate::kinematics::{Geometry, Placements};
-use crate::model::{Element, Model, Spot};
+use crate::model::Model;
 use crate::prediction::{Deflections, PredictionError};
 
 /// Step of differences, rad and m.
@@ -42,17 +42,11 @@ fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
     let of = |slot: usize| (values[slot], Vector3::new(values[slot + 1], values[slot + 2], values[slot + 3]));
     let mut all: Vec<(usize, f64, Vector3<f64>)> =
         structure.masses.iter().map(|mass| (mass.frame, of(mass.slot).0, of(mass.slot).1)).collect();
-    let elastics = Elastics::new(model, values, &[]);
-    for (index, edge) in structure.tree.iter().chain(&structure.closures).enumerate() {
-        let Element::Beam(_) = &edge.element else { continue };
-        let frame = edge.ends.iter().find_map(|&end| match structure.vertices[end].spot {
-            Spot::At(frame, _) => Some(frame),
-            Spot::Between(..) => None,
-        });
-        if let (Some(frame), Some(density)) = (frame, elastics.mass_per_length(index)) {
-            let [a, b] = edge.ends.map(|end| structure.at_home(end));
+    for (ends, per_length) in Elastics::new(model, values, &[]).masses_per_length() {
+        if let Some(frame) = structure.frame_of(*ends) {
+            let [a, b] = ends.map(|end| structure.at_home(end));
             let middle = structure.home[frame].inverse() * Point3::from(0.5 * (a + b));
-            all.push((frame, density * (b - a).norm(), middle.coords));
+            all.push((frame, per_length * (b - a).norm(), middle.coords));
         }
     }
     all

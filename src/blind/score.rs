@@ -159,7 +159,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
     let named = found.causes.iter().filter(|cause| cause.effect != "outliers").map(|cause| Named {
         effect: cause.effect.clone(),
         site: cause.site.clone(),
-        rivals: cause.rivals.clone(),
+        rivals: cause.rivals.iter().map(|rival| (rival.effect.clone(), rival.site.clone())).collect(),
     });
     Ok(Answer {
         verdict: match found.verdict {
@@ -170,7 +170,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
         },
         named: named.collect(),
         outliers: found.outliers.clone(),
-        promised: (found.shrinkage.value, found.shrinkage.ci95),
+        promised: (found.shrinkage.value, found.shrinkage.ci95.unwrap_or([f64::NAN; 2])),
         fresh,
         seconds,
     })

@@ -1,27 +1,43 @@
-//! Diagnosis of the sim-to-real gap: where it lies, which effect causes it, how far it shrinks.
+//! Diagnosis of the sim-to-real gap: where it lies, which effects cause it, how far it shrinks.
 //!
-//! What could be calibrated away is projected out first. All effects at all their sites then compete with linear columns
-//! on what is left; each figure reported is of readings that the fit did not see. What nothing explains is said so.
+//! What calibration can remove is projected off first. All effects at all their sites then compete with linear columns
+//! for the residuals, without a new calibration for each. Figures are of readings that were not fitted. What nothing
+//! explains is reported as unexplained. Lengths in m, angles in rad, measurement frame.
 
-mod algebra;
-mod evidence;
-mod figures;
-mod fit;
+mod autocorrelation;
+mod bootstrap;
+mod competition;
+mod conclusion;
+mod cross_validation;
+mod diagnose;
+mod hypothesis;
+mod inputs;
+mod linear_fit;
+mod linear_problem;
 mod location;
-mod look_alikes;
-mod next;
+mod next_poses;
 mod nuisance;
-mod repeats;
-mod report;
-mod round;
-mod search;
-mod structure;
+mod outliers;
+mod probe;
+mod projection;
+mod refinement;
+mod refit;
+mod regions;
+mod repeatability;
+mod result;
+mod rivals;
+mod selection;
+mod settings;
 mod verdict;
 
-pub use evidence::{Evidence, Hypothesis};
-pub use location::{Condition, Location, SiteShare, Yielding};
-pub use look_alikes::LookAlikes;
+pub use autocorrelation::autocorrelation;
+pub use diagnose::diagnose;
 pub use nuisance::nuisance;
-pub use report::{Cause, CauseParameter, Diagnosis, Gap, NextPose, Rejected, Shrinkage, Verdict};
-pub use structure::{Structure, structure_in};
-pub use verdict::{Settings, diagnose};
+pub use result::{
+    Autocorrelation, Cause, CauseParameter, Diagnosis, EffectAtSite, ExcessCompliance, Gap, Location, LookAlikes,
+    NextPose, NoiseSource, Region, Rejected, Shrinkage, SiteShare, Verdict,
+};
+pub use settings::{
+    AutocorrelationSettings, LocationSettings, OutlierSettings, ProposalSettings, RivalSettings, SelectionSettings,
+    Settings, VerdictSettings,
+};

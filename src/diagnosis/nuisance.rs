@@ -1,4 +1,4 @@
-//! What is re-fitted whatever is tried.
+//! Nuisance parameters: what is calibrated with every hypothesis.
 
 use crate::description::campaign::Campaign;
 use crate::effects::Form;
@@ -6,16 +6,16 @@ use crate::model::Model;
 use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
 
-/// Parameters that are re-fitted whatever is tried: those of the known effects, at all their sites.
+/// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all their sites.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
     let mut slots = Vec::new();
     for effect in known.iter().filter_map(|name| crate::effects::by_name(name)) {
         let mut own: Vec<Slot> =
             effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
-        // Where a description declares some of them to give, those are meant.
-        let declared = |slot: &Slot| model.registry[*slot].nominal != 0.0;
-        if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && declared(slot)) {
-            own.retain(declared);
+        // Where a description has some of them compliant, those are meant.
+        let is_compliant = |slot: &Slot| model.registry[*slot].nominal != 0.0;
+        if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && is_compliant(slot)) {
+            own.retain(is_compliant);
         }
         slots.extend(own);
     }

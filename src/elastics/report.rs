@@ -1,12 +1,13 @@
-//! Who gives how much: shares of the strain energy, and displacements of all nodes.
+//! Shares of the strain energy by element, and displacements of all nodes.
 
 use indexmap::IndexMap;
 use nalgebra::Vector6;
 
 use super::at_point;
-use super::response::{Response, twist_of};
-use super::statics::{ClosingKind, Elastics, Statics};
-use crate::model::Element;
+use super::compiled::Elastics;
+use super::load_case::{Load, LoadCase};
+use super::response::Response;
+use super::statics::Statics;
 
 /// What each element contributes to a deflection.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,55 +30,28 @@ pub fn shares(
     weight: bool,
 ) -> Shares {
     let structure = &elastics.model.structure;
-    let weight = weight && statics.weight.active;
-    let strain = |vertex: usize| -> Vector6<f64> {
-        let own = response.strains[vertex] * wrench;
-        if weight { own + statics.weight.strains[vertex] } else { own }
-    };
-    let force = |vertex: usize| -> Vector6<f64> {
-        let own = response.forces[vertex] * wrench;
-        if weight { own + statics.weight.forces[vertex] } else { own }
-    };
+    let case = LoadCase::new(elastics, statics, response, Load { wrench: *wrench, weight });
     let mut energy: IndexMap<String, f64> = IndexMap::new();
     let mut add = |name: String, work: f64| {
         if work != 0.0 {
             *energy.entry(name).or_default() += work;
         }
     };
-    // Springs at a point by direction, all else whole; the parts of a beam are one.
-    let mut lumped = |name: &str, element: Option<&Element>, force: &Vector6<f64>, strain: &Vector6<f64>| match element
-    {
-        Some(Element::Lumped(of)) => {
-            (0..6).for_each(|k| add(format!("{name}.{}", of.symbols[k]), 0.5 * force[k] * strain[k]));
+    for (member, of) in elastics.members.iter().enumerate() {
+        let forces = case.forces(member).total;
+        let mut strain = case.deformation(member).total;
+        if let Some(closing) = member.checked_sub(elastics.in_tree) {
+            // The gap's rounding would do work against what is rigid.
+            let own = statics.placed[member].flexibility.apply(&forces);
+            let by_stiffness = |k| elastics.closings[closing].by_stiffness(k);
+            strain = Vector6::from_fn(|k, _| if by_stiffness(k) { strain[k] } else { own[k] });
         }
-        _ => add(name.split('/').next().unwrap_or(name).to_string(), 0.5 * force.dot(strain)),
-    };
-    for &vertex in &elastics.active {
-        let edge = &structure.tree[vertex];
-        lumped(&edge.name, Some(&edge.element), &force(vertex), &strain(vertex));
-    }
-    for (closing, state) in elastics.closings.iter().zip(&statics.closings) {
-        let mut forces = response.closing_forces(closing) * wrench;
-        if weight {
-            forces += statics.closing_forces(closing);
-        }
-        let gap: Vector6<f64> =
-            closing.cycle.iter().zip(&state.forces).map(|((vertex, _), f)| f.tr_mul(&strain(*vertex))).sum();
-        match closing.kind {
-            ClosingKind::Element(which) => {
-                let edge = &structure.closures[which];
-                let mut own = state.flexibility.apply(&forces);
-                for k in 0..6 {
-                    if elastics.by_stiffness(closing, k) {
-                        own[k] = -gap[k];
-                    }
-                }
-                lumped(&edge.name, Some(&edge.element), &forces, &own);
-            }
-            ClosingKind::Spring(which) => {
-                let name = format!("spring:{}", structure.springs[which].spring.name);
-                lumped(&name, None, &-forces, &gap);
-            }
+        match of.edge.element.symbols() {
+            Some(symbols) => symbols
+                .iter()
+                .enumerate()
+                .for_each(|(k, symbol)| add(format!("{}.{symbol}", of.edge.name), 0.5 * forces[k] * strain[k])),
+            None => add(of.edge.name.clone(), 0.5 * forces.dot(&strain)),
         }
     }
     let total: f64 = energy.values().sum();
@@ -88,15 +62,11 @@ pub fn shares(
     }
     energy.sort_by(|_, a, _, b| b.total_cmp(a));
     let twists = twists(elastics, statics, response, wrench, weight);
-    let nodes = structure
-        .nodes
-        .iter()
-        .map(|(name, vertex)| {
-            let (d, r) = at_point(&twists[*vertex], &statics.points[*vertex]);
-            (name.clone(), [d.x, d.y, d.z, r.x, r.y, r.z])
-        })
-        .collect();
-    Shares { energy, nodes, total }
+    let nodes = structure.nodes.iter().map(|(name, vertex)| {
+        let (d, r) = at_point(&twists[*vertex], &statics.points[*vertex]);
+        (name.clone(), [d.x, d.y, d.z, r.x, r.y, r.z])
+    });
+    Shares { energy, nodes: nodes.collect(), total }
 }
 
 /// Spatial twist of every vertex, by vertex, under a spatial wrench on the response's vertex, own weight added if asked.
@@ -107,10 +77,9 @@ pub fn twists(
     wrench: &Vector6<f64>,
     weight: bool,
 ) -> Vec<Vector6<f64>> {
-    let weight = weight && statics.weight.active;
-    let strain = |vertex: usize| -> Vector6<f64> {
-        let own = response.strains[vertex] * wrench;
-        if weight { own + statics.weight.strains[vertex] } else { own }
-    };
-    (0..elastics.model.structure.vertices.len()).map(|vertex| twist_of(elastics, statics, vertex, strain)).collect()
+    let case = LoadCase::new(elastics, statics, response, Load { wrench: *wrench, weight });
+    let strains: Vec<Vector6<f64>> = (0..elastics.in_tree)
+        .map(|member| statics.placed[member].local.tr_mul(&case.deformation(member).total))
+        .collect();
+    elastics.paths.iter().map(|path| path.iter().map(|&member| strains[member]).sum()).collect()
 }

@@ -2,9 +2,21 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use super::compiled::{Closing, Elastics};
 use super::elimination::Elimination;
-use super::statics::{Closing, ClosingKind, ClosingState, Elastics, Mechanism, Statics};
-use crate::model::{Edge, Element, Law};
+use super::statics::{Mechanism, Statics};
+use crate::elements::{Direction, Held};
+
+impl Closing {
+    /// Its equations from its gaps: as they are, or turned into forces by its stiffness.
+    pub fn rows(&self, held: &Held, gap: &Vector6<f64>) -> Vector6<f64> {
+        if self.held == [Direction::Flexible; 6] {
+            return *gap;
+        }
+        let forces = held.stiffness * gap;
+        Vector6::from_fn(|k, _| if self.by_stiffness(k) { forces[k] } else { gap[k] })
+    }
+}
 
 impl Elastics<'_> {
     /// The equations of the unknowns: gaps of closures close, springs follow their law, released directions carry
@@ -15,40 +27,36 @@ impl Elastics<'_> {
         out.matrix.resize(n * n, 0.0);
         for (i, closing) in self.closings.iter().enumerate() {
             let own = &out.closings[i];
-            for (j, other) in self.closings.iter().enumerate() {
-                let gap = if i == j {
-                    own.forces.iter().zip(&own.strains).map(|(f, s)| f.tr_mul(s)).sum::<Matrix6<f64>>()
-                } else {
-                    let strains = &out.closings[j].strains;
-                    let shared = closing.cycle.iter().zip(&own.forces).filter_map(|((vertex, _), f)| {
-                        let at = other.cycle.iter().position(|(v, _)| v == vertex)?;
-                        Some(f.tr_mul(&strains[at]))
-                    });
-                    shared.sum()
-                };
-                self.put(closing, own, &gap, &mut out.matrix, |k| {
-                    other.directions.iter().position(|d| *d == k).map(|at| other.first + at)
-                });
-            }
-            for release in &self.releases {
-                let Some(at) = closing.cycle.iter().position(|(v, _)| *v == release.vertex) else { continue };
-                let force = own.forces[at].row(release.direction).transpose();
-                let row = self.rows_of(closing, own, &force);
-                for (k, &direction) in closing.directions.iter().enumerate() {
-                    out.matrix[(closing.first + k) * n + release.unknown] += row[direction];
-                    out.matrix[release.unknown * n + closing.first + k] += force[direction];
+            for ((other, state), shared) in self.closings.iter().zip(&out.closings).zip(&closing.shared) {
+                if shared.is_empty() {
+                    continue;
+                }
+                let gap: Matrix6<f64> =
+                    shared.iter().map(|&(at, there)| own.forces[at].tr_mul(&state.strains[there])).sum();
+                for (direction, column) in other.unknowns() {
+                    let rows = closing.rows(&own.held, &gap.column(direction).into_owned());
+                    for (direction, row) in closing.unknowns() {
+                        out.matrix[row * n + column] += rows[direction];
+                    }
                 }
             }
-            for (k, &direction) in closing.directions.iter().enumerate() {
-                let at = (closing.first + k) * n;
-                if self.by_stiffness(closing, direction) {
-                    out.matrix[at + closing.first + k] += 1.0;
+            for &(at, release) in &closing.releases {
+                let release = &self.releases[release];
+                let force = own.forces[at].row(release.direction).transpose();
+                let rows = closing.rows(&own.held, &force);
+                for (direction, unknown) in closing.unknowns() {
+                    out.matrix[unknown * n + release.unknown] += rows[direction];
+                    out.matrix[release.unknown * n + unknown] += force[direction];
+                }
+            }
+            let flexibility = &out.placed[self.in_tree + i].flexibility;
+            for (direction, row) in closing.unknowns() {
+                if closing.by_stiffness(direction) {
+                    out.matrix[row * n + row] += 1.0;
                 } else {
-                    let mut unit = Vector6::zeros();
-                    unit[direction] = 1.0;
-                    let give = own.flexibility.apply(&unit);
-                    for (m, &other) in closing.directions.iter().enumerate() {
-                        out.matrix[at + closing.first + m] += give[other];
+                    let deformed = flexibility.apply(&Vector6::ith(direction, 1.0));
+                    for (other, column) in closing.unknowns() {
+                        out.matrix[row * n + column] += deformed[other];
                     }
                 }
             }
@@ -59,48 +67,6 @@ impl Elastics<'_> {
         }
     }
 
-    /// Whether a direction of a closure is a spring (force by gap) rather than a compliance (gap by force).
-    pub(super) fn by_stiffness(&self, closing: &Closing, direction: usize) -> bool {
-        match closing.kind {
-            ClosingKind::Spring(_) => true,
-            ClosingKind::Element(which) => match &self.model.structure.closures[which].element {
-                Element::Lumped(lumped) => matches!(lumped.laws[direction], Law::Released(_)),
-                _ => false,
-            },
-        }
-    }
-
-    /// A closure's equations from its gaps: as they are, or turned into forces by its stiffness.
-    pub(super) fn rows_of(&self, closing: &Closing, state: &ClosingState, gap: &Vector6<f64>) -> Vector6<f64> {
-        match closing.kind {
-            ClosingKind::Spring(_) => state.stiffness * gap,
-            ClosingKind::Element(_) => {
-                Vector6::from_fn(
-                    |k, _| {
-                        if self.by_stiffness(closing, k) { state.stiffness[(k, k)] * gap[k] } else { gap[k] }
-                    },
-                )
-            }
-        }
-    }
-
-    fn put(
-        &self,
-        closing: &Closing,
-        state: &ClosingState,
-        gap: &Matrix6<f64>,
-        matrix: &mut [f64],
-        unknown: impl Fn(usize) -> Option<usize>,
-    ) {
-        for k in 0..6 {
-            let Some(column) = unknown(k) else { continue };
-            let rows = self.rows_of(closing, state, &gap.column(k).into_owned());
-            for (m, &direction) in closing.directions.iter().enumerate() {
-                matrix[(closing.first + m) * self.unknowns + column] += rows[direction];
-            }
-        }
-    }
-
     /// Null motions among the unknowns; forces that only strain what is rigid against itself move nothing.
     pub(super) fn mechanism(&self, elimination: &mut Elimination) -> Result<(), Mechanism> {
         let structure = &self.model.structure;
@@ -108,10 +74,10 @@ impl Elastics<'_> {
         for vector in elimination.null_vectors() {
             let most = self.releases.iter().max_by(|a, b| vector[a.unknown].abs().total_cmp(&vector[b.unknown].abs()));
             let Some(release) = most.filter(|release| vector[release.unknown].abs() > 1e-6) else { continue };
-            let edge = &structure.tree[release.vertex];
-            let name = &structure.vertices[release.vertex].name;
+            let edge = self.members[release.member].edge;
+            let name = &structure.vertices[edge.ends[1]].name;
             let motion = if release.direction < 3 { "slide along" } else { "spin about" };
-            if let Some(beam) = released_beam(edge) {
+            if let Some(beam) = edge.element.released_end_of() {
                 let along = ["x", "y", "z"][release.direction % 3];
                 names.push(format!(
                     "beam `{beam}` can {motion} its {along} axis at node `{name}`: it is released there and nothing else holds it"
@@ -119,9 +85,10 @@ impl Elastics<'_> {
                 continue;
             }
             let what = edge.name.replace(':', " ");
+            let through = |vertex: usize| self.paths[vertex].contains(&release.member);
             let closed = structure.closures.iter().any(|closure| {
                 let [a, b] = closure.ends;
-                structure.path(a).any(|v| v == release.vertex) != structure.path(b).any(|v| v == release.vertex)
+                closure.element.directions() != [Direction::Sprung; 6] && through(a) != through(b)
             });
             let why = if closed { "the loop through it does not hold it here" } else { "nothing closes it" };
             names.push(format!("node `{name}` can {motion} its axis: {what} is passive and {why}"));
@@ -129,10 +96,4 @@ impl Elastics<'_> {
         names.dedup();
         if names.is_empty() { Ok(()) } else { Err(Mechanism(names.join("; "))) }
     }
-}
-
-/// The beam of which an element is a released end.
-fn released_beam(edge: &Edge) -> Option<&str> {
-    edge.released_end()?;
-    edge.name.strip_prefix("release:")?.rsplit_once('.').map(|(beam, _)| beam)
 }

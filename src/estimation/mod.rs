@@ -23,4 +23,5 @@ pub use problem::row_sigmas;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 pub use settings::{Scheme, Settings, Weights, What};
 pub use split::split;
+pub(crate) use statistics::cofactor;
 pub use statistics::{Errors, errors_of};

@@ -1,16 +1,18 @@
 //! Builds the elastic structure of a resolved robot.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
-use super::structure::{
-    Axes, Edge, Element, Law, Lumped, MassElement, MaterialSlots, ScrewElement, SectionSlots, Spot, SpringElement,
-    Structure, Vertex, VertexIndex, nearest,
-};
+use super::structure::{Edge, MassElement, Spot, Structure, Vertex, nearest};
 use super::{Fault, Model};
 use crate::description::elastic::{BASE_SYMBOLS, Elastic, JOINT_SYMBOLS, Shear, Stiffness};
 use crate::description::raw::{JointKind, LoadPath, LoopKind, Meet, Support};
 use crate::description::resolve::power;
 use crate::description::robot::{FrameIndex, Motion, Robot};
+use crate::elements::{
+    Axes, BodyPoint, Law, Lumped, Material, Screw, ScrewTriangle, Section, Spring, VertexIndex, screw_pins,
+};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 /// Compliance by which what is declared rigid is commonly off, m/N and rad/(N.m): a start for effects.
@@ -148,7 +150,7 @@ impl Builder<'_> {
                 positive,
                 (0.05 * material.density).max(1.0),
             );
-            self.structure.materials.push(MaterialSlots { young, shear, is_poisson, density });
+            self.structure.materials.push(Material { young, shear, is_poisson, density });
         }
         for (name, section) in self.robot.elastic.sections.clone() {
             let slots = section.values.iter().map(|&(symbol, value)| {
@@ -162,7 +164,7 @@ impl Builder<'_> {
                 (symbol, slot)
             });
             let slots = slots.collect();
-            self.structure.sections.push(SectionSlots { shape: section.shape, slots });
+            self.structure.sections.push(Section { shape: section.shape, slots });
         }
     }
 
@@ -215,7 +217,6 @@ impl Builder<'_> {
             let kind = if k < 3 { Kind::LinearCompliance } else { Kind::RotationalCompliance };
             laws[k] = Law::Compliance(self.compliance(format!("base.{symbol}"), kind, springs[k]));
         }
-        let spot = Spot::At(0, Vector3::zeros());
         let mut supported = false;
         for (index, node) in self.robot.elastic.nodes.iter().enumerate() {
             let Some(support) = node.support else { continue };
@@ -225,17 +226,11 @@ impl Builder<'_> {
                 Support::Pinned => std::array::from_fn(|k| if k < 3 { Law::Rigid } else { Law::Released(None) }),
             };
             let vertex = self.structure.nodes.iter().find(|(name, _)| *name == node.name).map_or(0, |n| n.1);
-            let symbols = BASE_SYMBOLS;
-            let element =
-                Element::Lumped(Lumped { spot: Spot::At(node.at, node.point), axes: Axes::Frame(0), laws, symbols });
-            self.edges.push(Edge {
-                name: format!("support:{}", self.robot.elastic.nodes[index].name),
-                ends: [0, vertex],
-                element,
-            });
+            let element = Arc::new(Lumped { at: self.node(index), laws, ..Lumped::rigid(0, BASE_SYMBOLS) });
+            self.edges.push(Edge { name: format!("support:{}", node.name), ends: [0, vertex], element });
         }
         if !supported {
-            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(0), laws, symbols: BASE_SYMBOLS });
+            let element = Arc::new(Lumped { laws, ..Lumped::rigid(0, BASE_SYMBOLS) });
             let vertex = self.carrier(0, &Vector3::zeros());
             self.edges.push(Edge { name: "base".into(), ends: [0, vertex], element });
         }
@@ -280,27 +275,31 @@ impl Builder<'_> {
                 let given = self.elastic().screws.get(&which).copied();
                 let name = format!("{}.axial", self.model.actuators[actuator].name);
                 let axial = self.compliance(name, Kind::LinearCompliance, given.map(|screw| screw.axial));
+                let triangle = self.triangle(actuator);
                 if given.is_some_and(|screw| screw.path == LoadPath::Pins) {
                     laws[along] = Law::Released(None);
                     let antecedent = self.structure.bodies[frame.antecedent].clone();
                     let ends = [antecedent.first().copied().unwrap_or(0), self.structure.bodies[index][0]];
-                    let element = Element::Screw(ScrewElement { actuator, own: kar, axial });
+                    let element = Arc::new(Screw { triangle, own: kar, axial });
                     let name = format!("actuator:{}", self.model.actuators[actuator].name);
                     self.only_closing.push(Edge { name, ends: self.pins(index, ends, actuator), element });
                 } else {
-                    laws[along] = Law::Driven { own: kar, axial, actuator };
+                    laws[along] = Law::Driven { own: kar, axial, screw: triangle };
                 }
             }
-            let spot = declared.and_then(|joint| joint.at).map_or(Spot::At(index, Vector3::zeros()), |node| {
-                let node = &self.robot.elastic.nodes[node];
-                Spot::At(node.at, node.point)
-            });
-            let Spot::At(at, point) = spot else { continue };
-            let home = (self.structure.home[at] * nalgebra::Point3::from(point)).coords;
+            let origin = BodyPoint { frame: index, point: Vector3::zeros() };
+            let at = declared.and_then(|joint| joint.at).map_or(origin, |node| self.node(node));
+            let home = (self.structure.home[at.frame] * nalgebra::Point3::from(at.point)).coords;
             let ends = [self.carrier(frame.antecedent, &home), self.carrier(index, &home)];
-            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(index), laws, symbols: LUMPED });
+            let element = Arc::new(Lumped { at, axes: Axes::Frame(index), laws, symbols: LUMPED, end_of: None });
             self.edges.push(Edge { name: format!("joint:{}", frame.name), ends, element });
         }
+    }
+
+    fn triangle(&self, actuator: usize) -> ScrewTriangle {
+        let actuator = &self.model.actuators[actuator];
+        let frame = &self.model.frames[actuator.joint];
+        ScrewTriangle { joint: actuator.joint, slot: actuator.slot, moving: frame.moving_slot(), home: frame.home }
     }
 
     /// Vertices nearest to the two pins of a screw.
@@ -308,7 +307,7 @@ impl Builder<'_> {
         let Some(screw) = self.model.actuators.get(actuator) else { return default };
         let values: Vec<f64> = (0..5).map(|k| self.model.registry[screw.slot + k].nominal).collect();
         let home = &self.structure.home[joint];
-        let [fixed, moving] = super::screw_pins(&values, 0.0);
+        let [fixed, moving] = screw_pins(&values, 0.0);
         let at = |point: Vector3<f64>| (home * nalgebra::Point3::from(point)).coords;
         [self.carrier(self.robot.frames[joint].antecedent, &at(fixed)), self.carrier(joint, &at(moving))]
     }
@@ -322,8 +321,7 @@ impl Builder<'_> {
                 free.iter().for_each(|&k| laws[k] = Law::Released(None));
             }
             let end = |frame: FrameIndex| self.carrier(frame, &self.structure.home[frame].translation.vector);
-            let spot = Spot::At(a, Vector3::zeros());
-            let element = Element::Lumped(Lumped { spot, axes: Axes::Frame(a), laws, symbols: LUMPED });
+            let element = Arc::new(Lumped { laws, ..Lumped::rigid(a, LUMPED) });
             self.edges.push(Edge { name: format!("loop:{}", closed.name), ends: [end(a), end(b)], element });
         }
     }
@@ -375,7 +373,9 @@ impl Builder<'_> {
             } else {
                 a.max(b)
             };
-            self.structure.springs.push(SpringElement { spring: spring.clone(), ends, slots, pivot });
+            let element = Arc::new(Spring { spring: spring.clone(), slots, pivot });
+            self.structure.springs.push(Arc::clone(&element));
+            self.only_closing.push(Edge { name: format!("spring:{name}"), ends, element });
         }
     }
 }

@@ -1,14 +1,17 @@
 //! Beams between nodes, with what their ends are released in, and links whose give nobody declared.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::Fault;
 use super::assemble::Builder;
-use super::structure::{Axes, BeamElement, Edge, Element, Law, Lumped, Rigidity, Spot, VertexIndex};
-use crate::description::elastic::Beam;
+use super::structure::{Edge, Spot};
+use crate::description::elastic;
 use crate::description::raw::{BeamTheory, JointKind};
 use crate::description::robot::{FrameIndex, PLACEMENT_SYMBOLS};
 use crate::diagnostic::Diagnostic;
+use crate::elements::{Axes, Beam, BodyPoint, Law, Lumped, Normal, Rigidity, VertexIndex};
 use crate::parameter::Kind;
 
 impl Builder<'_> {
@@ -61,18 +64,16 @@ impl Builder<'_> {
                     }
                 }
             }
-            let rigidity = Rigidity::Inverse(slots);
-            let element =
-                Element::Beam(BeamElement { normal: index, axis: self.normal_axis(index, [near, end]), rigidity });
+            let normal = self.normal(index, [near, end].map(|end| self.structure.at_home(end)));
+            let element = Arc::new(Beam { normal, rigidity: Rigidity::Inverse(slots) });
             self.edges.push(Edge { name: format!("link:{name}"), ends: [near, end], element });
         }
     }
 
-    /// The axis of a frame that tells a beam's local z: z, or x where that lies along the beam.
-    fn normal_axis(&self, frame: FrameIndex, ends: [VertexIndex; 2]) -> usize {
-        let [a, b] = ends.map(|end| self.structure.at_home(end));
+    /// The axis of a frame that sets a beam's local z: z, or x where that lies along the beam.
+    fn normal(&self, frame: FrameIndex, [a, b]: [Vector3<f64>; 2]) -> Normal {
         let z = self.structure.home[frame] * Vector3::z();
-        if z.cross(&(b - a)).norm() < 1e-3 * (b - a).norm() { 0 } else { 2 }
+        Normal { frame, axis: if z.cross(&(b - a)).norm() < 1e-3 * (b - a).norm() { 0 } else { 2 } }
     }
 
     pub(super) fn beams(&mut self) {
@@ -90,42 +91,52 @@ impl Builder<'_> {
                 self.faults.push(Fault::new(&["beams", &beam.name], diagnostic));
                 continue;
             }
-            let axis = self.normal_axis(beam.normal, [first, last]);
+            let normal = self.normal(beam.normal, [first, last].map(|end| self.structure.at_home(end)));
             let parts = beam.elements.max(1);
-            let own = Axes::Beam { ends: [first, last], normal: beam.normal, axis };
+            let points = beam.nodes.map(|node| self.node(node));
+            let own = Axes::Beam(points, normal);
+            let [a, b] = beam.sections;
+            let section = |index: usize| self.structure.sections[index].clone();
+            let sections = (section(a), (a != b).then(|| section(b)));
+            let material = self.structure.materials[beam.material];
             let [near, far] = std::array::from_fn(|end| self.released(beam, end, [first, last][end], own));
             let mut previous = near;
             for part in 0..parts {
                 let share = [part as f64 / parts as f64, (part + 1) as f64 / parts as f64];
+                let middle = 0.5 * (share[0] + share[1]);
                 let next = if part + 1 == parts {
                     far
                 } else {
                     self.vertex(format!("{}/{}", beam.name, part + 1), Spot::Between([first, last], share[1]))
                 };
                 let shear = beam.theory == BeamTheory::Timoshenko;
-                let (sections, material) = (beam.sections, beam.material);
-                let rigidity = Rigidity::Section { sections, share, material, shear };
-                let element = Element::Beam(BeamElement { normal: beam.normal, axis, rigidity });
-                let name =
-                    if parts == 1 { format!("beam:{}", beam.name) } else { format!("beam:{}/{}", beam.name, part + 1) };
-                self.edges.push(Edge { name, ends: [previous, next], element });
+                let rigidity = Rigidity::Section { sections: sections.clone(), middle, material, shear };
+                let element = Arc::new(Beam { normal, rigidity });
+                self.edges.push(Edge { name: format!("beam:{}", beam.name), ends: [previous, next], element });
                 previous = next;
             }
         }
     }
 
     /// The vertex that an end of a beam holds: its node's, or one of its own where it is released from that.
-    fn released(&mut self, beam: &Beam, end: usize, node: VertexIndex, axes: Axes) -> VertexIndex {
+    fn released(&mut self, beam: &elastic::Beam, end: usize, node: VertexIndex, axes: Axes) -> VertexIndex {
         let released = beam.released[end];
         if !released.contains(&true) {
             return node;
         }
-        let (of, side) = (&self.robot.elastic.nodes[beam.nodes[end]], ["from", "to"][end]);
-        let spot = Spot::At(of.at, of.point);
-        let own = self.vertex(&of.name, spot);
+        let at = self.node(beam.nodes[end]);
+        let own = self.vertex(&self.robot.elastic.nodes[beam.nodes[end]].name, Spot::At(at.frame, at.point));
         let laws = released.map(|free| if free { Law::Released(None) } else { Law::Rigid });
-        let element = Element::Lumped(Lumped { spot, axes, laws, symbols: PLACEMENT_SYMBOLS });
-        self.edges.push(Edge { name: format!("release:{}.{side}", beam.name), ends: [node, own], element });
+        let (symbols, end_of) = (PLACEMENT_SYMBOLS, Some(beam.name.clone()));
+        let name = format!("release:{}.{}", beam.name, ["from", "to"][end]);
+        let element = Arc::new(Lumped { at, axes, laws, symbols, end_of });
+        self.edges.push(Edge { name, ends: [node, own], element });
         own
+    }
+
+    /// Where a node is.
+    pub(super) fn node(&self, node: usize) -> BodyPoint {
+        let node = &self.robot.elastic.nodes[node];
+        BodyPoint { frame: node.at, point: node.point }
     }
 }

@@ -17,10 +17,7 @@ pub use bounds::contradictions;
 pub use build::{Fault, build};
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{with_fuzzy, with_values};
-pub use structure::{
-    Axes, BeamElement, Edge, Element, Law, Lumped, MassElement, MaterialSlots, Rigidity, ScrewElement, SectionSlots,
-    Spot, SpringElement, Structure, Vertex, VertexIndex, screw_pins,
-};
+pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawEffect};

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{Deflected, Predicted, measured_point};
 use crate::description::campaign::{Campaign, Reading};
-use crate::elastics::Motion;
+use crate::elements::Motion;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::math::left_jacobian;
 use crate::observation::{MeasuredPoint, Observes, PointDerivative, Twist};

@@ -4,11 +4,12 @@ use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
 use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::{
-    ElasticColumns, Elastics, Mechanism, Motion, MotionWork, Response, Statics, at_point, by_motion, spatial,
+    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Statics, at_point, spatial,
 };
+use crate::elements::{Motion, VertexIndex};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
-use crate::model::{Model, VertexIndex};
+use crate::model::Model;
 use crate::parameter::{Group, Slot};
 
 /// Deflections of a campaign's readings; made once for a vector of values, shared between threads.
@@ -34,7 +35,7 @@ pub struct Deflections<'m> {
 pub struct Work {
     statics: Statics,
     responses: Vec<Response>,
-    motions: Vec<MotionWork>,
+    motions: Vec<MotionWorkspace>,
     /// Changes under own weight alone, by port and number of the motion.
     known: Vec<Vec<Vector6<f64>>>,
     columns: Vec<Vector6<f64>>,
@@ -59,7 +60,7 @@ impl<'m> Deflections<'m> {
         let weight = !campaign.observes.is_difference();
         let loaded = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));
         let active =
-            loaded && model.fuzzy.is_some() || elastics.gives_at_all() && (loaded || weight && elastics.is_loaded());
+            loaded && model.fuzzy.is_some() || elastics.is_compliant() && (loaded || weight && elastics.is_loaded());
         let carrier = |frame: usize, slot: Slot| {
             model.structure.carrier(frame, &Vector3::new(values[slot], values[slot + 1], values[slot + 2]))
         };
@@ -82,9 +83,9 @@ impl<'m> Deflections<'m> {
     /// Room for one thread.
     pub fn work(&self) -> Work {
         Work {
-            statics: Statics::default(),
+            statics: Statics::new(self.weight),
             responses: self.vertices.iter().map(|&vertex| Response::new(&self.elastics, vertex)).collect(),
-            motions: vec![MotionWork::default(); self.vertices.len()],
+            motions: vec![MotionWorkspace::default(); self.vertices.len()],
             known: vec![Vec::new(); self.vertices.len()],
             columns: vec![Vector6::zeros(); self.columns.columns],
         }
@@ -102,7 +103,6 @@ impl<'m> Deflections<'m> {
         work: &mut Work,
     ) -> Result<(), Mechanism> {
         if self.active {
-            work.statics.no_weight = !self.weight;
             self.elastics.prepare(placements, &mut work.statics)?;
             for response in &mut work.responses {
                 response.evaluate(&self.elastics, &mut work.statics);
@@ -135,7 +135,7 @@ impl<'m> Deflections<'m> {
     /// The same where wrenches are not known beforehand.
     #[must_use]
     pub fn under_any_wrench(mut self) -> Self {
-        self.active = self.elastics.gives_at_all() || self.elastics.model.fuzzy.is_some();
+        self.active = self.elastics.is_compliant() || self.elastics.model.fuzzy.is_some();
         self
     }
 
@@ -153,7 +153,8 @@ impl<'m> Deflections<'m> {
     pub fn prepare_motion(&self, work: &mut Work) {
         work.known.iter_mut().for_each(Vec::clear);
         for (motion, response) in work.motions.iter_mut().zip(&work.responses) {
-            motion.prepare(&self.elastics, &work.statics, response);
+            let load = Load { wrench: Vector6::zeros(), weight: self.weight };
+            motion.prepare(&LoadCase::new(&self.elastics, &work.statics, response, load));
         }
     }
 
@@ -174,10 +175,10 @@ impl<'m> Deflections<'m> {
         let wrench = Self::wrench(reading, &point.coords);
         let mut change = Vector6::zeros();
         if let Some((number, motion)) = motion.filter(|_| !self.replaced) {
-            let fresh = || {
-                let (statics, gathered) = (&work.statics, &work.motions[port]);
-                by_motion(&self.elastics, placements, statics, response, gathered, &wrench, self.weight, motion)
-            };
+            let load = Load { wrench, weight: self.weight };
+            let case = LoadCase::new(&self.elastics, &work.statics, response, load);
+            let motions = &mut work.motions[port];
+            let mut fresh = || motions.by_motion(&case, placements, motion);
             // What own weight alone does is the same for all points of a body.
             change = if wrench == Vector6::zeros() {
                 if work.known[port].len() <= number {
@@ -218,8 +219,9 @@ impl<'m> Deflections<'m> {
         if self.active && !self.asked.is_empty() && !self.replaced {
             let response = &work.responses[self.port(reading)];
             let wrench = Self::wrench(reading, &point.coords);
-            let (elastics, columns) = (&self.elastics, &mut work.columns);
-            self.columns.evaluate(elastics, placements, &work.statics, response, &wrench, self.weight, columns);
+            let load = Load { wrench, weight: self.weight };
+            let case = LoadCase::new(&self.elastics, &work.statics, response, load);
+            self.columns.evaluate(&case, placements, &mut work.columns);
         } else {
             work.columns.fill(Vector6::zeros());
         }

@@ -15,7 +15,8 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use crate::description::campaign::{Campaign, Reading};
-use crate::elastics::{Mechanism, Motion};
+use crate::elastics::Mechanism;
+use crate::elements::Motion;
 use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform};
 use crate::model::Model;
 use crate::observation::{MOST_ROWS, MeasuredPoint, PointDerivative, Rows, Twist};

@@ -5,8 +5,9 @@ use nalgebra::{Point3, Vector3};
 use super::measured_point;
 use crate::description::campaign::{Campaign, Reading};
 use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey, form_of};
+use crate::elastics::Elastics;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
-use crate::model::{Element, Model, Spot, SwitchedOn};
+use crate::model::{Model, SwitchedOn};
 use crate::parameter::Slot;
 
 /// An effect at a site in a form.
@@ -293,18 +294,11 @@ fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
             (mass.frame, v[0], Vector3::new(v[1], v[2], v[3]))
         })
         .collect();
-    let elastics = crate::elastics::Elastics::new(model, values, &[]);
-    for (index, edge) in structure.tree.iter().chain(&structure.closures).enumerate() {
-        if let (Element::Beam(_), Some(density)) = (&edge.element, elastics.mass_per_length(index)) {
-            let [a, b] = edge.ends.map(|end| structure.at_home(end));
-            let spot = edge.ends.iter().find_map(|&end| match structure.vertices[end].spot {
-                Spot::At(frame, _) => Some(frame),
-                Spot::Between(..) => None,
-            });
-            if let Some(frame) = spot {
-                let middle = structure.home[frame].inverse() * Point3::from(0.5 * (a + b));
-                all.push((frame, density * (b - a).norm(), middle.coords));
-            }
+    for (ends, per_length) in Elastics::new(model, values, &[]).masses_per_length() {
+        let [a, b] = ends.map(|end| structure.at_home(end));
+        if let Some(frame) = structure.frame_of(*ends) {
+            let middle = structure.home[frame].inverse() * Point3::from(0.5 * (a + b));
+            all.push((frame, per_length * (b - a).norm(), middle.coords));
         }
     }
     all.retain(|(_, mass, _)| *mass != 0.0);

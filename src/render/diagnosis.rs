@@ -6,25 +6,15 @@ use serde_json::{Map, Value, json};
 
 use super::plots::bars;
 use super::table::{mm, table};
-use crate::diagnosis::{Cause, Diagnosis, Structure, Verdict};
+use crate::diagnosis::{Autocorrelation, Cause, Diagnosis, EffectAtSite, NoiseSource, Verdict};
 use crate::model::Model;
-
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::NoGap => "no-gap",
-        Verdict::Explained => "explained",
-        Verdict::PartlyExplained => "partly-explained",
-        Verdict::Unexplained => "unexplained",
-    }
-}
 
 /// JSON of `diagnose`; lengths in mm.
 pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
     let gap = &found.gap;
-    let site = |s: &crate::diagnosis::SiteShare| json!({"site": s.site, "share": s.share, "ci95": s.ci95});
     let conditions: Vec<Value> = found
         .location
-        .conditions
+        .regions
         .iter()
         .map(|c| json!({"when": c.when, "rms": mm(c.rms), "elsewhere": mm(c.elsewhere)}))
         .collect();
@@ -39,63 +29,58 @@ pub fn diagnosis_json(model: &Model, found: &Diagnosis, seconds: f64) -> Value {
                    "sigmas": pose.sigmas})
         })
         .collect();
-    let yielding =
-        found.location.yielding.as_ref().map(|y| json!({"when": y.when, "excess": y.excess, "elsewhere": y.elsewhere}));
-    let structure: Vec<Value> =
-        found.structure.iter().map(|s| json!({"against": s.against, "correlation": s.correlation, "p": s.p})).collect();
     let rejected: Vec<Value> = found
         .rejected
         .iter()
         .map(|r| json!({"effect": r.effect, "site": r.site, "rms_after": mm(r.rms), "why": r.why}))
         .collect();
-    let alike = &found.look_alikes;
-    let look_alikes = json!({
-        "hypotheses": alike.names.iter().map(|(effect, site)| json!({"effect": effect, "site": site})).collect::<Vec<_>>(),
-        "overlap": (0..alike.overlap.nrows())
-            .map(|i| alike.overlap.row(i).iter().copied().collect::<Vec<f64>>())
-            .collect::<Vec<_>>(),
-    });
     json!({
         "gap": {"rms": mm(gap.rms), "max": mm(gap.max), "noise": mm(gap.noise), "closable": mm(gap.closable),
                 "unit": "mm", "significant": gap.is_significant,
-                "registration": if gap.registration.is_finite() { json!(mm(gap.registration)) } else { Value::Null }},
-        "where": {"sites": found.location.sites.iter().map(site).collect::<Vec<_>>(), "conditions": conditions,
-                  "directions": {"x": x, "y": y, "z": z}, "yielding": yielding},
-        "verdict": verdict(found.verdict),
+                "registration": gap.registration.map(mm)},
+        "where": {"sites": found.location.sites, "conditions": conditions,
+                  "directions": {"x": x, "y": y, "z": z}, "yielding": found.location.excess_compliance},
+        "verdict": found.verdict,
         "causes": found.causes.iter().map(cause_json).collect::<Vec<_>>(),
         "rejected": rejected,
-        "with_none": mm(found.with_none),
-        "after_all": {"rms": mm(found.after.0), "rms_ci95": found.after.1.map(mm), "shrinkage": found.shrinkage.value,
-                      "shrinkage_ci95": found.shrinkage.ci95},
-        "structure": structure,
+        "with_none": mm(found.rms_with_none),
+        "after_all": {"rms": mm(found.rms_after), "rms_ci95": ends(found.rms_after_ci95).map(|v| v.map(mm)),
+                      "shrinkage": found.shrinkage.value, "shrinkage_ci95": ends(found.shrinkage.ci95)},
+        "structure": found.autocorrelation,
         "next_poses": next,
-        "look_alikes": look_alikes,
+        "look_alikes": found.look_alikes,
         "outliers": found.outliers,
         "hypotheses": found.hypotheses,
-        "notes": found.notes,
+        "notes": {"noise": noise_source(found.noise_source)},
         "seconds": seconds,
     })
 }
 
 fn cause_json(cause: &Cause) -> Value {
-    let parameters: Vec<Value> = cause
-        .parameters
-        .iter()
-        .map(|p| json!({"name": p.name, "unit": p.unit, "value": p.value, "ci95": p.ci95}))
-        .collect();
-    let rivals: Vec<Value> =
-        cause.rivals.iter().map(|(effect, site)| json!({"effect": effect, "site": site})).collect();
-    json!({"effect": cause.effect, "site": cause.site, "probability": cause.probability, "parameters": parameters,
-           "rms_before": mm(cause.rms[0]), "rms_after": mm(cause.rms[1]), "shrinkage": cause.shrinkage.value,
-           "shrinkage_ci95": cause.shrinkage.ci95, "indistinguishable_from": rivals,
-           "signature": cause.words[0], "remedy": cause.words[1]})
+    json!({"effect": cause.effect, "site": cause.site, "probability": cause.probability, "parameters": cause.parameters,
+           "rms_before": mm(cause.rms_before), "rms_after": mm(cause.rms_after), "shrinkage": cause.shrinkage.value,
+           "shrinkage_ci95": ends(cause.shrinkage.ci95), "indistinguishable_from": cause.rivals,
+           "signature": cause.signature, "remedy": cause.remedy})
+}
+
+/// Both ends of an interval, null where there is none.
+fn ends(interval: Option<[f64; 2]>) -> [Option<f64>; 2] {
+    interval.map_or([None; 2], |ends| ends.map(Some))
+}
+
+fn noise_source(source: NoiseSource) -> &'static str {
+    match source {
+        NoiseSource::Stated => "as the campaign states",
+        NoiseSource::Repeated => "from repeated readings",
+        NoiseSource::Residual => "from what the best explanation leaves",
+    }
 }
 
 /// Text of `diagnose`: finding, evidence, what to do.
 pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
     let gap = &found.gap;
     let mut out = format!("{name}\n\n");
-    let after = mm(found.after.0);
+    let after = mm(found.rms_after);
     let finding = match found.verdict {
         Verdict::NoGap => format!(
             "No gap: calibration leaves {:.4} mm (rms, unseen readings), and noise alone gives {:.4} mm.",
@@ -121,37 +106,40 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
     };
     let _ = writeln!(out, "{finding}\n");
     for (k, cause) in found.causes.iter().enumerate() {
-        let [low, high] = cause.shrinkage.ci95;
+        let interval = cause
+            .shrinkage
+            .ci95
+            .map_or(String::new(), |[low, high]| format!(" ({:.0} to {:.0} %)", 100.0 * low, 100.0 * high));
+        let probability =
+            cause.probability.map_or(String::new(), |probability| format!("; probability {probability:.2}"));
         let _ = writeln!(out, "{}. {} at {}", k + 1, cause.effect, cause.site);
         let _ = writeln!(
             out,
-            "   evidence  {:.4} -> {:.4} mm, {:.0} % less ({:.0} to {:.0} %); probability {:.2}",
-            mm(cause.rms[0]),
-            mm(cause.rms[1]),
+            "   evidence  {:.4} -> {:.4} mm, {:.0} % less{interval}{probability}",
+            mm(cause.rms_before),
+            mm(cause.rms_after),
             100.0 * cause.shrinkage.value,
-            100.0 * low,
-            100.0 * high,
-            cause.probability
         );
-        let _ = writeln!(out, "   pattern   {}", cause.words[0]);
+        let _ = writeln!(out, "   pattern   {}", cause.signature);
         for p in &cause.parameters {
             if p.name == "count" {
                 let _ = writeln!(out, "   {:<9} {:.0}", p.name, p.value);
                 continue;
             }
-            let width = if p.ci95.is_finite() { format!(" +- {:.1e} {}", p.ci95, p.unit) } else { String::new() };
+            let width = p.ci95.map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {}", p.unit));
             let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
         }
         if !cause.rivals.is_empty() {
-            let rivals: Vec<String> = cause.rivals.iter().map(|(e, s)| format!("{e} at {s}")).collect();
+            let rivals: Vec<String> =
+                cause.rivals.iter().map(|EffectAtSite { effect, site }| format!("{effect} at {site}")).collect();
             let _ = writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", "));
         }
-        let _ = writeln!(out, "   to do     {}\n", cause.words[1]);
+        let _ = writeln!(out, "   to do     {}\n", cause.remedy);
     }
     if !found.causes.is_empty() {
         let row = |what: String, rms: f64| (what, rms, format!("{:.4} mm", mm(rms)));
         let mut rows = vec![row("calibrated".into(), gap.rms)];
-        rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms[1])));
+        rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms_after)));
         rows.push(row("noise".into(), gap.noise));
         let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows));
     }
@@ -171,30 +159,25 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
             }),
         );
     }
-    for condition in &found.location.conditions {
-        let _ = writeln!(
-            out,
-            "{:.4} mm where {}, {:.4} mm elsewhere",
-            mm(condition.rms),
-            condition.when,
-            mm(condition.elsewhere)
-        );
+    for region in &found.location.regions {
+        let _ =
+            writeln!(out, "{:.4} mm where {}, {:.4} mm elsewhere", mm(region.rms), region.when, mm(region.elsewhere));
     }
-    if let Some(found) = &found.location.yielding {
+    if let Some(found) = &found.location.excess_compliance {
         let said = |v: f64| format!("{:.1} % {}", 100.0 * v.abs(), if v < 0.0 { "less" } else { "more" });
         let (inside, outside) = (said(found.excess), said(found.elsewhere));
         let _ = writeln!(out, "the robot yields {inside} than predicted where {}, {outside} elsewhere", found.when);
     }
     let [x, y, z] = found.location.directions.map(mm);
     let _ = writeln!(out, "all readings, by direction: x {x:.4}, y {y:.4}, z {z:.4} mm");
-    if !found.structure.is_empty() {
-        let one = |s: &Structure| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
-        let all: Vec<String> = found.structure.iter().map(one).collect();
+    if !found.autocorrelation.is_empty() {
+        let one = |s: &Autocorrelation| format!("{} {:+.2} (p {:.3})", s.against, s.correlation, s.p);
+        let all: Vec<String> = found.autocorrelation.iter().map(one).collect();
         let _ = writeln!(out, "correlation left between neighbours: {}", all.join(", "));
     }
     out.push('\n');
     if !found.rejected.is_empty() {
-        let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", mm(found.with_none));
+        let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", mm(found.rms_with_none));
         out += &table(
             &["not taken", "at", "rms with it alone mm", "why"],
             found

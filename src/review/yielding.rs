@@ -32,7 +32,7 @@ pub struct Yielding {
 /// A structure that can move without any force.
 pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Result<Option<Matrix6<f64>>, Mechanism> {
     let elastics = Elastics::new(geometry.model, geometry.values(), &[]);
-    if !elastics.gives_at_all() && geometry.model.fuzzy.is_none() {
+    if !elastics.is_compliant() && geometry.model.fuzzy.is_none() {
         return Ok(None);
     }
     let local = geometry.tool().translation.vector;
@@ -52,7 +52,7 @@ pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Re
 pub fn yielding(geometry: &Geometry, campaign: &Campaign) -> Option<Yielding> {
     let model = geometry.model;
     let elastics = Elastics::new(model, geometry.values(), &[]);
-    if !elastics.gives_at_all() || model.is_by_rules() {
+    if !elastics.is_compliant() || model.is_by_rules() {
         return None;
     }
     let own_loads = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));

@@ -12,7 +12,7 @@ pub use parts::draw;
 use nalgebra::Vector3;
 
 use crate::description::robot::FrameIndex;
-use crate::model::VertexIndex;
+use crate::elements::VertexIndex;
 
 /// Kinds of part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

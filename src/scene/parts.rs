@@ -6,8 +6,9 @@ use super::{Beam, Part, PartKind, Point, Scene, Spot};
 use crate::description::elastic::Section;
 use crate::description::raw::{JointKind, SectionShape};
 use crate::description::robot::{FrameIndex, Motion, Robot};
+use crate::elements::VertexIndex;
 use crate::kinematics::{Geometry, Placements};
-use crate::model::{Model, VertexIndex};
+use crate::model::Model;
 
 /// Length of axes over the robot's size.
 const AXIS: f64 = 0.06;

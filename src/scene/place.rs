@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3, Vector6};
 
 use super::{Beam, Scene, Spot};
 use crate::elastics::{Elastics, Mechanism, Response, Statics, at_point, spatial, twists};
+use crate::elements::screw_pins;
 use crate::kinematics::{Geometry, Placements};
-use crate::model::screw_pins;
 
 impl Scene {
     /// Its points at placed frames, m, base frame.

@@ -7,6 +7,7 @@ const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic", "estimation::least_squares"],
     &["observation"],
     &["description"],
+    &["elements"],
     &["model", "process"],
     &["kinematics"],
     &["elastics"],

@@ -1,6 +1,6 @@
 //! Diagnostics as they are shown.
 
-use elastogeo::diagnostic::{Diagnostic, Place};
+use elastogeo::diagnostic::{Diagnostic, Diagnostics, Place};
 use elastogeo::render::diagnostics::render;
 
 #[test]
@@ -58,4 +58,20 @@ fn no_place_breaks_the_drawing() {
             }
         }
     }
+}
+
+/// As an error of a user's program, and as data for another one.
+#[test]
+fn diagnostics_are_an_error_and_serialise() {
+    let place = Place::in_text("robot.yaml", "frames:\n  2: {antecedent: 33}\n", 25..27);
+    let unknown = Diagnostic::error("unknown frame `33`").at(place).suggest("33", ["3"]);
+    let diagnostics: Diagnostics = [Diagnostic::warning("odd"), unknown].into_iter().collect();
+    let error: Box<dyn std::error::Error> = diagnostics.clone().into_result().unwrap_err().into();
+    let text = "warning: odd\nrobot.yaml:2:18: error: unknown frame `33` (did you mean `3`?)";
+    assert_eq!(error.to_string(), text);
+    let json = serde_json::to_value(&diagnostics).unwrap();
+    assert_eq!(json[0]["code"], "doubtful");
+    assert_eq!(json[1]["severity"], "error");
+    assert_eq!((&json[1]["code"], &json[1]["place"]["line"]), (&"unknown".into(), &2.into()));
+    assert!(Diagnostics::from(Diagnostic::warning("odd")).into_result().is_ok());
 }

@@ -122,7 +122,7 @@ fn compliance_doubts(
         .collect();
     let mut diagnostics = fuzzy::doubts(model, &geometry, &asked);
     let pushed = has_process || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).gives_at_all() {
+    if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).is_compliant() {
         let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
         diagnostics.push(
             Diagnostic::warning(text).remedy("give `joint_stiffness`, `beams` or `base_stiffness`, or identify them"),

@@ -11,7 +11,7 @@ use crate::cli::{Failure, Output};
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::diagnostic::Diagnostic;
-use crate::elastics::{Elastics, Response, Statics, equilibrium};
+use crate::elastics::{Elastics, PointLoad, Response, Statics, equilibrium};
 use crate::files::{LoadedRobot, load_robot, table_file};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
@@ -100,7 +100,7 @@ fn deflected(
         let vertex = model.structure.carrier(frame, &local);
         let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
         let (d, r) = if at_equilibrium {
-            let found = equilibrium(&elastics, placements, vertex, &point, (&force, &moment), true);
+            let found = equilibrium(&elastics, placements, &PointLoad { vertex, point, force, moment }, true);
             let found = found.map_err(Failure::computation)?;
             (found.displacement, found.rotation)
         } else {

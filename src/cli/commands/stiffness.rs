@@ -7,7 +7,7 @@ use crate::cli::args::Stiffness;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Failure, Output};
 use crate::diagnostic::Diagnostic;
-use crate::elastics::{Elastics, Response, Statics, at_point, equilibrium, shares, spatial};
+use crate::elastics::{Elastics, PointLoad, Response, Statics, at_point, equilibrium, shares, spatial};
 use crate::files::load_robot;
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
@@ -36,7 +36,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     };
     let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
     linear(model, command.equilibrium)?;
-    if !elastics.gives_at_all() && model.fuzzy.is_none() {
+    if !elastics.is_compliant() && model.fuzzy.is_none() {
         return Err(Failure::Computation(
             "the description declares nothing elastic: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
         ));
@@ -52,8 +52,8 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);
     let (displacement, rotation, load_factor) = if command.equilibrium {
-        let found = equilibrium(&elastics, &placements, vertex, &point, (&force, &moment), command.weight);
-        let found = found.map_err(Failure::computation)?;
+        let load = PointLoad { vertex, point, force, moment };
+        let found = equilibrium(&elastics, &placements, &load, command.weight).map_err(Failure::computation)?;
         (found.displacement, found.rotation, Some(found.load_factor))
     } else {
         let (displacement, rotation) = at_point(&response.twist(&loaded_by, command.weight), &point);

@@ -39,7 +39,7 @@ pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
         ));
     }
     if is_loaded {
-        if !Elastics::new(model, geometry.values(), &[]).gives_at_all() {
+        if !Elastics::new(model, geometry.values(), &[]).is_compliant() {
             return Err(Failure::Computation(
                 "the description declares nothing elastic, so that nothing can be deflected: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
             ));

@@ -155,7 +155,7 @@ fn waterfall(report: &Report) -> Value {
         step("competed", refitted, gap.rms, "diagnose", "held-out readings");
     }
     for cause in &report.diagnosis.causes {
-        step("effect", format!("{} at {}", cause.effect, cause.site), cause.rms[1], "diagnose", "held-out readings");
+        step("effect", format!("{} at {}", cause.effect, cause.site), cause.rms_after, "diagnose", "held-out readings");
     }
     step("noise", "noise".into(), gap.noise, "diagnose", "expected");
     json!(steps)

@@ -1,19 +1,16 @@
-//! What gives: one file for each kind of element. A new kind needs its file, a variant of
-//! [`crate::model::Element`], and a line where [`super::Elastics`] asks for its flexibility.
-
-pub mod beam;
-pub mod lumped;
-pub mod screw;
-pub mod spring;
+//! Flexibility of an element: deformations (displacement m, rotation rad) by internal forces (N, N.m), in its local axes
+//! at its far end.
 
 use nalgebra::{Matrix6, Vector6};
 
-/// Flexibility of an element in its local axes at its far end: deformations (displacement, rotation) by internal forces
-/// (force, moment).
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Flexibility of an element, or its derivative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Flexibility {
-    /// Nothing gives.
+    /// Does not deform.
+    #[default]
     Rigid,
+    /// One direction by its own force: direction (0 to 5) and compliance.
+    Single(usize, f64),
     /// Each direction by its own force.
     Diagonal([f64; 6]),
     /// A beam along x: x by Fx; y by Fy, y by Mz, phi_z by Mz; z by Fz, z by My, phi_y by My; phi_x by Mx.
@@ -25,6 +22,11 @@ impl Flexibility {
     pub fn apply(&self, f: &Vector6<f64>) -> Vector6<f64> {
         match self {
             Self::Rigid => Vector6::zeros(),
+            Self::Single(k, c) => {
+                let mut out = Vector6::zeros();
+                out[*k] = c * f[*k];
+                out
+            }
             Self::Diagonal(c) => {
                 Vector6::new(c[0] * f[0], c[1] * f[1], c[2] * f[2], c[3] * f[3], c[4] * f[4], c[5] * f[5])
             }
@@ -44,6 +46,7 @@ impl Flexibility {
         let mut out = Matrix6::zeros();
         match self {
             Self::Rigid => {}
+            Self::Single(k, c) => out.set_row(*k, &(f.row(*k) * *c)),
             Self::Diagonal(c) => {
                 for (k, c) in c.iter().enumerate().filter(|(_, c)| **c != 0.0) {
                     out.set_row(k, &(f.row(k) * *c));
@@ -58,12 +61,12 @@ impl Flexibility {
         out
     }
 
-    /// Whether nothing gives.
-    pub fn is_rigid(&self) -> bool {
+    /// Work of virtual forces (one set a column) on the deformation under internal forces: `virtual' F forces`.
+    pub fn work(&self, virtual_forces: &Matrix6<f64>, forces: &Vector6<f64>) -> Vector6<f64> {
         match self {
-            Self::Rigid => true,
-            Self::Diagonal(c) => c.iter().all(|c| *c == 0.0),
-            Self::Beam(c) => c.iter().all(|c| *c == 0.0),
+            Self::Rigid => Vector6::zeros(),
+            Self::Single(k, c) => virtual_forces.row(*k).transpose() * (c * forces[*k]),
+            _ => virtual_forces.tr_mul(&self.apply(forces)),
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Structure left in residuals: found where it is, not found in noise.
+//! Autocorrelation of residuals: found where it is, not found in noise.
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::diagnosis::{Settings, Structure, Verdict, diagnose, structure_in};
+use elastogeo::diagnosis::{Autocorrelation, AutocorrelationSettings, Settings, Verdict, autocorrelation, diagnose};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
@@ -37,7 +37,11 @@ fn noise(rows: usize, seed: u64) -> DVector<f64> {
     DVector::from_fn(rows, |_, _| StandardNormal.sample(&mut random))
 }
 
-fn p(found: &[Structure], against: &str) -> f64 {
+fn tested(model: &Model, campaign: &Campaign, residual: &DVector<f64>, seed: u64) -> Vec<Autocorrelation> {
+    autocorrelation(model, campaign, residual, &AutocorrelationSettings::default(), seed)
+}
+
+fn p(found: &[Autocorrelation], against: &str) -> f64 {
     found.iter().find(|test| test.against == against).expect("tested").p
 }
 
@@ -45,12 +49,12 @@ const TESTS: [&str; 4] = ["configuration", "load", "time", "within a pose"];
 
 /// Over 40 draws of noise the probabilities are spread evenly: mean 1/2 +- 0.29/sqrt(40), none at the end.
 #[test]
-fn noise_has_no_structure() {
+fn noise_is_not_autocorrelated() {
     let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let mut all = vec![Vec::new(); TESTS.len()];
     for seed in 0..40 {
-        let found = structure_in(&model, &campaign, &noise(3 * campaign.readings.len(), seed), seed);
+        let found = tested(&model, &campaign, &noise(3 * campaign.readings.len(), seed), seed);
         assert_eq!(found.iter().map(|test| test.against).collect::<Vec<_>>(), TESTS);
         TESTS.iter().zip(&mut all).for_each(|(test, all)| all.push(p(&found, test)));
     }
@@ -65,7 +69,7 @@ fn noise_has_no_structure() {
 
 /// What follows a joint, a load or time is found by the test against it; readings mixed by pose have it no more.
 #[test]
-fn planted_structure_is_found() {
+fn planted_autocorrelation_is_found() {
     let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let times = &campaign.conditions["time"];
@@ -80,34 +84,34 @@ fn planted_structure_is_found() {
     let drifting = planted(&|i| 2.0 * (times[i] / last - 0.5));
     let loaded = planted(&|i| if campaign.readings[i].wrench == LOADS[2] { 0.7 } else { 0.0 });
     for (name, left) in [("configuration", &smooth), ("time", &drifting), ("load", &loaded)] {
-        let found = structure_in(&model, &campaign, left, 1);
+        let found = tested(&model, &campaign, left, 1);
         assert!(p(&found, name) < 0.01, "{name}: {found:?}");
     }
     for left in [&smooth, &drifting] {
-        assert!(p(&structure_in(&model, &campaign, left, 1), "within a pose") < 0.01);
+        assert!(p(&tested(&model, &campaign, left, 1), "within a pose") < 0.01);
     }
-    // Whole configurations mixed: neighbours know nothing of each other.
+    // Whole configurations mixed: neighbours are no longer correlated.
     let mut order: Vec<usize> = (0..60).collect();
     order.shuffle(&mut generator(2));
     let per_pose = smooth.len() / 60;
     let mixed = DVector::from_fn(smooth.len(), |row, _| smooth[order[row / per_pose] * per_pose + row % per_pose]);
-    let found = structure_in(&model, &campaign, &mixed, 1);
+    let found = tested(&model, &campaign, &mixed, 1);
     assert!(p(&found, "configuration") > 0.05 && p(&found, "within a pose") < 0.01, "{found:?}");
 }
 
 #[test]
-fn structure_does_not_depend_on_threads() {
+fn autocorrelation_does_not_depend_on_threads() {
     let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
     let left = noise(3 * campaign.readings.len(), 3);
     let answers = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| structure_in(&model, &campaign, &left, 5))
+        pool.install(|| tested(&model, &campaign, &left, 5))
     });
     assert_eq!(answers[0], answers[1]);
 }
 
-/// Where no noise is stated, what nothing explains is told by its structure alone.
+/// Where no noise is stated, what nothing explains shows by its autocorrelation alone.
 #[test]
 fn unstated_noise_does_not_hide_a_gap() {
     let model = load_robot("universal-ur5").expect("a robot").model;
@@ -127,21 +131,21 @@ fn unstated_noise_does_not_hide_a_gap() {
     let mut campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("made");
     campaign.sigma = None;
     let aside = vec![false; campaign.readings.len()];
-    let told = |campaign: &Campaign| {
+    let diagnosed = |campaign: &Campaign| {
         let found = diagnose(&model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
-        (found.verdict, found.structure)
+        (found.verdict, found.autocorrelation)
     };
-    assert_eq!(told(&campaign).0, Verdict::NoGap);
+    assert_eq!(diagnosed(&campaign).0, Verdict::NoGap);
     // Ripples that no effect of the catalogue has, alike in both readings of a configuration.
     for index in 0..campaign.readings.len() {
         let q = campaign.configuration(index).to_vec();
         let ripple = 1e-4 * (29.0 * q[0] * q[1] + 17.0 * q[2] * q[3]).sin();
         campaign.readings[index].measured[2] += ripple;
     }
-    let (verdict, structure) = told(&campaign);
-    assert!(matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained), "{verdict:?} {structure:?}");
-    assert!(p(&structure, "within a pose") < 0.01, "{structure:?}");
-    // The same with its noise stated is judged by the noise, and the structure only told.
+    let (verdict, tests) = diagnosed(&campaign);
+    assert!(matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained), "{verdict:?} {tests:?}");
+    assert!(p(&tests, "within a pose") < 0.01, "{tests:?}");
+    // The same with its noise stated is judged by the noise, and the autocorrelation only reported.
     campaign.sigma = Some([3e-5; 3]);
-    assert_eq!(told(&campaign).0, Verdict::Unexplained);
+    assert_eq!(diagnosed(&campaign).0, Verdict::Unexplained);
 }

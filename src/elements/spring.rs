@@ -4,15 +4,31 @@
 //! stiffness, tension included, are first and second derivatives of its energy K (s - s0)^2 / 2 by that twist. About a
 //! single joint this is eq. (10), (11) of the KR-270 paper.
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{IsometryMatrix3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 
+use super::{
+    Configuration, Direction, ElasticElement, Flexibility, Frames, Held, MotionRate, ParameterUse, PerLength, Placed,
+    Rate, VertexIndex, VertexMotion,
+};
+use crate::description::elastic;
 use crate::description::raw::SpringAction;
-use crate::kinematics::Placements;
-use crate::model::SpringElement;
+use crate::description::robot::FrameIndex;
+use crate::parameter::Slot;
+
+/// A spring between points of two bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spring {
+    /// Its declaration.
+    pub spring: elastic::Spring,
+    /// Slots of stiffness, free length and the two anchors (x1 y1 z1 x2 y2 z2).
+    pub slots: [Slot; 8],
+    /// Frame about whose origin the relative motion of the bodies is counted.
+    pub pivot: FrameIndex,
+}
 
 /// A spring at a placed configuration, base axes.
 #[derive(Debug, Clone, Copy)]
-pub struct State {
+pub struct SpringState {
     /// The point about which the twist of the second body against the first is counted.
     pub pivot: Vector3<f64>,
     /// Arm from the pivot to the anchor on the second body.
@@ -29,22 +45,82 @@ pub struct State {
     pub loads: bool,
 }
 
-impl State {
+impl Spring {
+    /// Whether its tension follows its length.
+    fn is_strained(&self) -> bool {
+        self.spring.free_length.is_some()
+    }
+
+    fn rate(&self, values: &[f64]) -> f64 {
+        values[self.slots[0]]
+    }
+}
+
+impl ElasticElement for Spring {
+    fn directions(&self) -> [Direction; 6] {
+        [Direction::Sprung; 6]
+    }
+
+    fn parameters(&self) -> Vec<ParameterUse> {
+        self.slots.iter().enumerate().map(|(part, &slot)| ParameterUse { slot, part }).collect()
+    }
+
+    fn is_active(&self, values: &[f64]) -> bool {
+        self.rate(values) != 0.0
+    }
+
+    fn is_preloaded(&self) -> bool {
+        self.spring.acts == SpringAction::Full && self.is_strained()
+    }
+
+    fn place(&self, at: &Configuration, _: [VertexIndex; 2], _: &PerLength) -> Placed {
+        Placed::new(&Matrix3::identity(), &at.frames[self.pivot].translation.vector, Flexibility::Rigid)
+    }
+
+    fn pivot(&self, _: &Frames, _: &[Vector3<f64>], _: [VertexIndex; 2]) -> Option<Vector3<f64>> {
+        None
+    }
+
+    fn held(&self, at: &Configuration) -> Held {
+        let state = SpringState::new(self, at.values, at.frames);
+        Held { stiffness: state.stiffness(), preload: state.wrench() }
+    }
+
+    fn by_parameter(&self, part: usize, at: &Configuration) -> Rate {
+        let state = SpringState::new(self, at.values, at.frames);
+        Rate::Held(if part < 2 {
+            state.by_rate_and_length()[part]
+        } else {
+            let anchor = (part - 2) / 3;
+            let frame: &IsometryMatrix3<f64> = &at.frames[self.spring.bodies[anchor]];
+            let step = frame.rotation.matrix().column((part - 2) % 3).into_owned();
+            state.by_anchor(anchor, &step, self.is_strained())
+        })
+    }
+
+    fn by_motion(&self, at: &Configuration, _: [VertexIndex; 2], moves: &VertexMotion) -> MotionRate {
+        let state = SpringState::new(self, at.values, at.frames);
+        let b = state.pivot + state.arm;
+        let a = b - state.along * state.length;
+        let [moved_a, moved_b] = [(0, a), (1, b)].map(|(k, anchor)| moves.point(self.spring.bodies[k], &anchor).0);
+        let pivot = moves.point(self.pivot, &state.pivot).0;
+        let held = state.by_motion(&(moved_b - moved_a), &(moved_b - pivot), self.is_strained());
+        MotionRate { rate: Rate::Held(held), ..MotionRate::of(&state.pivot, pivot, Vector3::zeros()) }
+    }
+}
+
+impl SpringState {
     /// The spring at a configuration.
-    pub fn new(of: &SpringElement, values: &[f64], placements: &Placements) -> Self {
+    pub fn new(of: &Spring, values: &[f64], frames: &Frames) -> Self {
         let anchor = |k: usize| {
-            let at = nalgebra::Point3::new(
-                values[of.slots[2 + 3 * k]],
-                values[of.slots[3 + 3 * k]],
-                values[of.slots[4 + 3 * k]],
-            );
-            (placements.frames[of.spring.bodies[k]] * at).coords
+            let [x, y, z] = [0, 1, 2].map(|axis| values[of.slots[2 + 3 * k + axis]]);
+            (frames[of.spring.bodies[k]] * Point3::new(x, y, z)).coords
         };
         let (a, b) = (anchor(0), anchor(1));
-        let pivot = placements.frames[of.pivot].translation.vector;
+        let pivot = frames[of.pivot].translation.vector;
         let length = (b - a).norm();
-        let rate = values[of.slots[0]];
-        let stretch = if of.spring.free_length.is_some() { length - values[of.slots[1]] } else { 0.0 };
+        let rate = of.rate(values);
+        let stretch = if of.is_strained() { length - values[of.slots[1]] } else { 0.0 };
         Self {
             pivot,
             arm: b - pivot,
@@ -90,19 +166,19 @@ impl State {
     }
 
     /// Derivatives of stiffness and wrench by the rate and the free length.
-    pub fn by_rate_and_length(&self) -> [(Matrix6<f64>, Vector6<f64>); 2] {
+    fn by_rate_and_length(&self) -> [Held; 2] {
         let (gradient, curvature) = (self.gradient(), self.curvature());
         let stretch = if self.rate == 0.0 { 0.0 } else { self.tension / self.rate };
         let load = |by: f64| if self.loads { -gradient * by } else { Vector6::zeros() };
         [
-            (gradient * gradient.transpose() + curvature * stretch, load(stretch)),
-            (curvature * -self.rate, load(-self.rate)),
+            Held { stiffness: gradient * gradient.transpose() + curvature * stretch, preload: load(stretch) },
+            Held { stiffness: curvature * -self.rate, preload: load(-self.rate) },
         ]
     }
 
     /// Derivatives of stiffness and wrench by moving an anchor (0 on the first body, 1 on the second) along `step`
     /// (base axes); `strained` where the tension follows the length.
-    pub fn by_anchor(&self, anchor: usize, step: &Vector3<f64>, strained: bool) -> (Matrix6<f64>, Vector6<f64>) {
+    fn by_anchor(&self, anchor: usize, step: &Vector3<f64>, strained: bool) -> Held {
         if anchor == 0 {
             self.by_motion(&-step, &Vector3::zeros(), strained)
         } else {
@@ -111,7 +187,7 @@ impl State {
     }
 
     /// The same by moving the second anchor against the first by `pull`, and against the pivot by `dr`.
-    pub fn by_motion(&self, pull: &Vector3<f64>, dr: &Vector3<f64>, strained: bool) -> (Matrix6<f64>, Vector6<f64>) {
+    fn by_motion(&self, pull: &Vector3<f64>, dr: &Vector3<f64>, strained: bool) -> Held {
         let length = self.length.max(f64::MIN_POSITIVE);
         let (n, r) = (self.along, self.arm);
         let across = (Matrix3::identity() - n * n.transpose()) / length;
@@ -135,7 +211,7 @@ impl State {
         let stiffness = (d_gradient * gradient.transpose() + gradient * d_gradient.transpose()) * self.rate
             + curvature * self.tension
             + self.curvature() * d_tension;
-        let load = if self.loads { -d_gradient * self.tension - gradient * d_tension } else { Vector6::zeros() };
-        (stiffness, load)
+        let preload = if self.loads { -d_gradient * self.tension - gradient * d_tension } else { Vector6::zeros() };
+        Held { stiffness, preload }
     }
 }

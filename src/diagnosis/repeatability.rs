@@ -1,14 +1,11 @@
-//! The noise that repeated readings show.
+//! Noise of repeated readings.
 
 use crate::description::campaign::Campaign;
 use crate::estimation::row_sigmas;
 
-/// Least number of differences from which a noise is taken.
-const ENOUGH: f64 = 20.0;
-
-/// Noise over the sigmas by which rows are weighted, from readings of one point at one configuration under one load and
-/// from one side of approach; none where too few are repeated.
-pub fn repeatability(campaign: &Campaign) -> Option<f64> {
+/// Noise over the sigmas of the rows, from readings of one point at one configuration under one load and from one side of
+/// approach; `None` where they have fewer than `least` degrees of freedom.
+pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
     let components = campaign.observes.length_rows();
     let sigmas = row_sigmas(campaign);
     let sides: Vec<&Vec<f64>> =
@@ -39,5 +36,5 @@ pub fn repeatability(campaign: &Campaign) -> Option<f64> {
             }
         }
     }
-    (freedom >= ENOUGH && squares > 0.0).then(|| (squares / freedom).sqrt())
+    (freedom >= least && squares > 0.0).then(|| (squares / freedom).sqrt())
 }

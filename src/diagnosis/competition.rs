@@ -1,0 +1,90 @@
+//! One competition: the robot is calibrated, its predictions linearised, and hypotheses selected, without the outliers
+//! that are known so far.
+
+use super::hypothesis::hypotheses;
+use super::inputs::Inputs;
+use super::linear_problem::LinearProblem;
+use super::projection::Subset;
+use super::refinement::refine;
+use super::repeatability::repeatability;
+use super::selection::Selector;
+use crate::description::campaign::Campaign;
+use crate::estimation::{self, CalibrationError, calibrate};
+use crate::kinematics::Geometry;
+use crate::parameter::Slot;
+use crate::prediction::{PredictionError, survey};
+
+/// One competition and the hypotheses selected.
+pub struct Competition {
+    /// The campaign without outliers.
+    pub campaign: Campaign,
+    /// Which of its readings are not fitted.
+    pub held_out: Vec<bool>,
+    /// Nuisance parameters that the readings determine.
+    pub kept: Vec<Slot>,
+    /// Calibrated values.
+    pub values: Vec<f64>,
+    /// Root mean square error with base and tool fitted alone, m.
+    pub registration: Option<f64>,
+    /// Noise over the sigmas of the rows: 1 where the campaign states them, else that of repeated readings.
+    pub noise: Option<f64>,
+    /// The linear problem without outliers.
+    pub problem: LinearProblem,
+    /// The linear problem of all readings.
+    pub all: LinearProblem,
+    /// The subsets selected, from the empty one.
+    pub path: Vec<Subset>,
+}
+
+impl Competition {
+    /// Holds the competition.
+    ///
+    /// # Errors
+    /// As [`calibrate`].
+    pub fn new(inputs: &Inputs, outliers: &[bool], progress: &mut dyn FnMut(&str)) -> Result<Self, CalibrationError> {
+        let (model, settings) = (inputs.model, inputs.settings);
+        let campaign = inputs.campaign.select(|i, _| !outliers[i]);
+        let held_out = held_out(inputs.held_out, outliers);
+        progress("calibrating");
+        let (values, kept, registration) =
+            if inputs.nuisance.is_empty() && !campaign.estimate_base && !campaign.estimate_tool {
+                (model.registry.nominal(), Vec::new(), None)
+            } else {
+                let asked =
+                    estimation::Settings { only: Some(inputs.nuisance.clone()), ..estimation::Settings::default() };
+                let found = calibrate(model, &campaign, &held_out, &asked, &mut |_| {})?;
+                let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
+                (found.values, kept, Some(found.registration.fit.distance[1]))
+            };
+        progress("linearising");
+        let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
+        let survey = survey(&geometry, &campaign).map_err(PredictionError::from)?;
+        let tried = hypotheses(model, &values, &kept, &survey, settings);
+        let mut all = LinearProblem::new(model, inputs.campaign, &values, &kept, tried)?.pruned();
+        let noise = campaign.sigma.map(|_| 1.0).or_else(|| repeatability(&campaign, settings.least_repeats));
+        progress("comparing hypotheses");
+        let unused: Vec<bool> = inputs.held_out.iter().zip(outliers).map(|(held, outlier)| *held || *outlier).collect();
+        let mut path = Selector::new(&all.without(&unused), &settings.selection).search(noise);
+        if let Some(last) = path.last()
+            && refine(inputs, &values, &mut all, &last.members, &unused)?
+        {
+            let training = all.without(&unused);
+            let selector = Selector::new(&training, &settings.selection);
+            path.iter_mut().for_each(|fit| *fit = selector.fit(&fit.members));
+        }
+        let problem = all.without(outliers);
+        Ok(Self { campaign, held_out, kept, values, registration, noise, problem, all, path })
+    }
+
+    /// The hypotheses selected, in order.
+    pub fn members(&self) -> &[usize] {
+        self.path.last().map_or(&[], |fit| &fit.members)
+    }
+}
+
+/// Which of the readings that are no outliers are held out; none where all are.
+fn held_out(held_out: &[bool], outliers: &[bool]) -> Vec<bool> {
+    let kept: Vec<bool> =
+        held_out.iter().zip(outliers).filter(|(_, outlier)| !**outlier).map(|(held, _)| *held).collect();
+    if kept.contains(&false) { kept } else { vec![false; kept.len()] }
+}

@@ -1,0 +1,197 @@
+//! From the hypotheses selected to the diagnosis: verdict, location, causes with their figures, and what to measure next.
+
+use super::autocorrelation::autocorrelation;
+use super::bootstrap::Bootstrap;
+use super::competition::Competition;
+use super::inputs::Inputs;
+use super::linear_fit::{LinearFit, entry, with_nonlinear};
+use super::location::sites;
+use super::next_poses::next_poses;
+use super::outliers;
+use super::refit::refit;
+use super::regions::{excess_compliance, regions};
+use super::result::{
+    Autocorrelation, Cause, CauseParameter, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Shrinkage, Verdict,
+};
+use super::rivals::{Rival, look_alikes, rejected, rivals};
+use super::selection::Selector;
+use super::verdict::{Judgement, judge, without_noise};
+use crate::estimation::CalibrationError;
+use crate::math::{mean_rms_max, orthonormal, project_off};
+use crate::prediction::PredictionError;
+
+/// Concludes a competition that was held without the readings marked as outliers.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn conclude(
+    inputs: &Inputs,
+    competition: &Competition,
+    marked: &[bool],
+    progress: &mut dyn FnMut(&str),
+) -> Result<Diagnosis, CalibrationError> {
+    progress("judging");
+    let (settings, problem) = (inputs.settings, &competition.problem);
+    let training = problem.without(&competition.held_out);
+    let selector = Selector::new(&training, &settings.selection);
+    let judgement = judge(inputs, competition, &selector);
+    let members = judgement.members();
+    let autocorrelation = residual_autocorrelation(inputs, competition, members);
+    let verdict = match judgement.noise_source {
+        NoiseSource::Residual => without_noise(judgement.verdict, &autocorrelation, settings.autocorrelation.chance),
+        _ => judgement.verdict,
+    };
+    let gap = gap(competition, &judgement, verdict);
+    progress("locating");
+    let location = location(inputs, competition, &gap, judgement.noise)?;
+    let linear = LinearFit::new(problem, members, judgement.noise);
+    let refit = refit(inputs, competition, members, &linear);
+    let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
+    let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
+    let rivals_of: Vec<Vec<Rival>> = judgement.steps.last().map_or_else(Vec::new, |last| {
+        (0..members.len()).map(|at| rivals(&selector, &last.subset, at, per_pose, &settings.rivals)).collect()
+    });
+    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals_of };
+    let mut causes = merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(step, own)));
+    let last = members.len();
+    let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
+    let rows: Vec<usize> =
+        inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r.row).collect();
+    let mut verdict = verdict;
+    if !rows.is_empty() {
+        let cause = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
+        // A few readings just beyond what noise does are reported; they explain no gap.
+        if cause.shrinkage.value >= settings.outliers.least_shrinkage {
+            causes.push(cause);
+            verdict = if verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
+        }
+    }
+    let (rejected, rms_with_none) = rejected(&selector, members);
+    let next_poses = if settings.propose && verdict != Verdict::NoGap {
+        progress("proposing configurations");
+        next_poses(inputs, competition, members, &rivals_of)
+    } else {
+        Vec::new()
+    };
+    Ok(Diagnosis {
+        gap,
+        location,
+        verdict,
+        causes,
+        rejected,
+        rms_with_none,
+        rms_after,
+        rms_after_ci95: found.bootstrap.rms(last, rms_after),
+        autocorrelation,
+        shrinkage,
+        next_poses,
+        outliers: rows,
+        values: refit.values,
+        calibrated: competition.values.clone(),
+        look_alikes: look_alikes(&selector, members, settings.look_alikes),
+        hypotheses: problem.hypotheses.len(),
+        noise_source: judgement.noise_source,
+    })
+}
+
+/// Tests of the residuals that the causes leave.
+fn residual_autocorrelation(inputs: &Inputs, competition: &Competition, members: &[usize]) -> Vec<Autocorrelation> {
+    let problem = &competition.problem;
+    let residual = project_off(&problem.residual, &orthonormal(&problem.design(members), None));
+    let settings = inputs.settings;
+    autocorrelation(inputs.model, &competition.campaign, &residual, &settings.autocorrelation, settings.seed)
+}
+
+/// The gap that calibration leaves.
+fn gap(competition: &Competition, judgement: &Judgement, verdict: Verdict) -> Gap {
+    let (rms, max) = (judgement.steps[0].rms, judgement.steps[0].max);
+    let noise = judgement.noise * competition.problem.error_of_one_sigma();
+    Gap {
+        rms,
+        max,
+        noise,
+        closable: (rms * rms - noise * noise).max(0.0).sqrt(),
+        is_significant: verdict != Verdict::NoGap,
+        registration: competition.registration,
+    }
+}
+
+/// Where the gap lies, by the residuals that calibration leaves in all readings.
+fn location(inputs: &Inputs, competition: &Competition, gap: &Gap, noise: f64) -> Result<Location, PredictionError> {
+    let (model, campaign, settings) = (inputs.model, &competition.campaign, &inputs.settings.location);
+    let problem = &competition.problem;
+    let residual = project_off(&problem.residual, &orthonormal(&problem.nuisance, None));
+    let errors = problem.errors(&residual);
+    let directions = std::array::from_fn(|k| mean_rms_max(errors.iter().map(|error| error[k]))[1]);
+    if !gap.is_significant {
+        return Ok(Location { directions, ..Location::default() });
+    }
+    Ok(Location {
+        sites: sites(inputs, competition, &residual, noise)?,
+        regions: regions(model, campaign, &errors, settings),
+        directions,
+        excess_compliance: excess_compliance(model, campaign, &errors, settings),
+    })
+}
+
+/// The causes with what their figures are made from.
+struct Explanation<'a> {
+    competition: &'a Competition,
+    judgement: &'a Judgement,
+    bootstrap: Bootstrap,
+    /// Of each member.
+    rivals: &'a [Vec<Rival>],
+}
+
+impl Explanation<'_> {
+    /// Shrinkage of the error from one step to a later one.
+    fn shrinkage(&self, from: usize, to: usize) -> Shrinkage {
+        let value = 1.0 - self.judgement.steps[to].rms / self.judgement.steps[from].rms;
+        Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value) }
+    }
+
+    /// The cause that enters at a step.
+    fn cause(&self, step: usize, parameters: Vec<CauseParameter>) -> Cause {
+        let hypotheses = &self.competition.problem.hypotheses;
+        let hypothesis = &hypotheses[self.judgement.members()[step]];
+        let EffectAtSite { effect, site } = hypothesis.named();
+        // Of models with equal priors: exp(-loss / 2) each (Kass and Raftery 1995).
+        let weights: f64 = self.rivals[step].iter().map(|rival| (-0.5 * rival.loss.max(0.0)).exp()).sum();
+        Cause {
+            effect,
+            site,
+            probability: Some(1.0 / (1.0 + weights)),
+            entry: entry(hypothesis, &parameters),
+            parameters: with_nonlinear(hypothesis, parameters),
+            rms_before: self.judgement.steps[step].rms,
+            rms_after: self.judgement.steps[step + 1].rms,
+            shrinkage: self.shrinkage(step, step + 1),
+            rivals: self.rivals[step].iter().map(|rival| hypotheses[rival.hypothesis].named()).collect(),
+            signature: hypothesis.effect.signature(),
+            remedy: hypothesis.effect.remedy(),
+            further: Vec::new(),
+        }
+    }
+}
+
+/// Variants of one effect at one site that were found together are one cause.
+fn merged(causes: impl Iterator<Item = Cause>) -> Vec<Cause> {
+    let mut out: Vec<Cause> = Vec::new();
+    for cause in causes {
+        match out.iter_mut().find(|known| known.effect == cause.effect && known.site == cause.site) {
+            Some(known) => {
+                known.parameters.extend(cause.parameters);
+                known.further.push(cause.entry);
+                known.rms_after = cause.rms_after;
+                known.shrinkage.value = 1.0 - known.rms_after / known.rms_before;
+                let value = known.shrinkage.value;
+                known.shrinkage.ci95 = known.shrinkage.ci95.map(|[low, high]| [low, high.max(value)]);
+            }
+            None => out.push(cause),
+        }
+    }
+    for cause in &mut out {
+        cause.rivals.retain(|rival| (&rival.effect, &rival.site) != (&cause.effect, &cause.site));
+    }
+    out
+}

@@ -1,0 +1,49 @@
+//! The diagnosis from beginning to end: competitions until no outlier is new, then the conclusion.
+
+use super::competition::Competition;
+use super::conclusion::conclude;
+use super::inputs::Inputs;
+use super::nuisance::nuisance;
+use super::outliers::{outliers, stand_apart};
+use super::result::{Diagnosis, Verdict};
+use super::settings::Settings;
+use crate::description::campaign::Campaign;
+use crate::estimation::CalibrationError;
+use crate::model::Model;
+
+/// Diagnoses a campaign against a model. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
+/// is told each stage in words.
+///
+/// # Errors
+/// As [`crate::estimation::calibrate`]: readings that cannot be predicted, or too few of them.
+pub fn diagnose(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Diagnosis, CalibrationError> {
+    let nuisance = nuisance(model, campaign, &settings.known);
+    let inputs = Inputs { model, campaign, held_out, settings, nuisance };
+    let none = vec![false; campaign.readings.len()];
+    let mut marked = none.clone();
+    let mut competition = Competition::new(&inputs, &marked, progress)?;
+    // Outliers are those of what explains the other readings, and are left out of the next competition.
+    for _ in 0..settings.outliers.competitions {
+        let found = outliers(&competition, &marked, &settings.outliers);
+        if found == marked {
+            break;
+        }
+        marked = found;
+        progress("outliers left out");
+        competition = Competition::new(&inputs, &marked, progress)?;
+    }
+    let found = conclude(&inputs, &competition, &marked, progress)?;
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    if is_open && marked.contains(&true) && !stand_apart(&competition, &marked, &settings.outliers) {
+        // What nothing explains has a tail of its own.
+        let competition = Competition::new(&inputs, &none, progress)?;
+        return conclude(&inputs, &competition, &none, progress);
+    }
+    Ok(found)
+}

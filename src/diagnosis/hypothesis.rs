@@ -1,0 +1,121 @@
+//! Hypotheses: every effect at every site of the robot with every value of its nonlinear parameter.
+
+use nalgebra::DMatrix;
+
+use super::result::EffectAtSite;
+use super::settings::Settings;
+use crate::effects::{Effect, EffectParameter, Form, Site, Survey};
+use crate::math::independent;
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// An effect at a site with a value of its nonlinear parameter, and its columns in the linear problem.
+#[derive(Clone)]
+pub struct Hypothesis {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// The site.
+    pub site: Site,
+    /// The nonlinear parameter.
+    pub form: Form,
+    /// Constants of the model that it frees, if it is nothing else.
+    pub constants: Vec<Slot>,
+    /// Names, units and scales of its parameters.
+    pub parameters: Vec<EffectParameter>,
+    /// Weighted columns.
+    pub columns: DMatrix<f64>,
+    /// Its parameters can only be positive: compliances of what the description has rigid.
+    pub is_positive: bool,
+    /// Number of hypotheses of this effect at this site.
+    pub variants: usize,
+}
+
+impl std::fmt::Debug for Hypothesis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ({} {})", self.label(), self.form.symbol, self.form.value)
+    }
+}
+
+impl Hypothesis {
+    /// `effect@site`
+    pub fn label(&self) -> String {
+        format!("{}@{}", self.effect.name(), self.site.name)
+    }
+
+    /// Effect and site by name.
+    pub fn named(&self) -> EffectAtSite {
+        EffectAtSite { effect: self.effect.name().into(), site: self.site.name.clone() }
+    }
+
+    /// Leaves out the constants whose columns the nuisance or its own other columns reproduce entirely. The parameters of
+    /// any other effect belong together: they are left out all or none.
+    pub fn prune(&mut self, nuisance: &DMatrix<f64>) {
+        let kept = independent(&self.columns, nuisance);
+        if self.constants.is_empty() {
+            if kept.is_empty() {
+                self.parameters.clear();
+            }
+        } else if kept.len() < self.columns.ncols() {
+            self.columns = self.columns.select_columns(&kept);
+            self.constants = kept.iter().map(|&k| self.constants[k]).collect();
+            self.parameters = kept.iter().map(|&k| self.parameters[k].clone()).collect();
+        }
+    }
+
+    /// Whether another is the same effect at the same site.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.effect.name() == other.effect.name() && self.site.name == other.site.name
+    }
+
+    /// Whether another frees other constants of the same effect, or is the very same: the two cannot go together.
+    pub fn excludes(&self, other: &Self) -> bool {
+        self.is_same(other) && (!self.constants.is_empty() || self.form == other.form)
+    }
+}
+
+/// All hypotheses that can be tried on a model at `values`, `nuisance` being what is calibrated with every one of them.
+/// Their columns are still empty.
+pub fn hypotheses(
+    model: &Model,
+    values: &[f64],
+    nuisance: &[Slot],
+    survey: &Survey,
+    settings: &Settings,
+) -> Vec<Hypothesis> {
+    let is_rigid = |slot: &Slot| model.registry[*slot].bounds[0] == 0.0 && values[*slot] == 0.0;
+    let mut found = Vec::new();
+    for &effect in &settings.effects {
+        let is_known = settings.known.iter().any(|name| name == effect.name());
+        for site in effect.sites(model) {
+            let forms = effect.forms(model, &site, survey);
+            for form in &forms {
+                let constants = effect.constants(model, &site, form);
+                let parameters = effect.parameters(model, &site, form);
+                let is_calibrated = !constants.is_empty() && constants.iter().all(|slot| nuisance.contains(slot));
+                let is_positive = !constants.is_empty() && constants.iter().all(is_rigid);
+                // Known are the compliances that the description has: a joint that it has rigid is not among them.
+                if parameters.is_empty() || is_calibrated || is_known && !is_positive {
+                    continue;
+                }
+                // Compliances of what is rigid cannot be negative. Each may be zero: every selection is a hypothesis.
+                let selections = if is_positive { (1 << constants.len()) - 1 } else { 1 };
+                for selection in 1..=selections {
+                    let is_chosen = |k: usize| !is_positive || selection >> k & 1 == 1;
+                    let chosen_parameters = parameters.iter().enumerate().filter(|(k, _)| is_chosen(*k));
+                    let chosen_constants = constants.iter().enumerate().filter(|(k, _)| is_chosen(*k));
+                    found.push(Hypothesis {
+                        effect,
+                        site: site.clone(),
+                        form: *form,
+                        constants: chosen_constants.map(|(_, slot)| *slot).collect(),
+                        parameters: chosen_parameters.map(|(_, parameter)| parameter.clone()).collect(),
+                        columns: DMatrix::zeros(0, 0),
+                        is_positive,
+                        variants: forms.len() * selections,
+                    });
+                }
+            }
+        }
+    }
+    found
+}

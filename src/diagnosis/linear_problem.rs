@@ -1,0 +1,147 @@
+//! The linear problem that hypotheses compete on: residuals of a calibration, the columns of what was calibrated, and
+//! the columns of every hypothesis. Rows are divided by their sigma (m or rad, measurement frame).
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::hypothesis::Hypothesis;
+use crate::description::campaign::Campaign;
+use crate::estimation::row_sigmas;
+use crate::math::orthonormal;
+use crate::model::Model;
+use crate::parameter::Slot;
+use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns};
+
+/// Weighted rows of all readings.
+#[derive(Debug, Clone)]
+pub struct LinearProblem {
+    /// Residuals over their sigmas.
+    pub residual: DVector<f64>,
+    /// Derivatives by the parameters that are fitted with every hypothesis.
+    pub nuisance: DMatrix<f64>,
+    /// Sigma of each row, m or rad.
+    pub sigmas: Vec<f64>,
+    /// Configuration of each row.
+    pub pose: Vec<usize>,
+    /// Reading of each row.
+    pub reading: Vec<usize>,
+    /// Hypotheses.
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+impl LinearProblem {
+    /// Linearises the predictions of a campaign at calibrated `values`.
+    ///
+    /// # Errors
+    /// A configuration that cannot be assembled.
+    pub fn new(
+        model: &Model,
+        campaign: &Campaign,
+        values: &[f64],
+        nuisance: &[Slot],
+        mut hypotheses: Vec<Hypothesis>,
+    ) -> Result<Self, PredictionError> {
+        let mut slots: Vec<Slot> = nuisance.to_vec();
+        slots.extend(hypotheses.iter().flat_map(|hypothesis| &hypothesis.constants));
+        slots.sort_unstable();
+        slots.dedup();
+        let mut found = Linearised::default();
+        Predictor::new(model, campaign, slots.clone())?.linearise(values, true, &mut found)?;
+        let sigmas = row_sigmas(campaign);
+        let rows = sigmas.len();
+        // Every slot asked for is among the sorted ones.
+        let columns_of = |own: &[Slot]| {
+            let at: Vec<usize> = own.iter().map(|slot| slots.partition_point(|known| known < slot)).collect();
+            DMatrix::from_fn(rows, at.len(), |row, k| found.jacobian[row * slots.len() + at[k]] / sigmas[row])
+        };
+        let mut laws: Vec<&mut Hypothesis> = Vec::new();
+        for hypothesis in &mut hypotheses {
+            if hypothesis.constants.is_empty() {
+                laws.push(hypothesis);
+            } else {
+                hypothesis.columns = columns_of(&hypothesis.constants);
+            }
+        }
+        let terms = laws.iter().map(|law| Term::new(model, law.effect, law.site.clone(), law.form)).collect();
+        let (all, width) = effect_columns(model, campaign, values, terms)?;
+        let mut first = 0;
+        for law in laws {
+            let count = law.parameters.len();
+            law.columns = DMatrix::from_fn(rows, count, |row, k| all[row * width + first + k] / sigmas[row]);
+            first += count;
+        }
+        let components = campaign.components();
+        Ok(Self {
+            residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
+            nuisance: columns_of(nuisance),
+            sigmas,
+            pose: (0..rows).map(|row| campaign.readings[row / components].pose).collect(),
+            reading: (0..rows).map(|row| row / components).collect(),
+            hypotheses,
+        })
+    }
+
+    /// Without the columns, and the hypotheses, that the nuisance reproduces entirely.
+    pub fn pruned(mut self) -> Self {
+        let basis = orthonormal(&self.nuisance, None);
+        self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.prune(&basis));
+        self.hypotheses.retain(|hypothesis| !hypothesis.parameters.is_empty());
+        self
+    }
+
+    /// The problem without some readings; all of it where none would be left. Readings are numbered anew.
+    pub fn without(&self, excluded: &[bool]) -> Self {
+        let rows: Vec<usize> = (0..self.rows()).filter(|&row| !excluded[self.reading[row]]).collect();
+        if rows.len() == self.rows() || rows.is_empty() {
+            return self.clone();
+        }
+        let mut number = Vec::with_capacity(excluded.len());
+        let mut next = 0;
+        for excluded in excluded {
+            number.push(next);
+            next += usize::from(!excluded);
+        }
+        let select = |h: &Hypothesis| Hypothesis { columns: h.columns.select_rows(&rows), ..h.clone() };
+        Self {
+            residual: self.residual.select_rows(&rows),
+            nuisance: self.nuisance.select_rows(&rows),
+            sigmas: rows.iter().map(|&row| self.sigmas[row]).collect(),
+            pose: rows.iter().map(|&row| self.pose[row]).collect(),
+            reading: rows.iter().map(|&row| number[self.reading[row]]).collect(),
+            hypotheses: self.hypotheses.iter().map(select).collect(),
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.residual.len()
+    }
+
+    /// Different configurations, ascending.
+    pub fn poses(&self) -> Vec<usize> {
+        let mut poses = self.pose.clone();
+        poses.sort_unstable();
+        poses.dedup();
+        poses
+    }
+
+    /// Columns of the nuisance and of some hypotheses.
+    pub fn design(&self, members: &[usize]) -> DMatrix<f64> {
+        let parts = std::iter::once(&self.nuisance).chain(members.iter().map(|&h| &self.hypotheses[h].columns));
+        let columns: Vec<_> = parts.flat_map(|part| part.column_iter()).collect();
+        if columns.is_empty() { DMatrix::zeros(self.rows(), 0) } else { DMatrix::from_columns(&columns) }
+    }
+
+    /// Error of each reading (m): of its position, or in x that of a distance.
+    pub fn errors(&self, residual: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let rows: Vec<usize> = (0..self.rows()).collect();
+        let of =
+            |own: &[usize]| Vector3::from_fn(|k, _| own.get(k).map_or(0.0, |&row| residual[row] * self.sigmas[row]));
+        rows.chunk_by(|&a, &b| self.reading[a] == self.reading[b]).map(of).collect()
+    }
+
+    /// Root mean square error (m) of readings whose weighted residuals are all of root mean square 1.
+    pub fn error_of_one_sigma(&self) -> f64 {
+        let errors = self.errors(&DVector::from_element(self.rows(), 1.0));
+        crate::math::mean_rms_max(errors.iter().map(|error| error.norm()))[1]
+    }
+}

@@ -1,0 +1,109 @@
+//! Outliers: readings that lie many robust sigmas from the best explanation when it is fitted without them.
+//!
+//! Source: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*, sec. 5.1 (median absolute deviation).
+
+use indexmap::IndexMap;
+
+use super::competition::Competition;
+use super::inputs::Inputs;
+use super::linear_fit::{LinearFit, entry};
+use super::refit::with_nuisance;
+use super::result::{Cause, CauseParameter, Shrinkage};
+use super::settings::OutlierSettings;
+use crate::description::raw::RawEffect;
+use crate::effects::by_name;
+use crate::estimation::{CalibrationError, errors_of};
+use crate::math::{least_squares, median};
+use crate::prediction::{Linearised, Predictor};
+
+/// Median absolute deviation of normal noise, to its sigma.
+const NORMAL: f64 = 1.4826;
+
+/// Which readings are outliers; `marked` were left out of the competition.
+pub fn outliers(competition: &Competition, marked: &[bool], settings: &OutlierSettings) -> Vec<bool> {
+    let mut marked = marked.to_vec();
+    let most = (settings.most * marked.len() as f64) as usize;
+    for _ in 0..settings.passes {
+        let (distances, sigma) = distances(competition, &marked);
+        let unmarked = distances.iter().zip(&marked).filter(|(_, marked)| !**marked).map(|(distance, _)| *distance);
+        let greatest = unmarked.fold(0.0, f64::max);
+        let found: Vec<bool> = distances
+            .iter()
+            .zip(&marked)
+            .map(|(&distance, &marked)| {
+                distance > settings.robust_sigmas * sigma && (marked || distance > settings.worst_first * greatest)
+            })
+            .collect();
+        if found == marked || found.iter().filter(|outlier| **outlier).count() > most {
+            break;
+        }
+        marked = found;
+    }
+    marked
+}
+
+/// Whether the marked readings stand apart from all others: a tail of what is not explained does not.
+pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &OutlierSettings) -> bool {
+    let (distances, _) = distances(competition, marked);
+    let of = |outlier: bool| distances.iter().zip(marked).filter(move |(_, m)| **m == outlier).map(|(d, _)| *d);
+    of(true).fold(f64::INFINITY, f64::min) > settings.apart * of(false).fold(0.0, f64::max)
+}
+
+/// Greatest weighted residual of each reading, nuisance and members fitted to those that are not marked; and the robust
+/// sigma of these.
+fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
+    let all = &competition.all;
+    let design = all.design(competition.members());
+    let rows: Vec<usize> = (0..all.rows()).filter(|&row| !marked[all.reading[row]]).collect();
+    let x = least_squares(&design.select_rows(&rows), &all.residual.select_rows(&rows));
+    let residual = &all.residual - design * x;
+    let mut used: Vec<f64> = rows.iter().map(|&row| residual[row].abs()).collect();
+    let sigma = (NORMAL * median(&mut used)).max(competition.noise.unwrap_or(0.0));
+    let mut distances = vec![0.0_f64; marked.len()];
+    for (value, &reading) in residual.iter().zip(&all.reading) {
+        distances[reading] = distances[reading].max(value.abs());
+    }
+    (distances, sigma)
+}
+
+/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m).
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn cause(
+    inputs: &Inputs,
+    competition: &Competition,
+    members: &[usize],
+    count: usize,
+    rms_after: f64,
+) -> Result<Cause, CalibrationError> {
+    let fitted = LinearFit::new(&competition.problem, members, 1.0);
+    let mut model = inputs.model.clone();
+    for (step, &member) in members.iter().enumerate() {
+        model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
+    }
+    let values = model.completed(&with_nuisance(competition, &fitted));
+    let mut found = Linearised::default();
+    Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
+    let rms_before = errors_of(inputs.campaign, &found.residual, |_| true).distance[1].max(rms_after);
+    let value = 1.0 - rms_after / rms_before;
+    let effect = by_name("outliers");
+    Ok(Cause {
+        effect: "outliers".into(),
+        site: "instrument".into(),
+        probability: None,
+        parameters: vec![CauseParameter { name: "count".into(), unit: "1", value: count as f64, ci95: Some(0.0) }],
+        rms_before,
+        rms_after,
+        shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
+        rivals: Vec::new(),
+        signature: effect.map_or("", |effect| effect.signature()),
+        remedy: effect.map_or("", |effect| effect.remedy()),
+        entry: RawEffect {
+            effect: Some("outliers".into()),
+            site: Some("instrument".into()),
+            parameters: IndexMap::new(),
+        },
+        further: Vec::new(),
+    })
+}

@@ -1,0 +1,242 @@
+//! What a diagnosis finds: plain structs. Lengths in m and amounts in SI; frames as stated.
+
+use serde::Serialize;
+
+use crate::description::raw::RawEffect;
+
+/// The answer of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Calibration leaves nothing but noise.
+    NoGap,
+    /// The causes named leave nothing but noise.
+    Explained,
+    /// The causes named leave more than noise.
+    PartlyExplained,
+    /// There is a gap, and nothing in the catalogue explains it.
+    Unexplained,
+}
+
+/// The gap that calibration leaves, on readings that were not fitted. Lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Root mean square position error.
+    pub rms: f64,
+    /// Greatest position error.
+    pub max: f64,
+    /// Root mean square position error by noise alone.
+    pub noise: f64,
+    /// The gap above the noise: sqrt(rms^2 - noise^2).
+    pub closable: f64,
+    /// Whether it is more than chance.
+    pub is_significant: bool,
+    /// Root mean square error with base and tool fitted alone, over all readings; `None` where nothing is fitted.
+    pub registration: Option<f64>,
+}
+
+/// An effect at a site.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct EffectAtSite {
+    /// Name of the effect in the catalogue.
+    pub effect: String,
+    /// Name of the site, for example `joint:2`.
+    pub site: String,
+}
+
+/// A fitted parameter of a cause, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CauseParameter {
+    /// Name.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value; of a constant of the model: its change.
+    pub value: f64,
+    /// Half width of its 95 % interval; `None` for a value that was chosen and not fitted.
+    pub ci95: Option<f64>,
+}
+
+/// How far the gap shrinks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shrinkage {
+    /// 1 - after / before.
+    pub value: f64,
+    /// 95 % interval, by bootstrap over configurations; `None` where it cannot be drawn.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// A cause, in the order found.
+#[derive(Debug, Clone)]
+pub struct Cause {
+    /// Name of the effect.
+    pub effect: String,
+    /// Name of the site.
+    pub site: String,
+    /// Probability among the hypotheses that would do in its place; `None` where no hypothesis competes with it
+    /// (outliers).
+    pub probability: Option<f64>,
+    /// Fitted parameters, and the nonlinear one if there is any.
+    pub parameters: Vec<CauseParameter>,
+    /// Root mean square error before it was added, m, cross-validated.
+    pub rms_before: f64,
+    /// Root mean square error after it was added, m, cross-validated.
+    pub rms_after: f64,
+    /// How far the gap shrinks by it.
+    pub shrinkage: Shrinkage,
+    /// What this campaign cannot distinguish from it.
+    pub rivals: Vec<EffectAtSite>,
+    /// What the effect looks like in residuals.
+    pub signature: &'static str,
+    /// What to do on the machine.
+    pub remedy: &'static str,
+    /// As it is written into a description.
+    pub entry: RawEffect,
+    /// Further entries of the same effect at the same site.
+    pub further: Vec<RawEffect>,
+}
+
+/// A hypothesis that was not selected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rejected {
+    /// Name of the effect.
+    pub effect: String,
+    /// Name of the site.
+    pub site: String,
+    /// Root mean square error with it alone, m, of the fitted readings, by degree of freedom.
+    pub rms: f64,
+    /// Why it was not selected.
+    pub why: &'static str,
+}
+
+/// A configuration that would distinguish two rivals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NextPose {
+    /// Actuated variables, rad and m.
+    pub q: Vec<f64>,
+    /// Wrench at the tool, N and N.m, measurement frame.
+    pub wrench: [f64; 6],
+    /// The two rivals, `effect@site`.
+    pub separates: [String; 2],
+    /// Distance between the two predictions of the reading, m.
+    pub apart: f64,
+    /// The same with each coordinate divided by its noise.
+    pub sigmas: f64,
+}
+
+/// Share of the gap that a free local error at a site could carry.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SiteShare {
+    /// Name of the site.
+    pub site: String,
+    /// Share of the squared gap above the noise, beyond what as many directions carry of any motion of the tool.
+    pub share: f64,
+    /// 95 % interval, by bootstrap over configurations.
+    pub ci95: [f64; 2],
+}
+
+/// A region of the campaign in which the gap is greatest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// The region as inequalities, for example `q2 > 40 deg`.
+    pub when: String,
+    /// Root mean square error inside, m.
+    pub rms: f64,
+    /// Root mean square error outside, m.
+    pub elsewhere: f64,
+}
+
+/// A region in which measured deflections exceed the predicted ones: the description is too stiff there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExcessCompliance {
+    /// The region as inequalities.
+    pub when: String,
+    /// Measured deflections over predicted ones, less 1 (least squares over the region).
+    pub excess: f64,
+    /// The same outside.
+    pub elsewhere: f64,
+}
+
+/// Where the gap lies.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Location {
+    /// By site, the greatest share first; empty where the gap is not significant.
+    pub sites: Vec<SiteShare>,
+    /// By region; empty where the gap is not significant.
+    pub regions: Vec<Region>,
+    /// Root mean square error by direction, m, measurement frame.
+    pub directions: [f64; 3],
+    /// For deflections: the region in which the robot is most compliant compared with its description.
+    pub excess_compliance: Option<ExcessCompliance>,
+}
+
+/// Autocorrelation of residuals between neighbours, tested by permutation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Autocorrelation {
+    /// Neighbours in what: `configuration`, `load`, `time`, or `within a pose`.
+    pub against: &'static str,
+    /// Correlation of the residuals of neighbours.
+    pub correlation: f64,
+    /// Probability of as much by chance.
+    pub p: f64,
+}
+
+/// Which hypotheses look alike in the readings of the campaign.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct LookAlikes {
+    /// The hypotheses compared.
+    pub hypotheses: Vec<EffectAtSite>,
+    /// By row: share (0 to 1) of what the row's hypothesis changes in the readings that the column's can reproduce, the
+    /// mean squared cosine of the row's directions with the column's space. Not symmetric where one has more parameters.
+    pub overlap: Vec<Vec<f64>>,
+}
+
+/// Where the noise that a gap is compared with comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// The campaign states it.
+    Stated,
+    /// Scatter of repeated readings.
+    Repeated,
+    /// Residuals of the best explanation.
+    Residual,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// The gap.
+    pub gap: Gap,
+    /// Where it lies.
+    pub location: Location,
+    /// The answer.
+    pub verdict: Verdict,
+    /// Causes, in the order found.
+    pub causes: Vec<Cause>,
+    /// Hypotheses that were not selected, the nearest first.
+    pub rejected: Vec<Rejected>,
+    /// What corresponds to [`Rejected::rms`] with no effect at all, m.
+    pub rms_with_none: f64,
+    /// Root mean square error with all causes, m, cross-validated.
+    pub rms_after: f64,
+    /// Its 95 % interval, by bootstrap over configurations.
+    pub rms_after_ci95: Option<[f64; 2]>,
+    /// Autocorrelation of the residuals that all causes leave.
+    pub autocorrelation: Vec<Autocorrelation>,
+    /// Shrinkage by all causes.
+    pub shrinkage: Shrinkage,
+    /// Configurations that would distinguish rivals.
+    pub next_poses: Vec<NextPose>,
+    /// Rows of the readings that are outliers.
+    pub outliers: Vec<usize>,
+    /// Calibrated values of the model with the causes added, by slot.
+    pub values: Vec<f64>,
+    /// Calibrated values without the causes: where the hypotheses were compared.
+    pub calibrated: Vec<f64>,
+    /// Which hypotheses look alike in these readings.
+    pub look_alikes: LookAlikes,
+    /// Number of hypotheses compared.
+    pub hypotheses: usize,
+    /// Where the noise comes from.
+    pub noise_source: NoiseSource,
+}

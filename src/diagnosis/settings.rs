@@ -1,0 +1,253 @@
+//! Settings of a diagnosis: every threshold with what it does, where its value comes from, and when to leave it alone.
+//!
+//! "Sealed campaigns" are those of `blind make`: generated with other shapes than the catalogue has, their causes
+//! withheld. Values calibrated on them trade missed causes against false ones; the record is `tests/data/blind`. Change
+//! such a value only together with a new record.
+
+use crate::description::campaign::Campaign;
+use crate::effects::{Effect, catalogue};
+
+/// Settings of a diagnosis.
+#[derive(Clone)]
+pub struct Settings {
+    /// Effects that compete.
+    pub effects: Vec<&'static dyn Effect>,
+    /// Names of the effects that are calibrated with every hypothesis; by default those that the campaign lists.
+    pub known: Vec<String>,
+    /// Seed of folds, bootstrap, permutations and proposals.
+    pub seed: u64,
+    /// Bootstrap draws of the intervals. 1000 leave 5 % of their width to chance (Efron and Tibshirani, *An Introduction
+    /// to the Bootstrap*, sec. 13.3).
+    pub draws: usize,
+    /// Whether configurations are proposed that would distinguish rivals.
+    pub propose: bool,
+    /// Parts into which configurations are divided for cross-validation where the campaign holds none out. 10: Kohavi,
+    /// *A study of cross-validation and bootstrap*, IJCAI 1995.
+    pub folds: usize,
+    /// Degrees of freedom among repeated readings from which a noise is estimated. 20 give it to 16 % (1/sqrt(2 n)).
+    pub least_repeats: f64,
+    /// Hypotheses compared in the matrix of look-alikes: as many as a page shows.
+    pub look_alikes: usize,
+    /// Selection of hypotheses.
+    pub selection: SelectionSettings,
+    /// What cannot be distinguished from a cause.
+    pub rivals: RivalSettings,
+    /// Outliers.
+    pub outliers: OutlierSettings,
+    /// Verdict.
+    pub verdict: VerdictSettings,
+    /// Location of the gap.
+    pub location: LocationSettings,
+    /// Test of residual autocorrelation.
+    pub autocorrelation: AutocorrelationSettings,
+    /// Proposed configurations.
+    pub proposals: ProposalSettings,
+}
+
+impl Settings {
+    /// The catalogue against a campaign.
+    pub fn new(campaign: &Campaign, seed: u64) -> Self {
+        Self {
+            effects: catalogue(),
+            known: campaign.calibrate.clone(),
+            seed,
+            draws: 1000,
+            propose: true,
+            folds: 10,
+            least_repeats: 20.0,
+            look_alikes: 20,
+            selection: SelectionSettings::default(),
+            rivals: RivalSettings::default(),
+            outliers: OutlierSettings::default(),
+            verdict: VerdictSettings::default(),
+            location: LocationSettings::default(),
+            autocorrelation: AutocorrelationSettings::default(),
+            proposals: ProposalSettings::default(),
+        }
+    }
+}
+
+/// Selection of the hypotheses that explain the residuals together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SelectionSettings {
+    /// Most effects named together. No sealed campaign has more than 3.
+    pub most: usize,
+    /// An effect is selected below this probability of its gain by chance, times the number of hypotheses (Bonferroni).
+    /// One false cause in 200 campaigns without any.
+    pub chance: f64,
+    /// Subsets of each size that are extended further. More cost time in proportion and changed no sealed campaign.
+    pub beam: usize,
+    /// Passes in which single members of a subset are exchanged for better ones; it ends earlier when none is.
+    pub exchanges: usize,
+    /// Bayesian information criterion that a subset must gain if no smaller one was accepted. 10 is very strong evidence
+    /// (Kass and Raftery, *Bayes factors*, J. Am. Stat. Assoc. 90, 1995).
+    pub hidden_margin: f64,
+    /// Cosine, nuisance projected off, above which two effects at one site are laws of the same thing and do not go
+    /// together. Calibrated on sealed campaigns.
+    pub alike: f64,
+    /// No parameter of a cause exceeds this many times its common size. Calibrated on sealed campaigns and shuffled
+    /// readings; raise it for a robot whose faults are greater than the tolerances of its description.
+    pub greatest_amount: f64,
+    /// Least root mean square contribution of an effect over the rows, in sigmas of the residuals. Calibrated on sealed
+    /// campaigns: smaller contributions are significant with many readings, and negligible.
+    pub least_contribution: f64,
+    /// Values tried on either side of a continuous nonlinear parameter, in a second pass.
+    pub refinements: i32,
+    /// Ratio of neighbouring values: 6 of 12 % reach a factor of 2, the distance of the values offered at first.
+    pub refinement_ratio: f64,
+}
+
+impl Default for SelectionSettings {
+    fn default() -> Self {
+        Self {
+            most: 4,
+            chance: 5e-3,
+            beam: 6,
+            exchanges: 6,
+            hidden_margin: 10.0,
+            alike: 0.6,
+            greatest_amount: 60.0,
+            least_contribution: 0.25,
+            refinements: 6,
+            refinement_ratio: 1.12,
+        }
+    }
+}
+
+/// What cannot be distinguished from a cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RivalSettings {
+    /// Loss of information criterion below which a hypothesis does as well as the cause: odds of exp(4.5) = 90 to 1.
+    pub margin: f64,
+    /// Size up to which a group may be filled under a wider margin, in which readings of one configuration count once: 3,
+    /// as the scoring of sealed campaigns allows.
+    pub group: usize,
+    /// Most rivals listed.
+    pub most: usize,
+}
+
+impl Default for RivalSettings {
+    fn default() -> Self {
+        Self { margin: 9.0, group: 3, most: 8 }
+    }
+}
+
+/// Readings that belong to no distribution of errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutlierSettings {
+    /// A reading further off than this many robust sigmas, all causes fitted, is an outlier: 2e-9 of normal noise, so that
+    /// tails somewhat heavier than normal are kept.
+    pub robust_sigmas: f64,
+    /// In each pass only readings beyond this share of the greatest residual are marked: those that they pull along are
+    /// judged again without them.
+    pub worst_first: f64,
+    /// Greatest share of the readings that can be outliers. Calibrated on sealed campaigns, whose share reaches 5 %.
+    pub most: f64,
+    /// Most passes over the readings; it ends earlier when the marks no longer change.
+    pub passes: usize,
+    /// Most competitions held anew without the outliers found.
+    pub competitions: usize,
+    /// Where the gap is not explained, outliers lie at least this many times further off than all other readings:
+    /// otherwise they are the tail of what is not explained. Calibrated on sealed campaigns.
+    pub apart: f64,
+    /// Share of the error that outliers must make up to be named as a cause.
+    pub least_shrinkage: f64,
+}
+
+impl Default for OutlierSettings {
+    fn default() -> Self {
+        Self {
+            robust_sigmas: 6.0,
+            worst_first: 0.7,
+            most: 0.12,
+            passes: 20,
+            competitions: 4,
+            apart: 1.8,
+            least_shrinkage: 0.01,
+        }
+    }
+}
+
+/// Verdict. An excess is the variance above that of the noise, over it. Calibrated on sealed campaigns with known noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VerdictSettings {
+    /// A cause must reduce the cross-validated error to less than this share.
+    pub helps: f64,
+    /// Share of the excess that the causes must take away to be named at all.
+    pub named: f64,
+    /// Share of the excess up to which the rest of a gap counts as explained.
+    pub explained: f64,
+    /// Excess beyond which nothing counts as explained: 1.5 times the noise.
+    pub near: f64,
+    /// Standard deviations of the excess (sqrt(2 / freedom)) that are taken for noise.
+    pub excess_sigmas: f64,
+    /// Excess taken for noise in addition: noise is stated to 1.5 %.
+    pub excess_floor: f64,
+}
+
+impl Default for VerdictSettings {
+    fn default() -> Self {
+        Self { helps: 0.995, named: 0.5, explained: 0.15, near: 1.25, excess_sigmas: 3.5, excess_floor: 0.03 }
+    }
+}
+
+/// Location of the gap by site and region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocationSettings {
+    /// Bootstrap draws of the intervals of shares, which are shown to a percent.
+    pub draws: usize,
+    /// Readings below which no region is divided.
+    pub least_readings: usize,
+    /// Least share of the readings on either side of a limit, and at least `least_side` of them.
+    pub least_share: f64,
+    /// Least number of readings on either side of a limit.
+    pub least_side: f64,
+    /// Most limits that describe a region.
+    pub limits: usize,
+}
+
+impl Default for LocationSettings {
+    fn default() -> Self {
+        Self { draws: 200, least_readings: 12, least_share: 0.1, least_side: 5.0, limits: 2 }
+    }
+}
+
+/// Permutation test of residual autocorrelation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AutocorrelationSettings {
+    /// Permutations drawn; 999 resolve p to 0.001 (Good, *Permutation, Parametric and Bootstrap Tests*, 2005).
+    pub permutations: usize,
+    /// Neighbours of each configuration.
+    pub neighbours: usize,
+    /// Units below which there is too little to permute.
+    pub fewest: usize,
+    /// Probability of chance, over all tests, below which residuals are not noise.
+    pub chance: f64,
+}
+
+impl Default for AutocorrelationSettings {
+    fn default() -> Self {
+        Self { permutations: 999, neighbours: 5, fewest: 8, chance: 0.01 }
+    }
+}
+
+/// Configurations proposed to distinguish rivals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProposalSettings {
+    /// Configurations drawn to choose from.
+    pub drawn: usize,
+    /// Share of the range of each variable in which they are drawn.
+    pub range: f64,
+    /// Most loads of the campaign that are tried at each.
+    pub loads: usize,
+    /// Causes, and rivals of each, that are compared.
+    pub pairs: usize,
+    /// Proposals for each pair.
+    pub each: usize,
+}
+
+impl Default for ProposalSettings {
+    fn default() -> Self {
+        Self { drawn: 150, range: 0.95, loads: 8, pairs: 2, each: 3 }
+    }
+}

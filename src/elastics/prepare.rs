@@ -1,0 +1,91 @@
+//! Statics of a placed configuration.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::compiled::Elastics;
+use super::statics::{ClosingStatics, Mechanism, Statics};
+use crate::elements::{Configuration, Deflected, Placed};
+use crate::kinematics::Placements;
+use crate::model::Spot;
+
+impl Elastics<'_> {
+    /// Prepares the statics of a placed configuration.
+    ///
+    /// # Errors
+    /// [`Mechanism`] if a released direction can move without any force.
+    pub fn prepare(&self, placements: &Placements, out: &mut Statics) -> Result<(), Mechanism> {
+        self.undeflected(placements, &mut out.points);
+        self.prepare_at(placements, None, out)
+    }
+
+    /// Positions of the vertices with nothing deflected, m, base frame.
+    pub(super) fn undeflected(&self, placements: &Placements, points: &mut Vec<Vector3<f64>>) {
+        let vertices = &self.model.structure.vertices;
+        points.resize(vertices.len(), Vector3::zeros());
+        for (point, vertex) in points.iter_mut().zip(vertices) {
+            if let Spot::At(frame, local) = vertex.spot {
+                *point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
+            }
+        }
+        for (index, vertex) in vertices.iter().enumerate() {
+            if let Spot::Between([a, b], share) = vertex.spot {
+                points[index] = points[a].lerp(&points[b], share);
+            }
+        }
+    }
+
+    /// As [`Elastics::prepare`], with the vertices where `out.points` says and the bodies turned as `deflected` says.
+    pub(super) fn prepare_at(
+        &self,
+        placements: &Placements,
+        deflected: Option<Deflected>,
+        out: &mut Statics,
+    ) -> Result<(), Mechanism> {
+        let points = std::mem::take(&mut out.points);
+        let at = self.configuration(placements, &points, deflected);
+        self.place_members(&at, out);
+        self.equations(out);
+        out.elimination.factor(self.unknowns, &out.matrix);
+        let mechanism =
+            if out.elimination.rank < self.unknowns { self.mechanism(&mut out.elimination) } else { Ok(()) };
+        out.weight.active = self.is_loaded() && out.counts_weight() || !out.defects.is_empty();
+        if mechanism.is_ok() && out.weight.active {
+            self.weigh(&at, out);
+        }
+        out.points = points;
+        mechanism
+    }
+
+    fn place_members(&self, at: &Configuration, out: &mut Statics) {
+        out.placed.resize(self.members.len(), Placed::default());
+        for (placed, member) in out.placed.iter_mut().zip(&self.members) {
+            let per_length = member.per_length.unwrap_or_default();
+            *placed = member.edge.element.place(at, member.edge.ends, &per_length);
+        }
+        out.closings.resize_with(self.closings.len(), ClosingStatics::default);
+        for (index, (closing, state)) in self.closings.iter().zip(&mut out.closings).enumerate() {
+            let member = self.in_tree + index;
+            state.held = self.members[member].edge.element.held(at);
+            let unit = wrenches(&out.placed[member].local);
+            state.forces.clear();
+            state.strains.clear();
+            for &(member, sign) in &closing.cycle {
+                let forces = out.placed[member].local * unit * sign;
+                state.strains.push(out.placed[member].flexibility.apply_all(&forces));
+                state.forces.push(forces);
+            }
+        }
+    }
+}
+
+/// Spatial wrenches of unit forces and moments in the local axes of a reduction, one a column.
+pub(super) fn wrenches(local: &Matrix6<f64>) -> Matrix6<f64> {
+    // The inverse of [R' 0; -R'o R'] is [R 0; oR R].
+    let rotation: Matrix3<f64> = local.fixed_view::<3, 3>(0, 0).transpose();
+    let arm = rotation * local.fixed_view::<3, 3>(3, 0) * rotation;
+    let mut matrix = Matrix6::zeros();
+    matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+    matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&-arm);
+    matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+    matrix
+}
