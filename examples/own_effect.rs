@@ -81,6 +81,9 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
 #[allow(dead_code)] // the tests take this file in
 fn main() {
     for found in diagnosed(3e-4) {
-        println!("{}", elastogeo::render::diagnosis::diagnosis_text("UR5 with a hose package", &found));
+        println!(
+            "{}",
+            elastogeo::render::diagnosis::diagnosis_text("UR5 with a hose package", &found, Default::default())
+        );
     }
 }

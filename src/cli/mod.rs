@@ -2,6 +2,7 @@
 
 mod args;
 mod commands;
+mod session;
 mod terminal;
 mod values;
 
@@ -11,11 +12,16 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::Error;
 use crate::diagnostic::Diagnostic;
+use crate::files::Reader;
 use crate::render::diagnostics::render;
+use crate::render::table::Screen;
 use args::{Arguments, Command, Format};
+use session::Session;
+use terminal::Terminal;
 
-/// What a command has to say.
+/// What a command found.
 pub struct Output {
     /// For people.
     pub text: String,
@@ -43,137 +49,109 @@ impl Output {
     }
 }
 
-/// Why a command has nothing to show.
-pub enum Failure {
-    /// Bad input: exit status 2.
-    Input(Vec<Diagnostic>),
-    /// The computation could not be completed: exit status 1.
-    Computation(String),
-}
-
-impl From<Vec<Diagnostic>> for Failure {
-    fn from(diagnostics: Vec<Diagnostic>) -> Self {
-        Self::Input(diagnostics)
-    }
-}
-
-impl Failure {
-    fn input(message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Input(vec![Diagnostic::error(message).remedy(remedy)])
-    }
-
-    fn computation(error: impl std::fmt::Display) -> Self {
-        Self::Computation(error.to_string())
-    }
-}
-
 /// Runs the command line of this process. Exit status 0 done, 1 not computed, 2 bad input.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let color = terminal::color();
-    terminal::quiet(arguments.quiet);
-    if let Some(screen) = terminal::width().filter(|_| arguments.output.is_none()) {
-        crate::render::table::fit_to(screen);
-    }
+    let screen = Screen::new(terminal::width().filter(|_| arguments.output.is_none()));
     if let Some(jobs) = arguments.jobs {
         // Fails only if a pool stands already, which nothing before this makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
     }
-    match run(&arguments).and_then(|output| sparing_inputs(&arguments, output)) {
-        Ok(output) => {
-            if !arguments.quiet {
-                say(&render(&output.diagnostics, color));
+    let terminal = Terminal { screen, quiet: arguments.quiet };
+    let session = Session { arguments: &arguments, terminal, reader: Reader::default() };
+    let delivered = run(&session).and_then(|output| {
+        spare_inputs(&session, &output)?;
+        if !arguments.quiet {
+            write_error(&render(&output.diagnostics, color));
+        }
+        deliver(&session, &output)?;
+        Ok(output.failed)
+    });
+    match delivered {
+        Ok(false) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::from(1),
+        Err(error) => match error.diagnostics() {
+            Some(diagnostics) => {
+                write_error(&render(diagnostics, color));
+                ExitCode::from(2)
             }
-            match deliver(&arguments, &output) {
-                Ok(()) if output.failed => ExitCode::from(1),
-                Ok(()) => ExitCode::SUCCESS,
-                Err(message) => {
-                    say(&format!("error: {message}\n"));
-                    ExitCode::from(1)
-                }
+            None => {
+                write_error(&format!("error: {error}\n"));
+                ExitCode::from(1)
             }
-        }
-        Err(Failure::Input(diagnostics)) => {
-            say(&render(&diagnostics, color));
-            ExitCode::from(2)
-        }
-        Err(Failure::Computation(message)) => {
-            say(&format!("error: {message}\n"));
-            ExitCode::from(1)
-        }
+        },
     }
 }
 
 /// Refuses to write over what was read.
-fn sparing_inputs(arguments: &Arguments, output: Output) -> Result<Output, Failure> {
-    let printed = arguments.output.as_deref().filter(|_| !output.written);
+fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
+    let printed = session.arguments.output.as_deref().filter(|_| !output.written);
     let mut targets = output.files.iter().map(|(path, _)| path.as_path()).chain(printed);
-    match targets.find(|path| crate::files::was_read(path)) {
-        Some(path) => Err(Failure::input(
+    match targets.find(|path| session.reader.has_read(path)) {
+        Some(path) => Err(Error::input(
             format!("`{}` would be written over, and this command has read it", path.display()),
             "give another name",
         )),
-        None => Ok(output),
+        None => Ok(()),
     }
 }
 
-/// Text on the error stream; when that is closed there is nobody to tell.
-fn say(text: &str) {
+/// Text on the error stream; a closed one is ignored.
+fn write_error(text: &str) {
     let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
-fn deliver(arguments: &Arguments, output: &Output) -> Result<(), String> {
+fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
+    let arguments = session.arguments;
     let text = match arguments.format {
         Format::Text => output.text.clone(),
-        Format::Json => serde_json::to_string_pretty(&output.json).map_err(|error| error.to_string())? + "\n",
+        Format::Json => serde_json::to_string_pretty(&output.json)? + "\n",
     };
     let mut files: Vec<(&Path, &str)> =
         output.files.iter().map(|(path, content)| (path.as_path(), content.as_str())).collect();
     let printed_to = arguments.output.as_deref().filter(|_| !output.written);
     files.extend(printed_to.map(|path| (path, text.as_str())));
-    crate::files::write_whole(&files)?;
-    if printed_to.is_some() {
+    crate::files::write_whole(&files).map_err(Error::Impossible)?;
+    if printed_to.is_some() || arguments.quiet {
         return Ok(());
     }
-    if arguments.quiet {
-        return Ok(());
-    }
-    let text = match crate::render::table::screen() {
-        Some(screen) if arguments.format == Format::Text && !output.verbatim => terminal::wrapped(&text, screen),
+    let text = match session.terminal.screen.columns() {
+        Some(columns) if arguments.format == Format::Text && !output.verbatim => terminal::wrapped(&text, columns),
         _ => text,
     };
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         // A reader that has seen enough (`| head`) is no failure.
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(()),
     }
 }
 
-fn run(arguments: &Arguments) -> Result<Output, Failure> {
-    if let Some(path) = &arguments.output {
-        crate::files::writable(path).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
+fn run(session: &Session) -> Result<Output, Error> {
+    if let Some(path) = &session.arguments.output {
+        crate::files::writable(path)?;
     }
-    match &arguments.command {
-        Command::Check(command) => commands::check::run(command),
-        Command::Convert(command) => commands::convert::run(command),
-        Command::Pose(command) => commands::pose::run(command),
-        Command::Stiffness(command) => commands::stiffness::run(command),
-        Command::Solve(command) => commands::solve::run(command, arguments.seed),
-        Command::Sensitivity(command) => commands::sensitivity::run(command),
-        Command::Identifiability(command) => commands::identifiability::run(command),
-        Command::Identify(command) => commands::identify::run(command, arguments.seed),
-        Command::Diagnose(command) => commands::diagnose::run(command, arguments.seed),
-        Command::Compensator(command) => commands::compensator::run(command),
-        Command::Residuals(command) => commands::residuals::run(command),
-        Command::Report(command) => commands::report::run(command, arguments),
-        Command::View(command) => commands::view::run(command, arguments),
-        Command::Simulate(command) => commands::simulate::run(command, arguments.seed),
-        Command::Compensate(command) => commands::compensate::run(command),
-        Command::Plan(command) => commands::plan::run(command, arguments.seed),
-        Command::Blind(command) => commands::blind::run(command, arguments.seed),
-        Command::Init(command) => commands::init::run(command, arguments.seed),
-        Command::Explain(command) => commands::explain::run(command),
+    match &session.arguments.command {
+        Command::Check(command) => commands::check::run(command, session),
+        Command::Convert(command) => commands::convert::run(command, session),
+        Command::Pose(command) => commands::pose::run(command, session),
+        Command::Stiffness(command) => commands::stiffness::run(command, session),
+        Command::Solve(command) => commands::solve::run(command, session),
+        Command::Sensitivity(command) => commands::sensitivity::run(command, session),
+        Command::Identifiability(command) => commands::identifiability::run(command, session),
+        Command::Identify(command) => commands::identify::run(command, session),
+        Command::Diagnose(command) => commands::diagnose::run(command, session),
+        Command::Compensator(command) => commands::compensator::run(command, session),
+        Command::Residuals(command) => commands::residuals::run(command, session),
+        Command::Report(command) => commands::report::run(command, session),
+        Command::View(command) => commands::view::run(command, session),
+        Command::Simulate(command) => commands::simulate::run(command, session),
+        Command::Compensate(command) => commands::compensate::run(command, session),
+        Command::Plan(command) => commands::plan::run(command, session),
+        Command::Blind(command) => commands::blind::run(command, session),
+        Command::Init(command) => commands::init::run(command, session),
+        Command::Explain(command) => commands::explain::run(command, session),
         Command::Man(command) => commands::man::run(command),
         Command::Schema(command) => commands::schema::run(command),
         Command::Completions(command) => commands::completions::run(command),

@@ -1,20 +1,36 @@
 //! What the terminal can show: colour, progress, width.
 
 use std::io::IsTerminal;
-use std::sync::OnceLock;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// `--quiet` of this process.
-static QUIET: OnceLock<bool> = OnceLock::new();
+use crate::render::table::Screen;
 
 /// Narrower than this nothing is laid out.
 const NARROWEST: usize = 40;
 
-/// Keeps progress bars off, if asked.
-pub fn quiet(quiet: bool) {
-    // Set once, at the start.
-    let _ = QUIET.set(quiet);
+/// Where text and progress go.
+#[derive(Debug, Clone, Copy)]
+pub struct Terminal {
+    /// What tables are laid out for.
+    pub screen: Screen,
+    /// Progress and results are not shown.
+    pub quiet: bool,
+}
+
+impl Terminal {
+    /// A progress bar of `length` steps, or one that only turns; hidden off a terminal and by `--quiet`.
+    pub fn bar(self, length: Option<u64>, template: &str) -> ProgressBar {
+        let bar = match length {
+            _ if self.quiet || !std::io::stderr().is_terminal() => ProgressBar::hidden(),
+            Some(length) => ProgressBar::new(length),
+            None => ProgressBar::new_spinner(),
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar
+    }
 }
 
 /// Whether the error stream is coloured: on a terminal, unless `NO_COLOR` says otherwise.
@@ -24,23 +40,10 @@ pub fn color() -> bool {
 
 /// Columns of the screen: `COLUMNS` where it is set, else the terminal's; `None` into a pipe or a file.
 pub fn width() -> Option<usize> {
-    let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
+    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
     let seen = || terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
     let seen = || if std::io::stdout().is_terminal() { seen() } else { None };
-    told.filter(|&columns| columns > 0).or_else(seen).map(|columns| columns.max(NARROWEST))
-}
-
-/// A progress bar of `length` steps, or one that only turns; hidden off a terminal and by `--quiet`.
-pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
-    let bar = match length {
-        _ if !std::io::stderr().is_terminal() || QUIET.get() == Some(&true) => ProgressBar::hidden(),
-        Some(length) => ProgressBar::new(length),
-        None => ProgressBar::new_spinner(),
-    };
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar
+    set.filter(|&columns| columns > 0).or_else(seen).map(|columns| columns.max(NARROWEST))
 }
 
 /// Text with lines longer than the screen broken between words, further lines indented.

@@ -1,6 +1,6 @@
 //! Numbers and lists on the command line.
 
-use super::Failure;
+use crate::Error;
 use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
@@ -9,7 +9,7 @@ use crate::model::Model;
 
 /// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
 /// A list without names gives all of them in order.
-pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Failure> {
+pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Error> {
     let mut q: Vec<f64> = model
         .variables
         .iter()
@@ -29,7 +29,7 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             None if in_order => (model.variables[k].name.as_str(), entry),
             None => {
                 let names: Vec<String> = model.variables.iter().map(|v| format!("{}=..", v.name)).collect();
-                return Err(Failure::input(
+                return Err(Error::input(
                     format!("`{entry}` is not of the form name=value"),
                     format!("write {}, in any order; or {} numbers without names", names.join(","), q.len()),
                 ));
@@ -65,7 +65,7 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Fail
             }
         }
     }
-    if diagnostics.is_empty() { Ok(q) } else { Err(Failure::Input(diagnostics)) }
+    if diagnostics.is_empty() { Ok(q) } else { Err(Error::from(diagnostics)) }
 }
 
 /// The box of the variables: a share of their limits, and narrower ones; warnings of those that reach out of it.
@@ -74,7 +74,7 @@ pub fn ranges(
     loaded: &LoadedRobot,
     mut within: Vec<[f64; 2]>,
     range: &[String],
-) -> Result<(Vec<[f64; 2]>, Vec<Diagnostic>), Failure> {
+) -> Result<(Vec<[f64; 2]>, Vec<Diagnostic>), Error> {
     let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
     let mut diagnostics = Vec::new();
     for entry in range {
@@ -83,17 +83,17 @@ pub fn ranges(
             Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
         });
         let Some((name, low, high)) = parsed.filter(|(_, low, high)| (high - low).is_finite()) else {
-            return Err(Failure::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
+            return Err(Error::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
         };
         if low >= high {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("{flag} `{entry}`: low must be below high"),
                 format!("write {name}={high}:{low}"),
             ));
         }
         let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
             let known = model.variables.iter().map(|variable| variable.name.as_str());
-            return Err(Failure::Input(vec![
+            return Err(Error::from(vec![
                 Diagnostic::error(format!("{flag}: unknown variable `{name}`")).suggest(name, known),
             ]));
         };
@@ -101,7 +101,7 @@ pub fn ranges(
         let narrowed = [within[k][0].max(low * factor), within[k][1].min(high * factor)];
         if narrowed[0] >= narrowed[1] {
             let [low, high] = within[k].map(|v| v / factor);
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("{flag} `{entry}` is outside the variable's limits"),
                 format!("`{name}` goes from {low:.4} to {high:.4}"),
             ));
@@ -118,14 +118,14 @@ pub fn ranges(
 }
 
 /// A list of finite numbers of one of the lengths allowed.
-pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Failure> {
+pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Error> {
     let parsed: Option<Vec<f64>> =
         text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.abs() <= GREATEST)).collect();
     match parsed {
         Some(numbers) if lengths.contains(&numbers.len()) => Ok(numbers),
         _ => {
             let wanted: Vec<String> = lengths.iter().map(ToString::to_string).collect();
-            Err(Failure::input(
+            Err(Error::input(
                 format!("{flag} `{text}`"),
                 format!("give {} finite numbers, separated by commas", wanted.join(" or ")),
             ))
@@ -137,13 +137,13 @@ pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Fa
 const GREATEST_LOAD: f64 = 1e9;
 
 /// A wrench in the description's units, to SI; three numbers are a force.
-pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Failure> {
+pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Error> {
     let given = numbers("--wrench", text, &[3, 6])?;
     let mut wrench = [0.0; 6];
     for (k, value) in given.into_iter().enumerate() {
         wrench[k] = value * if k < 3 { units.force.factor() } else { units.torque.factor() };
         if wrench[k].abs() > GREATEST_LOAD {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("--wrench `{text}`: {value:e} is no load that a robot bears"),
                 "give force and moment in the description's units, `units: {force: .., torque: ..}`",
             ));
@@ -153,7 +153,7 @@ pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Failure> {
 }
 
 /// Refuses names that are no parameters of the model.
-pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Failure> {
+pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
     let unknown: Vec<Diagnostic> = names
         .into_iter()
         .filter(|name| model.registry.slot(name).is_none())
@@ -162,27 +162,27 @@ pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a s
                 .suggest(name, model.registry.all().iter().map(|p| p.name.as_str()))
         })
         .collect();
-    if unknown.is_empty() { Ok(()) } else { Err(Failure::Input(unknown)) }
+    if unknown.is_empty() { Ok(()) } else { Err(Error::from(unknown)) }
 }
 
 /// Units with some of them replaced: `length=mm,angle=deg`.
-pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Failure> {
-    let mut all = serde_json::to_value(units).map_err(Failure::computation)?;
+pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Error> {
+    let mut all = serde_json::to_value(units)?;
     for entry in text.unwrap_or_default().split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
         let Some((kind, unit)) = entry.split_once('=').map(|(kind, unit)| (kind.trim(), unit.trim())) else {
-            return Err(Failure::input(format!("--units `{entry}`"), "write kind=unit, as `length=mm`"));
+            return Err(Error::input(format!("--units `{entry}`"), "write kind=unit, as `length=mm`"));
         };
         let kinds: Vec<String> = all.as_object().map(|all| all.keys().cloned().collect()).unwrap_or_default();
         if !kinds.iter().any(|known| known == kind) {
-            return Err(Failure::Input(vec![
+            return Err(Error::from(vec![
                 Diagnostic::error(format!("--units: unknown quantity `{kind}`"))
                     .suggest(kind, kinds.iter().map(String::as_str)),
             ]));
         }
         all[kind] = serde_json::Value::String(unit.into());
         if let Err(error) = serde_json::from_value::<Units>(all.clone()) {
-            return Err(Failure::input(format!("--units `{entry}`: {error}"), "write kind=unit, as `length=mm`"));
+            return Err(Error::input(format!("--units `{entry}`: {error}"), "write kind=unit, as `length=mm`"));
         }
     }
-    serde_json::from_value(all).map_err(Failure::computation)
+    Ok(serde_json::from_value(all)?)
 }

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::place::{CAMPAIGNS, Place, inside, open};
-use super::robot::{LoadedRobot, Without, find_robot, load_robot_without};
-use super::schema_line::told_schema;
+use super::reader::Reader;
+use super::robot::{LoadedRobot, Without, find_robot, read_robot};
+use super::schema_line::name_schema;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign};
 use crate::description::campaign::{self, Campaign};
 use crate::description::table::{Dialect, read_table};
 use crate::description::yaml::{self, Document};
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 
 /// A campaign read from its files, with its robot.
 #[derive(Debug, Clone)]
@@ -24,11 +25,26 @@ pub struct LoadedCampaign {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a campaign file, its robot (or the one given instead) and its measurements.
+impl Reader {
+    /// Reads a campaign file or a bundled campaign, its robot (or the one given instead) and its measurements.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn campaign(&self, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
+        Ok(read_campaign(self, file, robot)?)
+    }
+}
+
+/// Reads a campaign file or a bundled campaign, its robot (or the one given instead) and its measurements;
+/// [`Reader::campaign`] without memory.
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
+    Reader::default().campaign(file, robot)
+}
+
+fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let path_given = Path::new(file);
     let mut path = PathBuf::from(file);
     if path.is_dir() {
@@ -40,7 +56,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     } else {
         Place::Disk(path)
     };
-    let text = place.text().map_err(|mut said| {
+    let text = place.text(reader).map_err(|mut said| {
         if path_given.is_dir() {
             if let Some(first) = said.first_mut() {
                 first.remedy.get_or_insert_with(|| format!("`campaign.yaml` is sought there; {}", inside(path_given)));
@@ -63,7 +79,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         said
     })?;
     let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
-    told_schema(&mut diagnostics, "campaign");
+    name_schema(&mut diagnostics, "campaign");
     let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
     diagnostics.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
@@ -71,7 +87,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     // Of another robot than the campaign's own only what both have is left out.
     let own =
         raw.robot.as_ref().filter(|own| robot.is_some_and(|given| given != own.as_str()) && !raw.without.is_empty());
-    let own = own.and_then(|own| load_robot_without(&find_robot(own, Some(&place)).ok()?, &Without::default()).ok());
+    let own = own.and_then(|own| read_robot(reader, &find_robot(own, Some(&place)).ok()?, &Without::default()).ok());
     let without = Without { names: names.collect(), own: own.map(|own| own.raw) };
     let robot_place = match (robot, &raw.robot) {
         (Some(name), _) => find_robot(name, None),
@@ -82,7 +98,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
         }
     };
     // What is not located within the robot's own file is the fault of the line that names it.
-    let robot = robot_place.and_then(|place| load_robot_without(&place, &without)).map_err(|mut said| {
+    let robot = robot_place.and_then(|place| read_robot(reader, &place, &without)).map_err(|mut said| {
         if robot.is_none() {
             said.iter_mut()
                 .filter(|diagnostic| diagnostic.place.is_none())
@@ -96,7 +112,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
             diagnostics.append(&mut said);
             // Columns cannot be checked without the robot's variables; that the files are there can.
             for (path, place) in table_files(&raw, &place, &document, &mut diagnostics) {
-                if let Err(diagnostic) = open(&place) {
+                if let Err(diagnostic) = open(reader, &place) {
                     diagnostics.push(diagnostic.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>())));
                 }
             }
@@ -111,7 +127,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     // With a fault in what says how the files are read, their faults would be echoes.
     let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));
     for (path, place) in files {
-        let read = match open(&place) {
+        let read = match open(reader, &place) {
             Ok(bytes) if readable => {
                 read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
             }

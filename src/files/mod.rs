@@ -4,13 +4,16 @@ mod campaign;
 mod change;
 mod path;
 mod place;
+mod reader;
 mod robot;
 mod schema_line;
+#[cfg(feature = "cli")]
 mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
-pub use path::{load_commands, load_path, load_process};
-pub use place::{bundled_robots, table_file, text_of_file, was_read};
-pub use robot::{LoadedRobot, load_robot, load_robot_leaving_out, load_robot_text};
+pub use place::bundled_robots;
+pub use reader::Reader;
+pub use robot::{LoadedRobot, load_robot};
 pub use schema_line::schema_line;
+#[cfg(feature = "cli")]
 pub use write::{writable, write_whole};

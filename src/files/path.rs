@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path as FilePath, PathBuf};
 
 use super::place::{PROCESSES, Place, inside, open};
+use super::reader::Reader;
 use super::robot::LoadedRobot;
-use super::schema_line::told_schema;
+use super::schema_line::name_schema;
 use crate::description::path::{Path, expected_columns, read};
 use crate::description::process::{RawProcess, faults};
 use crate::description::table::{Dialect, Table, read_table};
 use crate::description::units::Units;
 use crate::description::yaml;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::process::Process;
 
 /// Most points of a path.
@@ -30,17 +31,17 @@ fn found(name: &str, file: &str) -> Place {
     }
 }
 
-/// A process left as it was said of it, with the nearest bundled name.
-fn or_bundled(mut said: Vec<Diagnostic>, name: &str) -> Vec<Diagnostic> {
+/// The diagnostics of a file that could not be read, with the nearest bundled name as the remedy.
+fn or_bundled(mut found: Vec<Diagnostic>, name: &str) -> Vec<Diagnostic> {
     let known: Vec<&str> = PROCESSES.dirs().filter_map(|dir| dir.path().to_str()).collect();
     let path = FilePath::new(name);
-    if let Some(first) = said.first_mut()
+    if let Some(first) = found.first_mut()
         && first.remedy.is_none()
         && path.is_dir()
     {
         first.remedy = Some(inside(path));
     }
-    if let Some(first) = said.first_mut()
+    if let Some(first) = found.first_mut()
         && first.remedy.is_none()
         && !path.exists()
     {
@@ -49,55 +50,60 @@ fn or_bundled(mut said: Vec<Diagnostic>, name: &str) -> Vec<Diagnostic> {
             None => format!("give a file, or one of the bundled: {}", known.join(", ")),
         });
     }
-    said
+    found
 }
 
-/// Reads a path of a robot: a CSV, or the path of a bundled process; in the units given.
-///
-/// # Errors
-/// Every fault found, located.
-pub fn load_path(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Diagnostic>> {
-    read(&table(name, robot, &[])?, &robot.robot, units)
-}
+impl Reader {
+    /// Reads a path of a robot: a CSV, or the path of a bundled process; in the units given.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn path(&self, name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
+        Ok(read(&table(self, name, robot, &[])?, &robot.robot, units)?)
+    }
 
-/// The same of commands to carry out: where there are joints they count, and poses beside them are passed over.
-///
-/// # Errors
-/// Every fault found, located.
-pub fn load_commands(name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Vec<Diagnostic>> {
-    let poses = ["x", "y", "z", "rx", "ry", "rz"];
-    let ignored: Vec<String> = poses
-        .into_iter()
-        .filter(|name| robot.robot.variables.iter().all(|v| v.name != *name))
-        .map(String::from)
-        .collect();
-    match table(name, robot, &ignored) {
-        Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
-            read(&table, &robot.robot, units)
+    /// Reads commands to carry out: where there are joints they count, and poses next to them are ignored.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn commands(&self, name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
+        let poses = ["x", "y", "z", "rx", "ry", "rz"];
+        let ignored: Vec<String> = poses
+            .into_iter()
+            .filter(|name| robot.robot.variables.iter().all(|v| v.name != *name))
+            .map(String::from)
+            .collect();
+        match table(self, name, robot, &ignored) {
+            Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
+                Ok(read(&table, &robot.robot, units)?)
+            }
+            _ => self.path(name, robot, units),
         }
-        _ => load_path(name, robot, units),
+    }
+
+    /// Reads a process: a YAML file, or a bundled one; with warnings.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn process(&self, name: &str) -> Result<(Process, Vec<Diagnostic>), Diagnostics> {
+        let place = found(name, "process.yaml");
+        let text = place.text(self).map_err(|found| or_bundled(found, name))?;
+        let (raw, document, mut diagnostics) = yaml::read::<RawProcess>(&place.name(), &text);
+        name_schema(&mut diagnostics, "process");
+        let Some(raw) = raw else { return Err(diagnostics.into()) };
+        if !diagnostics.iter().any(Diagnostic::is_error) {
+            diagnostics.extend(faults(&raw, &|path| document.place_of_value(path)));
+        }
+        if diagnostics.iter().any(Diagnostic::is_error) {
+            return Err(diagnostics.into());
+        }
+        Ok((Process::new(&raw), diagnostics))
     }
 }
 
-fn table(name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Diagnostic>> {
+fn table(reader: &Reader, name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Diagnostic>> {
     let place = found(name, "path.csv");
-    let bytes = open(&place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
+    let bytes = open(reader, &place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
     let expected = expected_columns(&robot.robot);
     read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &Dialect::default(), MOST_POINTS)
-}
-
-/// Reads a process: a YAML file, or a bundled one.
-///
-/// # Errors
-/// Every fault found, located.
-pub fn load_process(name: &str) -> Result<(Process, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let place = found(name, "process.yaml");
-    let text = place.text().map_err(|said| or_bundled(said, name))?;
-    let (raw, document, mut diagnostics) = yaml::read::<RawProcess>(&place.name(), &text);
-    told_schema(&mut diagnostics, "process");
-    let Some(raw) = raw else { return Err(diagnostics) };
-    if !diagnostics.iter().any(Diagnostic::is_error) {
-        diagnostics.extend(faults(&raw, &|path| document.place_of_value(path)));
-    }
-    if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((Process::new(&raw), diagnostics)) }
 }

@@ -1,14 +1,13 @@
 //! Where texts come from: the disk, or the set bundled with the program.
 
-use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use include_dir::{Dir, include_dir};
 
+use super::reader::Reader;
 use crate::description::yaml;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 
 static ROBOTS: Dir = include_dir!("$CARGO_MANIFEST_DIR/robots");
 pub(super) static CAMPAIGNS: Dir = include_dir!("$CARGO_MANIFEST_DIR/campaigns");
@@ -49,7 +48,7 @@ impl Place {
         }
     }
 
-    pub(super) fn text(&self) -> Result<String, Vec<Diagnostic>> {
+    pub(super) fn text(&self, reader: &Reader) -> Result<String, Vec<Diagnostic>> {
         let name = self.name();
         let bytes = match self {
             Self::Disk(path) => {
@@ -57,7 +56,7 @@ impl Place {
                 let mut bytes = Vec::new();
                 // One byte more than is allowed tells that there is more; a device has no length to ask for.
                 let file = std::fs::File::open(path).map_err(told)?;
-                remember(path);
+                reader.remember(path);
                 let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
                 if read as u64 > MOST_BYTES {
                     return Err(vec![
@@ -83,12 +82,22 @@ impl Place {
     }
 }
 
-/// The text of a file on disk.
-///
-/// # Errors
-/// Why it cannot be read as text.
-pub fn text_of_file(path: &Path) -> Result<String, Vec<Diagnostic>> {
-    Place::Disk(path.into()).text()
+impl Reader {
+    /// The text of a file on disk.
+    ///
+    /// # Errors
+    /// Why it cannot be read as text.
+    pub fn text(&self, path: &Path) -> Result<String, Diagnostics> {
+        Ok(Place::Disk(path.into()).text(self)?)
+    }
+
+    /// Opens a table on disk.
+    ///
+    /// # Errors
+    /// Why it cannot be read, with the nearest file name in its folder where there is none.
+    pub fn table(&self, path: &Path) -> Result<Box<dyn Read>, Diagnostic> {
+        open(self, &Place::Disk(path.into()))
+    }
 }
 
 /// What to give instead of a folder: the files in it that may be meant.
@@ -137,30 +146,8 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     }
 }
 
-/// Files on disk that were opened to be read, by their real paths.
-static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-
-fn remember(path: &Path) {
-    if let (Ok(path), Ok(mut read)) = (path.canonicalize(), READ.lock()) {
-        read.insert(path);
-    }
-}
-
-/// Whether this process has read that file: to write over it would destroy an input. Devices do not count.
-pub fn was_read(path: &Path) -> bool {
-    path.is_file() && path.canonicalize().is_ok_and(|path| READ.lock().is_ok_and(|read| read.contains(&path)))
-}
-
-/// Opens a table on disk.
-///
-/// # Errors
-/// Why it cannot be read, with the nearest file name beside it where there is none.
-pub fn table_file(path: &Path) -> Result<Box<dyn Read>, Diagnostic> {
-    open(&Place::Disk(path.into()))
-}
-
 /// Opens a file of measurements.
-pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Diagnostic> {
+pub(super) fn open(reader: &Reader, place: &Place) -> Result<Box<dyn Read>, Diagnostic> {
     match place {
         Place::Disk(path) if path.is_dir() => {
             Err(Diagnostic::error(format!("`{}` is a folder, and a CSV file is needed", place.name()))
@@ -168,7 +155,7 @@ pub(super) fn open(place: &Place) -> Result<Box<dyn Read>, Diagnostic> {
         }
         Place::Disk(path) => match std::fs::File::open(path) {
             Ok(file) => {
-                remember(path);
+                reader.remember(path);
                 Ok(Box::new(file))
             }
             Err(error) => Err(unreadable(path, &error)),

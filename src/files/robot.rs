@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::change::{elements, leave_out, merge};
 use super::place::{Place, bundled_robots};
-use super::schema_line::told_schema;
+use super::reader::Reader;
+use super::schema_line::name_schema;
 use crate::description::raw::{RawFuzzy, RawRobot};
 use crate::description::resolve::{doubtful_sizes, resolve_explained};
 use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
-use crate::diagnostic::{Diagnostic, Place as Location, nearest};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
 use crate::effects::{doubt, fault};
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
@@ -28,21 +29,39 @@ pub struct LoadedRobot {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file.
-///
-/// # Errors
-/// Every fault found, located.
-pub fn load_robot(name: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    load_robot_without(&find_robot(name, None)?, &Without::default())
+impl Reader {
+    /// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn robot(&self, name: &str) -> Result<LoadedRobot, Diagnostics> {
+        self.robot_leaving_out(name, &[])
+    }
+
+    /// Reads a robot with named elements left out, as a campaign's `without` does.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn robot_leaving_out(&self, name: &str, without: &[&str]) -> Result<LoadedRobot, Diagnostics> {
+        let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
+        Ok(read_robot(self, &find_robot(name, None)?, &Without { names, own: None })?)
+    }
+
+    /// Reads a description from its text, as if it stood at `path`: a URDF or rules that it names are sought next to that.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn robot_text(&self, path: &Path, text: &str) -> Result<LoadedRobot, Diagnostics> {
+        Ok(from_yaml(self, &Place::Disk(path.into()), text, &Without::default())?)
+    }
 }
 
-/// The same with named elements left out, as a campaign's `without` does.
+/// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file; [`Reader::robot`] without memory.
 ///
 /// # Errors
 /// Every fault found, located.
-pub fn load_robot_leaving_out(name: &str, without: &[&str]) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
-    load_robot_without(&find_robot(name, None)?, &Without { names, own: None })
+pub fn load_robot(name: &str) -> Result<LoadedRobot, Diagnostics> {
+    Reader::default().robot(name)
 }
 
 pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, Vec<Diagnostic>> {
@@ -76,30 +95,22 @@ pub(super) struct Without {
     pub own: Option<RawRobot>,
 }
 
-pub(super) fn load_robot_without(place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    let text = place.text()?;
+pub(super) fn read_robot(reader: &Reader, place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
+    let text = place.text(reader)?;
     if place.is_urdf() {
         let (raw, diagnostics) = import(place, &text)?;
         return finish(raw, &Located { document: None, rules: None }, diagnostics, without);
     }
-    from_yaml(place, &text, without)
+    from_yaml(reader, place, &text, without)
 }
 
-/// Reads a description from its text, as if it stood at `path`: a URDF that it names is sought beside that.
-///
-/// # Errors
-/// Every fault found, located.
-pub fn load_robot_text(path: &Path, text: &str) -> Result<LoadedRobot, Vec<Diagnostic>> {
-    from_yaml(&Place::Disk(path.into()), text, &Without::default())
-}
-
-fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
+fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let (raw, document, mut diagnostics) = yaml::read::<RawRobot>(&place.name(), text);
-    told_schema(&mut diagnostics, "robot");
+    name_schema(&mut diagnostics, "robot");
     let Some(mut raw) = raw else { return Err(diagnostics) };
     if let Some(file) = raw.urdf.take() {
         let urdf_place = place.beside(&file);
-        match urdf_place.text().and_then(|text| import(&urdf_place, &text)) {
+        match urdf_place.text(reader).and_then(|text| import(&urdf_place, &text)) {
             Ok((imported, mut said)) => {
                 diagnostics.append(&mut said);
                 raw = merge(imported, raw);
@@ -112,7 +123,7 @@ fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot
             }
         }
     }
-    let rules = match rules(place, &mut raw, &document) {
+    let rules = match rules(reader, place, &mut raw, &document) {
         Ok((rules, mut said)) => {
             diagnostics.append(&mut said);
             rules
@@ -128,6 +139,7 @@ fn from_yaml(place: &Place, text: &str, without: &Without) -> Result<LoadedRobot
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
 fn rules(
+    reader: &Reader,
     place: &Place,
     raw: &mut RawRobot,
     document: &Document,
@@ -141,13 +153,13 @@ fn rules(
     }
     let text = place.beside(&file);
     let name = text.name();
-    let text = text.text().map_err(|said| {
+    let text = text.text(reader).map_err(|said| {
         said.into_iter()
             .map(|diagnostic| if diagnostic.place.is_none() { diagnostic.at(here()) } else { diagnostic })
             .collect::<Vec<_>>()
     })?;
     let (found, rules, mut said) = yaml::read::<RawFuzzy>(&name, &text);
-    told_schema(&mut said, "rules");
+    name_schema(&mut said, "rules");
     let Some(found) = found else { return Err(said) };
     if found.file.is_some() {
         let diagnostic = Diagnostic::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));

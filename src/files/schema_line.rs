@@ -1,4 +1,4 @@
-//! The schema that a YAML file should follow: the line by which editors find it, and what an empty file is told.
+//! The schema that a YAML file should follow: the line by which editors find it, and the remedy for an empty file.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 /// Folders above a file in which its schema is sought.
 const HIGHEST: usize = 4;
 
-/// The first line of a YAML file at `to` that names the schema `file` (`robot.schema.json`, ..), where that lies beside the
+/// The first line of a YAML file at `to` that names the schema `file` (`robot.schema.json`, ..), where that lies next to the
 /// file, above it, or in a folder `schemas` there; else nothing.
 pub fn schema_line(to: &Path, file: &str) -> String {
     let folder = to.parent().unwrap_or(Path::new(""));
@@ -23,8 +23,8 @@ pub fn schema_line(to: &Path, file: &str) -> String {
     String::new()
 }
 
-/// Adds to what is said of an empty file which schema it should follow.
-pub(super) fn told_schema(diagnostics: &mut [Diagnostic], kind: &str) {
+/// Adds to the diagnostic of an empty file which schema it should follow.
+pub(super) fn name_schema(diagnostics: &mut [Diagnostic], kind: &str) {
     for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.message == yaml::EMPTY) {
         diagnostic.remedy =
             Some(format!("write `key: value` pairs; `elastogeo schema {kind}` prints what is expected"));

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::table::table;
+use super::table::Screen;
 use crate::blind::{Examined, Score};
 
 /// JSON of `blind score`.
@@ -15,7 +15,7 @@ pub fn score_json(score: &Score, all: &[Examined]) -> Value {
 }
 
 /// Text of `blind score`.
-pub fn score_text(score: &Score, all: &[Examined]) -> String {
+pub fn score_text(score: &Score, all: &[Examined], screen: Screen) -> String {
     let mut text = String::new();
     let rows = score.classes.iter().map(|(name, class)| {
         let of_sites = if name.starts_with("null") || name.starts_with("unknown") {
@@ -25,14 +25,14 @@ pub fn score_text(score: &Score, all: &[Examined]) -> String {
         };
         vec![name.clone(), class.count.to_string(), class.right.to_string(), of_sites]
     });
-    text += &table(&["kind, gap over noise", "campaigns", "right", "site too"], rows);
+    text += &screen.table(&["kind, gap over noise", "campaigns", "right", "site too"], rows);
     let rows = score.confusion.iter().map(|(name, row)| {
         let mut named: Vec<(&String, &usize)> = row.iter().collect();
         named.sort_by_key(|(other, count)| (*other != name, std::cmp::Reverse(**count)));
         let named: Vec<String> = named.iter().map(|(other, count)| format!("{count} {other}")).collect();
         vec![name.clone(), row.values().sum::<usize>().to_string(), named.join(", ")]
     });
-    let _ = write!(text, "\n{}", table(&["true effect", "times", "named (-: nothing)"], rows));
+    let _ = write!(text, "\n{}", screen.table(&["true effect", "times", "named (-: nothing)"], rows));
     let _ = writeln!(
         text,
         "\n{} campaigns with causes named: group {:.2} on average, shrinkage promised {:.3}, realised {:.3}; {:.0} % inside \
@@ -61,7 +61,7 @@ pub fn score_text(score: &Score, all: &[Examined]) -> String {
             let gap = format!("{:.2}", truth.gap);
             vec![truth.name.clone(), which, causes(one), gap, one.verdict.to_string(), named(one)]
         });
-        let _ = write!(text, "\n{}", table(&["missed", "campaign", "truth", "gap", "verdict", "named"], rows));
+        let _ = write!(text, "\n{}", screen.table(&["missed", "campaign", "truth", "gap", "verdict", "named"], rows));
     }
     text
 }

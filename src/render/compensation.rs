@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
-use super::table::{deg, mm, table};
+use super::table::{Screen, deg, mm};
 use crate::compensation::{Outcome, Point, Refusal, Sides};
 use crate::description::units::Units;
 use crate::math::mean_rms_max;
@@ -86,7 +86,7 @@ impl Compensation<'_> {
     }
 
     /// Text.
-    pub fn text(&self) -> String {
+    pub fn text(&self, screen: Screen) -> String {
         let model = self.model;
         let largest = |point: &Point, index: usize| -> String {
             let Some(nominal) = &self.nominal[index] else { return String::new() };
@@ -127,7 +127,7 @@ impl Compensation<'_> {
         ];
         let mut out = format!("{}: compensated path\n\n", model.name);
         if !rows.is_empty() {
-            out += &table(&header, rows.into_iter().take(MOST_SHOWN));
+            out += &screen.table(&header, rows.into_iter().take(MOST_SHOWN));
         }
         if left > 0 {
             let _ = writeln!(out, "and {left} more (--format json, --table)");

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::table::{deg, mm, table};
+use super::table::{Screen, deg, mm};
 use crate::estimation::compensator::{self, Elasticity, JointCompliance, Mounting, Triangle};
 
 /// What `compensator` found.
@@ -73,12 +73,12 @@ pub fn compensator_json(found: &Compensator) -> Value {
 }
 
 /// Text of `compensator`.
-pub fn compensator_text(found: &Compensator) -> String {
+pub fn compensator_text(found: &Compensator, screen: Screen) -> String {
     let width = |value: f64| if value.is_finite() { format!("{value:.4}") } else { "unknown".into() };
     let rows = values(found);
     let mut out = String::new();
     if !rows.is_empty() {
-        out += &table(
+        out += &screen.table(
             &["", "value", "95 % +-", "unit"],
             rows.iter().map(|(name, unit, value, ci95)| {
                 vec![(*name).into(), format!("{value:.4}"), width(*ci95), (*unit).into()]
@@ -100,7 +100,7 @@ pub fn compensator_text(found: &Compensator) -> String {
     }
     if let Some(elasticity) = &found.elasticity {
         out += "\n";
-        out += &table(
+        out += &screen.table(
             &["q deg", "k2 1e-6 rad/(N.m)", "fitted"],
             fitted(found).iter().map(|[q, k, fit]| {
                 vec![format!("{:.3}", deg(*q)), format!("{:.5}", k * 1e6), format!("{:.5}", fit * 1e6)]

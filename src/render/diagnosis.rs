@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value, json};
 
 use super::plots::bars;
-use super::table::{mm, table};
+use super::table::{Screen, mm};
 use crate::diagnosis::{Autocorrelation, Cause, Diagnosis, EffectAtSite, NoiseSource, Verdict};
 use crate::model::Model;
 
@@ -77,7 +77,7 @@ fn noise_source(source: NoiseSource) -> &'static str {
 }
 
 /// Text of `diagnose`: finding, evidence, what to do.
-pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
+pub fn diagnosis_text(name: &str, found: &Diagnosis, screen: Screen) -> String {
     let gap = &found.gap;
     let mut out = format!("{name}\n\n");
     let after = mm(found.rms_after);
@@ -141,7 +141,7 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
         let mut rows = vec![row("calibrated".into(), gap.rms)];
         rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms_after)));
         rows.push(row("noise".into(), gap.noise));
-        let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows));
+        let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows, screen));
     }
     if !found.outliers.is_empty() {
         let rows: Vec<String> = found.outliers.iter().take(20).map(ToString::to_string).collect();
@@ -151,7 +151,7 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
     if found.location.sites.is_empty() {
         out += "no site could carry it by a free error\n";
     } else {
-        out += &table(
+        out += &screen.table(
             &["a free error at", "could carry %", "95 % from", "to"],
             found.location.sites.iter().take(8).map(|s| {
                 let shown = |v: f64| format!("{:.0}", 100.0 * v);
@@ -178,7 +178,7 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis) -> String {
     out.push('\n');
     if !found.rejected.is_empty() {
         let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", mm(found.rms_with_none));
-        out += &table(
+        out += &screen.table(
             &["not taken", "at", "rms with it alone mm", "why"],
             found
                 .rejected

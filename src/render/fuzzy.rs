@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::identification::{errors_json, errors_table};
-use super::table::{deg, mm, table};
+use super::table::{Screen, deg, mm};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Component, Input};
 use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level, Step};
@@ -24,7 +24,7 @@ fn premises(modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Text of `identify --what fuzzy`.
-pub fn fuzzy_text(fit: &FuzzyFit) -> String {
+pub fn fuzzy_text(fit: &FuzzyFit, screen: Screen) -> String {
     let mut out = format!(
         "fuzzy compliance: rms error {:.4} mm on the fitted readings, {:.4} mm on those set aside\n\
          (a rigid robot: {:.4} and {:.4} mm)\n\n",
@@ -33,9 +33,9 @@ pub fn fuzzy_text(fit: &FuzzyFit) -> String {
         mm(fit.rigid[0]),
         mm(fit.rigid[1])
     );
-    out += &errors_table(&[("fit", &fit.errors[0]), ("check", &fit.errors[1])]);
+    out += &errors_table(&[("fit", &fit.errors[0]), ("check", &fit.errors[1])], screen);
     out += "\n";
-    out += &rules_text(fit);
+    out += &rules_text(fit, screen);
     out += &levels_text(&fit.levels);
     out
 }
@@ -67,7 +67,7 @@ pub fn step_text(step: &Step) -> String {
     format!("rules for {}: {} sets, test error {:.4} mm", names.join(" and "), sets.join("x"), mm(step.errors[1]))
 }
 
-fn rules_text(fit: &FuzzyFit) -> String {
+fn rules_text(fit: &FuzzyFit, screen: Screen) -> String {
     let (model, grown) = (&fit.model, &fit.grown);
     let Some(fuzzy) = &model.fuzzy else { return String::new() };
     let inputs: Vec<(&str, bool)> = fuzzy.inputs.iter().map(|&of| model.input(of)).collect();
@@ -86,7 +86,7 @@ fn rules_text(fit: &FuzzyFit) -> String {
             let about = if about.is_empty() { "always".into() } else { about.join(" and ") };
             vec![(rule + 1).to_string(), about, format!("{:.4}", 1e6 * component.conclusions[rule]), data]
         });
-        out += &table(&["rule", "if", &conclusion, "data"], rows);
+        out += &screen.table(&["rule", "if", &conclusion, "data"], rows);
         if !own.unseen.is_empty() {
             let rules: Vec<String> = own.unseen.iter().map(|rule| (rule + 1).to_string()).collect();
             let _ = writeln!(
@@ -189,7 +189,7 @@ pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
 }
 
 /// Text of `identify --what grey`.
-pub fn grey_text(fit: &GreyFit) -> String {
+pub fn grey_text(fit: &GreyFit, screen: Screen) -> String {
     let after = &fit.parametric.after;
     let [without, with] = fit.cross_validated.map(mm);
     let mut out = format!(
@@ -206,7 +206,7 @@ pub fn grey_text(fit: &GreyFit) -> String {
                 mm(correction.errors[0].distance[1]),
                 mm(correction.errors[1].distance[1])
             );
-            out += &rules_text(correction);
+            out += &rules_text(correction, screen);
             out += &levels_text(&correction.levels);
         }
         None => out += "not kept: it does not help readings that it has not seen\n",
@@ -262,7 +262,7 @@ fn judged(aside: &[bool]) -> Vec<bool> {
 }
 
 /// Methods by load, as Table 5 of the IR663 calibration paper.
-pub fn comparison_text(campaign: &Campaign, aside: &[bool], methods: &[Method]) -> String {
+pub fn comparison_text(campaign: &Campaign, aside: &[bool], methods: &[Method], screen: Screen) -> String {
     let among = judged(aside);
     let which = if aside.contains(&true) { "readings set aside" } else { "fitted readings; none were set aside" };
     let mut out = format!("{which}\n\n");
@@ -274,7 +274,8 @@ pub fn comparison_text(campaign: &Campaign, aside: &[bool], methods: &[Method]) 
             row
         })
     });
-    out += &table(&["method", "load N", "readings", "rms mm", "max mm", "max x mm", "max y mm", "max z mm"], all);
+    out +=
+        &screen.table(&["method", "load N", "readings", "rms mm", "max mm", "max x mm", "max y mm", "max z mm"], all);
     out
 }
 

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::plots::{bars, histogram};
 use super::springs::{any_value, equivalence_json, equivalence_text, insensitive, insensitive_text};
-use super::table::{deg, mm, number, table, unit};
+use super::table::{Screen, deg, mm, number, unit};
 use crate::description::campaign::Campaign;
 use crate::estimation::{Calibration, Comparison, Errors, Estimate, Figures};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
@@ -58,7 +58,7 @@ pub fn identifiability_json(model: &Model, slots: &[Slot], found: &Identifiabili
 }
 
 /// Text of the reduction.
-pub fn identifiability_text(model: &Model, slots: &[Slot], found: &Identifiability) -> String {
+pub fn identifiability_text(model: &Model, slots: &[Slot], found: &Identifiability, screen: Screen) -> String {
     let limit = found.tolerance.map_or("at the noise".into(), |tolerance| format!("at tolerance {tolerance:.1e}"));
     let mut out =
         format!("{} columns, rank {} (exact), {} kept {limit}\n", found.columns, found.rank, found.kept.len());
@@ -72,7 +72,7 @@ pub fn identifiability_text(model: &Model, slots: &[Slot], found: &Identifiabili
         return out;
     }
     out += "\n";
-    out += &table(
+    out += &screen.table(
         &["dropped", "why", "remainder", "merged into (factor)"],
         found.dropped.iter().map(|&(column, reason)| {
             let unit_of = |column: usize| unit(model.registry[slots[column]].kind);
@@ -113,7 +113,7 @@ pub fn identifiability_text(model: &Model, slots: &[Slot], found: &Identifiabili
 }
 
 /// Sensitivities, mm and deg per mm or deg.
-pub fn sensitivity_text(model: &Model, found: &[Sensitivity]) -> String {
+pub fn sensitivity_text(model: &Model, found: &[Sensitivity], screen: Screen) -> String {
     let rows = found.iter().map(|s| {
         let (per, size) = unit(model.registry[s.slot].kind);
         let position = |v: f64| format!("{:.4} mm/{per}", mm(v) * size);
@@ -126,7 +126,7 @@ pub fn sensitivity_text(model: &Model, found: &[Sensitivity]) -> String {
             orientation(s.orientation[1]),
         ]
     });
-    table(&["parameter", "mu_P mean", "mu_P max", "mu_Phi mean", "mu_Phi max"], rows)
+    screen.table(&["parameter", "mu_P mean", "mu_P max", "mu_Phi mean", "mu_Phi max"], rows)
 }
 
 /// Sensitivities, SI.
@@ -154,7 +154,7 @@ pub fn errors_json(errors: &Errors) -> Value {
 }
 
 /// A table of figures, one row a set of readings.
-pub fn errors_table(rows: &[(&str, &Errors)]) -> String {
+pub fn errors_table(rows: &[(&str, &Errors)], screen: Screen) -> String {
     let turned = rows.iter().any(|(_, errors)| errors.orientation.is_some());
     let mut header =
         vec!["residuals", "readings", "mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"];
@@ -167,7 +167,7 @@ pub fn errors_table(rows: &[(&str, &Errors)]) -> String {
         row.extend(errors.orientation.iter().flat_map(|o| o[1..].iter().map(|v| format!("{:.4}", deg(*v)))));
         row
     };
-    table(&header, rows.iter().filter(|(_, errors)| errors.readings > 0).map(row))
+    screen.table(&header, rows.iter().filter(|(_, errors)| errors.readings > 0).map(row))
 }
 
 /// JSON of `identify`.
@@ -231,7 +231,7 @@ fn registers(campaign: &Campaign) -> bool {
 }
 
 /// Text of `identify`.
-pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration) -> String {
+pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration, screen: Screen) -> String {
     let mut out = format!("{}\n\n", campaign.name);
     let (after, registration) = (&found.after, &found.registration);
     let judged = if after.check.readings > 0 {
@@ -256,9 +256,9 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         ("check: calibrated", &after.check),
     ];
     let shown = |(name, _): &&(&str, &Errors)| registers(campaign) || !name.contains("registration");
-    out += &errors_table(&rows.iter().filter(shown).copied().collect::<Vec<_>>());
+    out += &errors_table(&rows.iter().filter(shown).copied().collect::<Vec<_>>(), screen);
     out += "\n";
-    out += &steps(campaign, found);
+    out += &steps(campaign, found, screen);
     out += "\n";
     if let Some([parameters, all]) = found.predicted {
         let _ = writeln!(
@@ -279,9 +279,9 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
         }
     }
     out += "\n";
-    out += &identifiability_text(model, &found.slots, &found.identifiability);
+    out += &identifiability_text(model, &found.slots, &found.identifiability, screen);
     out += "\n";
-    out += &table(
+    out += &screen.table(
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
         found.estimates.iter().filter(|e| e.identifiable).map(|estimate| {
             let parameter = &model.registry[estimate.slot];
@@ -306,7 +306,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
             ]
         }),
     );
-    out += &equivalence_text(model, campaign, found);
+    out += &equivalence_text(model, campaign, found, screen);
     out += &insensitive_text(model, campaign, found);
     let strongest = strongest_correlations(model, found);
     if !strongest.is_empty() {
@@ -323,7 +323,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration)
 }
 
 /// The rms error step by step down to the noise, and the coordinates that are left, as bars.
-fn steps(campaign: &Campaign, found: &Calibration) -> String {
+fn steps(campaign: &Campaign, found: &Calibration, screen: Screen) -> String {
     let seen = found.after.check.readings == 0;
     let of = |figures: &Figures| if seen { figures.fit.distance[1] } else { figures.check.distance[1] };
     let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{:.4} mm", mm(rms)));
@@ -338,10 +338,10 @@ fn steps(campaign: &Campaign, found: &Calibration) -> String {
         rows.push(row("stated noise", sigmas[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt()));
     }
     let which = if seen { "fitted readings" } else { "readings the fit did not see" };
-    let mut out = format!("rms error, {which}\n{}", bars(&rows));
+    let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
     let readings = found.residual.chunks(campaign.components());
     let left: Vec<f64> = readings.flat_map(|reading| &reading[..lengths]).copied().collect();
-    let drawn = histogram(&left);
+    let drawn = histogram(&left, screen);
     if !drawn.is_empty() {
         let what = campaign.observes.residuals_named();
         let _ = write!(out, "\n{what} of all readings after calibration, number by error\n{drawn}");
@@ -360,11 +360,11 @@ fn strongest_correlations(model: &Model, found: &Calibration) -> Vec<String> {
 }
 
 /// Ordinary and weighted least squares side by side.
-pub fn comparison_text(model: &Model, found: &Comparison) -> String {
+pub fn comparison_text(model: &Model, found: &Comparison, screen: Screen) -> String {
     let mut out = String::from("ordinary (equal weights) and weighted least squares (noise by direction)\n\n");
     let [x, y, z] = found.ols.direction_noise.map(|s| s * 1e6);
     let _ = writeln!(out, "residual noise by direction: x {x:.1} um, y {y:.1} um, z {z:.1} um\n");
-    out += &table(
+    out += &screen.table(
         &["parameter", "unit", "OLS", "+-", "WLS", "+-"],
         found.ols.estimates.iter().zip(&found.wls.estimates).filter(|(o, w)| o.identifiable && w.identifiable).map(
             |(o, w)| {
@@ -376,11 +376,14 @@ pub fn comparison_text(model: &Model, found: &Comparison) -> String {
             },
         ),
     );
-    out += &errors_table(&[
-        ("check: OLS", &found.ols.after.check),
-        ("check: WLS", &found.wls.after.check),
-        ("fit: OLS", &found.ols.after.fit),
-        ("fit: WLS", &found.wls.after.fit),
-    ]);
+    out += &errors_table(
+        &[
+            ("check: OLS", &found.ols.after.check),
+            ("check: WLS", &found.wls.after.check),
+            ("fit: OLS", &found.ols.after.fit),
+            ("fit: WLS", &found.wls.after.fit),
+        ],
+        screen,
+    );
     out
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value, json};
 
 use super::identification::identifiability_json;
-use super::table::{deg, mm, number, table, unit};
+use super::table::{Screen, deg, mm, number, unit};
 use crate::model::Model;
 use crate::planning::{Planned, Request, SETS, Station};
 
@@ -52,7 +52,7 @@ pub fn plan_json(model: &Model, request: &Request, planned: &Planned, seconds: f
 }
 
 /// Text of `plan`.
-pub fn plan_text(model: &Model, request: &Request, planned: &Planned) -> String {
+pub fn plan_text(model: &Model, request: &Request, planned: &Planned, screen: Screen) -> String {
     let count = planned.stations.len();
     let random = planned.bought.iter().find(|b| b.count == count).map_or(f64::NAN, |b| b.random);
     let mut out = format!(
@@ -83,7 +83,7 @@ pub fn plan_text(model: &Model, request: &Request, planned: &Planned) -> String 
     if !all_seen {
         header.push("seen");
     }
-    out += &table(
+    out += &screen.table(
         &header,
         planned.stations.iter().enumerate().map(|(k, station)| {
             let mut row = vec![planned.campaign.poses[k].clone()];
@@ -101,7 +101,7 @@ pub fn plan_text(model: &Model, request: &Request, planned: &Planned) -> String 
         }),
     );
     out += "\n";
-    out += &table(
+    out += &screen.table(
         &["configurations", "planned mm", "random mm"],
         planned
             .bought
@@ -109,7 +109,7 @@ pub fn plan_text(model: &Model, request: &Request, planned: &Planned) -> String 
             .map(|b| vec![b.count.to_string(), format!("{:.4}", mm(b.planned)), format!("{:.4}", mm(b.random))]),
     );
     let _ = writeln!(out, "fewest that tell the parameters apart: {}\n", planned.least);
-    out += &table(
+    out += &screen.table(
         &["parameter", "unit", "95 % +-"],
         planned.deviations.iter().map(|&(slot, sigma)| {
             let parameter = &model.registry[slot];

@@ -1,6 +1,6 @@
 //! Small plots of block characters for the terminal.
 
-use super::table::screen;
+use super::table::Screen;
 
 /// Columns of the longest bar.
 const LONGEST: usize = 40;
@@ -12,11 +12,12 @@ const CLASSES: usize = 9;
 const OFF: f64 = 20.0;
 
 /// Bars from zero: what each is of, its size, and its number in words. No bars, no text.
-pub fn bars(rows: &[(String, f64, String)]) -> String {
+pub fn bars(rows: &[(String, f64, String)], screen: Screen) -> String {
     let wide = |text: &str| text.chars().count();
     let names = rows.iter().map(|row| wide(&row.0)).max().unwrap_or(0);
     let numbers = rows.iter().map(|row| wide(&row.2)).max().unwrap_or(0);
-    let room = screen().map_or(LONGEST, |screen| LONGEST.min(screen.saturating_sub(names + numbers + 5)).max(8));
+    let room =
+        screen.columns().map_or(LONGEST, |screen| LONGEST.min(screen.saturating_sub(names + numbers + 5)).max(8));
     let mut sizes: Vec<f64> = rows.iter().map(|row| row.1).filter(|size| size.is_finite()).collect();
     sizes.sort_by(|a, b| b.total_cmp(a));
     let full = match sizes[..] {
@@ -44,7 +45,7 @@ pub fn bars(rows: &[(String, f64, String)]) -> String {
 }
 
 /// How values (m) are distributed, in classes of one width; values beyond are in the outermost. Fewer than ten: no text.
-pub fn histogram(values: &[f64]) -> String {
+pub fn histogram(values: &[f64], screen: Screen) -> String {
     let n = values.len() as f64;
     let rms = (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt();
     if values.len() < 10 || !rms.is_normal() {
@@ -66,5 +67,5 @@ pub fn histogram(values: &[f64]) -> String {
             (name, count as f64, count.to_string())
         })
         .collect();
-    bars(&rows)
+    bars(&rows, screen)
 }

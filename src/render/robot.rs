@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::table::{table, unit};
+use super::table::{Screen, unit};
 use crate::description::raw::{JointKind, RawEffect, RawRobot};
 use crate::description::robot::Motion;
 use crate::model::{Model, Stage};
@@ -70,7 +70,7 @@ fn spring(parameter: &Parameter) -> Option<Vec<String>> {
 }
 
 /// What `check` prints.
-pub fn text(model: &Model, raw: &RawRobot) -> String {
+pub fn text(model: &Model, raw: &RawRobot, screen: Screen) -> String {
     let mut out =
         format!("{}: {} degrees of freedom, {} frames\n\n", model.name, model.variables.len(), model.frames.len() - 1);
     let variable_row = |variable: &crate::description::robot::Variable| {
@@ -81,14 +81,14 @@ pub fn text(model: &Model, raw: &RawRobot) -> String {
             .map_or("none".into(), |[low, high]| format!("{:.2} .. {:.2} {name}", low / factor, high / factor));
         vec![variable.name.clone(), limits]
     };
-    out += &table(&["variable", "limits"], model.variables.iter().map(variable_row));
+    out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row));
     out += "\n";
     let value = |index: usize, k: usize| {
         let parameter = &model.registry[model.frames[index].slots[k]];
         let value = parameter.nominal / unit(parameter.kind).1;
         if value == 0.0 { "0".into() } else { format!("{value:.3}") }
     };
-    out += &table(
+    out += &screen.table(
         &[
             "frame",
             "in",
@@ -139,7 +139,7 @@ pub fn text(model: &Model, raw: &RawRobot) -> String {
     let springs: Vec<Vec<String>> = model.registry.all().iter().filter_map(spring).collect();
     if !springs.is_empty() {
         out += "\n";
-        out += &table(&["spring", "stiffness", "unit", "compliance", "unit"], springs);
+        out += &screen.table(&["spring", "stiffness", "unit", "compliance", "unit"], springs);
         out += "\n";
     }
     for (what, names) in elastic(raw).into_iter().filter(|(what, names)| !names.is_empty() && !what.contains("effects"))

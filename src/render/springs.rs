@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::table::{mm, table};
+use super::table::{Screen, mm};
 use crate::description::campaign::Campaign;
 use crate::estimation::{Calibration, Equivalence, Estimate, Together};
 use crate::model::Model;
@@ -70,7 +70,7 @@ pub fn equivalence_json(model: &Model, campaign: &Campaign, found: &Calibration,
 }
 
 /// A table of the groups.
-pub fn equivalence_text(model: &Model, campaign: &Campaign, found: &Calibration) -> String {
+pub fn equivalence_text(model: &Model, campaign: &Campaign, found: &Calibration, screen: Screen) -> String {
     let groups = &found.equivalences;
     if groups.is_empty() {
         return String::new();
@@ -85,6 +85,6 @@ pub fn equivalence_text(model: &Model, campaign: &Campaign, found: &Calibration)
     });
     format!(
         "\nsprings that these readings see as one\n{}",
-        table(&["members", "act", "as one of", "95 % +-", "unit", ""], rows)
+        screen.table(&["members", "act", "as one of", "95 % +-", "unit", ""], rows)
     )
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Matrix6;
 use serde_json::{Map, Value, json};
 
-use super::table::{deg, mm, table};
+use super::table::{Screen, deg, mm};
 use crate::elastics::Shares;
 use crate::model::Model;
 
@@ -56,7 +56,7 @@ pub fn stiffness_json(found: &Stiffness) -> Value {
 }
 
 /// Text of `stiffness`.
-pub fn stiffness_text(model: &Model, found: &Stiffness) -> String {
+pub fn stiffness_text(model: &Model, found: &Stiffness, screen: Screen) -> String {
     let mut out = format!("{}: compliance at {}, base axes\n\n", model.name, found.at);
     let labels = ["x", "y", "z", "rx", "ry", "rz"];
     // um per kN, um per kN.m = mrad per MN..., urad per kN.m: one size of unit for each block.
@@ -65,7 +65,7 @@ pub fn stiffness_text(model: &Model, found: &Stiffness) -> String {
         row.extend((0..6).map(|j| format!("{:.3}", found.compliance[(i, j)] * 1e9)));
         row
     };
-    out += &table(&["", "per kN fx", "fy", "fz", "per kN.m mx", "my", "mz"], (0..6).map(row));
+    out += &screen.table(&["", "per kN fx", "fy", "fz", "per kN.m mx", "my", "mz"], (0..6).map(row));
     match found.stiffness() {
         Some(stiffness) => {
             let translational = stiffness.fixed_view::<3, 3>(0, 0).into_owned();
@@ -98,10 +98,10 @@ pub fn stiffness_text(model: &Model, found: &Stiffness) -> String {
         }
         let shares =
             found.shares.energy.iter().map(|(name, share)| vec![name.clone(), format!("{:.2}", 100.0 * share)]);
-        out += &table(&["element", "% of the deflection"], shares);
+        out += &screen.table(&["element", "% of the deflection"], shares);
         if !found.shares.nodes.is_empty() {
             out += "\n";
-            out += &table(
+            out += &screen.table(
                 &["node", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"],
                 found.shares.nodes.iter().map(|(name, d)| {
                     let mut row = vec![name.clone()];

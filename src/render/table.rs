@@ -1,53 +1,54 @@
 //! Tables of text, and numbers with their units.
 
-use std::sync::OnceLock;
-
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, Width, presets};
 
 use crate::parameter::Kind;
 
-/// Columns of the screen; see [`fit_to`].
-static SCREEN: OnceLock<usize> = OnceLock::new();
 /// Columns between two columns of a table.
 const GAP: usize = 3;
 
-/// Lays all tables of this process out for a screen of so many columns; without it they are as wide as they need.
-pub fn fit_to(screen: usize) {
-    // Set once, at the start.
-    let _ = SCREEN.set(screen);
-}
+/// What text is laid out for: a screen of so many columns, or a file, where tables are as wide as they need.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Screen(Option<usize>);
 
-/// Columns of the screen, if there is one.
-pub fn screen() -> Option<usize> {
-    SCREEN.get().copied()
-}
-
-/// A table with a header; the first column is aligned to the left, numbers to the right.
-///
-/// On a screen too narrow for it, words go to further lines of their cell; where that is not enough, columns to further
-/// blocks, each with the first column before it.
-pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
-    let rows: Vec<Vec<String>> = rows.into_iter().collect();
-    let Some(screen) = screen() else { return block(header, &rows, None) };
-    let least: Vec<usize> = (0..header.len()).map(|column| longest_word(header, &rows, column)).collect();
-    let mut blocks: Vec<Vec<usize>> = vec![vec![]];
-    let mut wide = 0;
-    for (column, least) in least.iter().enumerate() {
-        if wide + least + GAP > screen && blocks.last().is_some_and(|block| block.len() > 1) {
-            blocks.push(vec![0]);
-            wide = longest_word(header, &rows, 0) + GAP;
-        }
-        wide += least + GAP;
-        if let Some(block) = blocks.last_mut() {
-            block.push(column);
-        }
+impl Screen {
+    /// A screen of so many columns; `None` where nothing limits the width.
+    pub fn new(columns: Option<usize>) -> Self {
+        Self(columns)
     }
-    let part = |columns: &Vec<usize>| {
-        let header: Vec<&str> = columns.iter().filter_map(|&column| header.get(column).copied()).collect();
-        let pick = |row: &Vec<String>| columns.iter().filter_map(|&column| row.get(column).cloned()).collect();
-        block(&header, &rows.iter().map(pick).collect::<Vec<_>>(), Some(screen))
-    };
-    blocks.iter().map(part).collect::<Vec<_>>().join("\n")
+
+    /// Its columns.
+    pub fn columns(self) -> Option<usize> {
+        self.0
+    }
+
+    /// A table with a header; the first column is aligned to the left, numbers to the right.
+    ///
+    /// On a screen too narrow for it, words go to further lines of their cell; where that is not enough, columns to further
+    /// blocks, each with the first column before it.
+    pub fn table(self, header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+        let rows: Vec<Vec<String>> = rows.into_iter().collect();
+        let Some(screen) = self.0 else { return block(header, &rows, None) };
+        let least: Vec<usize> = (0..header.len()).map(|column| longest_word(header, &rows, column)).collect();
+        let mut blocks: Vec<Vec<usize>> = vec![vec![]];
+        let mut wide = 0;
+        for (column, least) in least.iter().enumerate() {
+            if wide + least + GAP > screen && blocks.last().is_some_and(|block| block.len() > 1) {
+                blocks.push(vec![0]);
+                wide = longest_word(header, &rows, 0) + GAP;
+            }
+            wide += least + GAP;
+            if let Some(block) = blocks.last_mut() {
+                block.push(column);
+            }
+        }
+        let part = |columns: &Vec<usize>| {
+            let header: Vec<&str> = columns.iter().filter_map(|&column| header.get(column).copied()).collect();
+            let pick = |row: &Vec<String>| columns.iter().filter_map(|&column| row.get(column).cloned()).collect();
+            block(&header, &rows.iter().map(pick).collect::<Vec<_>>(), Some(screen))
+        };
+        blocks.iter().map(part).collect::<Vec<_>>().join("\n")
+    }
 }
 
 /// The least width of a column: its longest word.

@@ -19,7 +19,7 @@ const FLOORS: &[&[&str]] = &[
     &["simulation"],
     &["diagnosis", "compensation", "planning", "scene"],
     &["blind", "review"],
-    &["snapshot"],
+    &["snapshot", "error"],
     &["render", "files"],
     &["cli"],
 ];

@@ -1,13 +1,13 @@
 //! Withheld effects: a dozen sealed campaigns, modest floors.
 
 use elastogeo::blind::{Drawn, Kind, draw, examine, score, seal};
-use elastogeo::files::load_robot_leaving_out;
+use elastogeo::files::Reader;
 use elastogeo::simulation::generator;
 use rayon::prelude::*;
 
 #[test]
 fn withheld_effects_are_found_and_nulls_left_alone() {
-    let robot = load_robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
+    let robot = Reader::default().robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
     let kinds = [Kind::Single, Kind::Single, Kind::Null, Kind::Pair];
     let all: Vec<_> = (0..12_usize)
         .into_par_iter()

@@ -6,7 +6,7 @@ use std::path::Path;
 use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, predict_path};
 use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
-use elastogeo::files::{load_path, load_robot};
+use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
 use elastogeo::observation::POSE;
@@ -183,7 +183,7 @@ fn true_arm(mut model: Model, truth: &Path) -> Model {
 /// Greatest and rms distance (m) of the true robot from targets at commands.
 fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6], nominal: &str) -> [f64; 2] {
     let loaded = load_robot(nominal).expect("a robot");
-    let path = load_path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
+    let path = Reader::default().path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
     // The true arm lies on the flank it came from, told here by the commands' own steps.
@@ -255,7 +255,8 @@ fn identified_then_compensated(machine: &Machine) {
     // Uncorrected commands: those of the nominal robot, rigid.
     let robot_file = if robot.ends_with(".yaml") { at.join(robot).display().to_string() } else { robot.to_string() };
     let bare = load_robot(&robot_file).expect("a robot");
-    let path = load_path(&at.join("path.csv").display().to_string(), &bare, bare.raw.units).expect("a path");
+    let path =
+        Reader::default().path(&at.join("path.csv").display().to_string(), &bare, bare.raw.units).expect("a path");
     let geometry = Geometry::nominal(&bare.model).expect("assembled");
     let own: Vec<usize> = (0..bare.model.markers.len()).collect();
     let controller = elastogeo::compensation::Controller { geometry: &geometry, markers: &own };

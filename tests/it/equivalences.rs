@@ -5,6 +5,7 @@ use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
 use elastogeo::observation::DEFLECTION;
 use elastogeo::render::identification::{calibration_json, calibration_text};
+use elastogeo::render::table::Screen;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 use crate::support::model_of;
@@ -97,7 +98,7 @@ fn a_spring_beside_a_drive_is_one_with_it() {
             let json = calibration_json(&model, &campaign, &found, 0.0);
             let told = &json["equivalences"][0];
             assert_eq!((told["kind"].as_str(), told["unit"].as_str()), (Some("parallel"), Some("N/m")), "{told}");
-            assert!(calibration_text(&model, &campaign, &found).contains("side by side"));
+            assert!(calibration_text(&model, &campaign, &found, Screen::default()).contains("side by side"));
         }
     }
 }
@@ -207,7 +208,7 @@ joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, id
         (of("joint1.kr")["insensitive"].as_bool(), of("joint1.ka")["insensitive"].as_bool()),
         (Some(true), Some(false))
     );
-    let said = calibration_text(&model, &campaign, &found);
+    let said = calibration_text(&model, &campaign, &found, Screen::default());
     let row =
         said.lines().find(|line| line.contains("joint1.kr") && line.contains("no reading by more than")).expect("told");
     // The bound that is told: what would show by the noise, 2e-6 m / 900 N over sqrt(n).

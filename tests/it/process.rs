@@ -2,7 +2,7 @@
 
 use elastogeo::compensation::{Asked, Controller, Desired, Refusal, Settings, compensate, desire, predict_path};
 use elastogeo::description::process::{RawProcess, Theory};
-use elastogeo::files::{load_path, load_process, load_robot};
+use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform};
 use elastogeo::model::Model;
 use elastogeo::process::{Process, ProcessError, bend};
@@ -168,8 +168,8 @@ fn the_force_of_the_forming_path_grows_as_the_papers_deviations() {
 /// The bundled path of the strip, as the nominal robot would take it.
 fn forming() -> (Model, Process, Vec<Result<Desired, Refusal>>) {
     let robot = load_robot("kuka-ir663").expect("bundled");
-    let (process, _) = load_process("ir663-strip").expect("bundled");
-    let path = load_path("ir663-strip", &robot, robot.raw.units).expect("bundled");
+    let (process, _) = Reader::default().process("ir663-strip").expect("bundled");
+    let path = Reader::default().path("ir663-strip", &robot, robot.raw.units).expect("bundled");
     let geometry = Geometry::nominal(&robot.model).expect("assembled");
     let own: Vec<usize> = (0..robot.model.markers.len()).collect();
     let controller = Controller { geometry: &geometry, markers: &own };

@@ -6,28 +6,30 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::simulate::csv;
+use crate::Error;
 use crate::blind::{Drawn, Examined, Kind, Truth, draw, examine, score, seal};
 use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::files::{LoadedRobot, bundled_robots, load_campaign, load_robot, load_robot_leaving_out};
+use crate::files::{LoadedRobot, bundled_robots};
 use crate::render::blind::{score_json, score_text};
 use crate::simulation::generator;
 
-pub fn run(command: &Blind, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Blind, session: &Session) -> Result<Output, Error> {
     match command {
-        Blind::Make(command) => make(command, seed),
-        Blind::Score(command) => judge(command, seed),
+        Blind::Make(command) => make(command, session),
+        Blind::Score(command) => judge(command, session),
     }
 }
 
-fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
+fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     if !(1..=10_000).contains(&command.count) {
-        return Err(Failure::input(format!("--count {}", command.count), "give 1 to 10000"));
+        return Err(Error::input(format!("--count {}", command.count), "give 1 to 10000"));
     }
-    let plans = plans(&command.plans)?;
+    let plans = plans(&command.plans, session)?;
     let drawn: Vec<Result<Drawn, String>> = (0..command.count)
         .into_par_iter()
         .map(|k| {
@@ -48,16 +50,16 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
         .collect();
     let mut files = Vec::new();
     for (k, drawn) in drawn.into_iter().enumerate() {
-        let drawn = drawn.map_err(Failure::Computation)?;
+        let drawn = drawn.map_err(Error::Impossible)?;
         let plan = &plans[k / command.kinds.len() % plans.len()];
         let name = drawn.truth.name.clone();
         let folder = command.into.join(&name);
         for folder in [&folder, &command.into.join("truth")] {
             std::fs::create_dir_all(folder).map_err(|error| {
-                Failure::input(format!("`{}` cannot be made: {error}", folder.display()), "give another folder")
+                Error::input(format!("`{}` cannot be made: {error}", folder.display()), "give another folder")
             })?;
         }
-        let truth = serde_json::to_string_pretty(&drawn.truth).map_err(Failure::computation)? + "\n";
+        let truth = serde_json::to_string_pretty(&drawn.truth)? + "\n";
         let hash = seal(&truth);
         files.push((command.into.join("truth").join(format!("{name}.json")), truth));
         for (campaign, yaml_name, csv_name) in
@@ -80,7 +82,7 @@ fn make(command: &BlindMake, seed: u64) -> Result<Output, Failure> {
                 ..RawCampaign::default()
             };
             files.push((folder.join(csv_name), csv(&plan.robot, campaign)));
-            files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Failure::Computation)?));
+            files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Error::Impossible)?));
         }
     }
     let text = format!("{} sealed campaigns: {}\n", command.count, command.into.display());
@@ -99,11 +101,11 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(name: &str, deflection: bool, poses: usize) -> Result<Self, Failure> {
-        let without: Vec<String> = load_robot(name)?.raw.springs.keys().cloned().collect();
-        let robot = load_robot_leaving_out(name, &without.iter().map(String::as_str).collect::<Vec<_>>())?;
+    fn new(session: &Session, name: &str, deflection: bool, poses: usize) -> Result<Self, Error> {
+        let without: Vec<String> = session.reader.robot(name)?.raw.springs.keys().cloned().collect();
+        let robot = session.reader.robot_leaving_out(name, &without.iter().map(String::as_str).collect::<Vec<_>>())?;
         if robot.model.markers.is_empty() {
-            return Err(Failure::input(format!("--plan `{name}`: the robot has no markers"), "name another robot"));
+            return Err(Error::input(format!("--plan `{name}`: the robot has no markers"), "name another robot"));
         }
         Ok(Self { name: name.into(), robot, without, deflection, poses })
     }
@@ -112,32 +114,29 @@ impl Plan {
 /// Readings of a deflection campaign's markers, about: the fewer markers, the more configurations.
 const MARKED: usize = 60;
 
-fn plans(asked: &[String]) -> Result<Vec<Plan>, Failure> {
+fn plans(asked: &[String], session: &Session) -> Result<Vec<Plan>, Error> {
     if !asked.is_empty() {
-        return asked.iter().map(|text| asked_plan(text)).collect();
+        return asked.iter().map(|text| asked_plan(text, session)).collect();
     }
     let mut plans = Vec::new();
     for name in bundled_robots() {
-        let robot = load_robot(&name)?;
+        let robot = session.reader.robot(&name)?;
         let markers = robot.model.markers.len();
         if robot.model.elastic_slots().is_empty() || markers == 0 {
             continue;
         }
         // Base and markers are unknown in positions; a single marker does not tell them apart.
         if markers >= 3 {
-            plans.push(Plan::new(&name, false, 45)?);
+            plans.push(Plan::new(session, &name, false, 45)?);
         }
-        plans.push(Plan::new(&name, true, MARKED / markers)?);
+        plans.push(Plan::new(session, &name, true, MARKED / markers)?);
     }
     Ok(plans)
 }
 
-fn asked_plan(text: &str) -> Result<Plan, Failure> {
+fn asked_plan(text: &str, session: &Session) -> Result<Plan, Error> {
     let refused = || {
-        Failure::input(
-            format!("--plan `{text}`"),
-            "write ROBOT:position:45 or ROBOT:deflection:20, of 10 to 1000 poses",
-        )
+        Error::input(format!("--plan `{text}`"), "write ROBOT:position:45 or ROBOT:deflection:20, of 10 to 1000 poses")
     };
     let mut parts = text.rsplitn(3, ':');
     let (Some(poses), Some(observes), Some(name)) = (parts.next(), parts.next(), parts.next()) else {
@@ -145,8 +144,8 @@ fn asked_plan(text: &str) -> Result<Plan, Failure> {
     };
     let poses = poses.parse::<usize>().ok().filter(|poses| (10..=1000).contains(poses)).ok_or_else(refused)?;
     match observes {
-        "position" => Plan::new(name, false, poses),
-        "deflection" => Plan::new(name, true, poses),
+        "position" => Plan::new(session, name, false, poses),
+        "deflection" => Plan::new(session, name, true, poses),
         _ => Err(refused()),
     }
 }
@@ -161,9 +160,10 @@ fn units(robot: &LoadedRobot) -> Units {
     }
 }
 
-fn judge(command: &BlindScore, seed: u64) -> Result<Output, Failure> {
+fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     let unreadable = |path: &Path, error: &dyn std::fmt::Display| {
-        Failure::input(format!("`{}` cannot be read: {error}", path.display()), "give a folder that `blind make` wrote")
+        Error::input(format!("`{}` cannot be read: {error}", path.display()), "give a folder that `blind make` wrote")
     };
     let entries = std::fs::read_dir(&command.folder).map_err(|error| unreadable(&command.folder, &error))?;
     let mut folders: Vec<_> =
@@ -172,13 +172,13 @@ fn judge(command: &BlindScore, seed: u64) -> Result<Output, Failure> {
     if folders.is_empty() {
         return Err(unreadable(&command.folder, &"it holds no campaigns"));
     }
-    let answers: Vec<Result<_, Failure>> = folders
+    let answers: Vec<Result<_, Error>> = folders
         .par_iter()
         .map(|folder| {
-            let loaded = load_campaign(&folder.display().to_string(), None)?;
-            let fresh = load_campaign(&folder.join("fresh.yaml").display().to_string(), None)?;
+            let loaded = session.reader.campaign(&folder.display().to_string(), None)?;
+            let fresh = session.reader.campaign(&folder.join("fresh.yaml").display().to_string(), None)?;
             let answer = examine(&loaded.robot.model, &loaded.campaign, &fresh.campaign, seed)
-                .map_err(|error| Failure::Computation(format!("`{}`: {error}", folder.display())))?;
+                .map_err(|error| Error::Impossible(format!("`{}`: {error}", folder.display())))?;
             Ok((answer, loaded.raw.source.unwrap_or_default()))
         })
         .collect();
@@ -190,7 +190,7 @@ fn judge(command: &BlindScore, seed: u64) -> Result<Output, Failure> {
         let path = command.folder.join("truth").join(Path::new(name).with_extension("json"));
         let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         if !source.ends_with(&seal(&text)) {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("`{}` is not the truth that was sealed: its SHA-256 differs", path.display()),
                 "make the campaigns again",
             ));
@@ -199,5 +199,5 @@ fn judge(command: &BlindScore, seed: u64) -> Result<Output, Failure> {
         all.push(answer.open(truth));
     }
     let figures = score(&all);
-    Ok(Output::new(score_text(&figures, &all), score_json(&figures, &all)))
+    Ok(Output::new(score_text(&figures, &all, session.terminal.screen), score_json(&figures, &all)))
 }

@@ -1,17 +1,20 @@
 //! `check`: is the description sound, and what does it say?
 
+use crate::Error;
 use crate::cli::args::Check;
-use crate::cli::{Failure, Output};
-use crate::files::load_robot;
+use crate::cli::{Output, Session};
 use crate::render::robot;
 use crate::snapshot::snapshot;
 
-pub fn run(command: &Check) -> Result<Output, Failure> {
-    let loaded = load_robot(&command.robot)?;
-    let mut output = Output::new(robot::text(&loaded.model, &loaded.raw), robot::json(&loaded.model, &loaded.raw));
+pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
+    let loaded = session.reader.robot(&command.robot)?;
+    let mut output = Output::new(
+        robot::text(&loaded.model, &loaded.raw, session.terminal.screen),
+        robot::json(&loaded.model, &loaded.raw),
+    );
     output.diagnostics = loaded.diagnostics;
     let Some(path) = &command.snapshot else { return Ok(output) };
-    let new = snapshot(&loaded.model).map_err(Failure::Computation)?;
+    let new = snapshot(&loaded.model).map_err(Error::Impossible)?;
     match std::fs::read_to_string(path) {
         Ok(old) if old == new => {
             output.text = format!("{} agrees with {}\n", command.robot, path.display());
@@ -35,7 +38,7 @@ pub fn run(command: &Check) -> Result<Output, Failure> {
             output.files.push((path.clone(), new));
         }
         Err(error) => {
-            return Err(Failure::input(format!("`{}` cannot be read: {error}", path.display()), "give another file"));
+            return Err(Error::input(format!("`{}` cannot be read: {error}", path.display()), "give another file"));
         }
     }
     output.json["snapshot"] = serde_json::json!({"file": path.display().to_string(), "agrees": !output.failed});

@@ -3,38 +3,39 @@
 use nalgebra::Rotation3;
 use serde_json::{Value, json};
 
+use crate::Error;
 use crate::cli::args::{Compensate, FrameName, HoldName};
 use crate::cli::values::{joints, units_with, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::Elastics;
-use crate::files::{LoadedRobot, load_path, load_process, load_robot, writable};
+use crate::files::{LoadedRobot, writable};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::Model;
 use crate::render::compensation::Compensation;
 
-pub fn run(command: &Compensate) -> Result<Output, Failure> {
+pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
-        writable(table).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
+        writable(table)?;
     }
     let within = |value: f64, most: f64| value > 0.0 && value <= most;
     if !within(command.residual, 10.0) || !within(command.largest, 90.0) {
-        return Err(Failure::input(
+        return Err(Error::input(
             "a number is out of range",
             "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
         ));
     }
-    let loaded = load_robot(&command.robot)?;
+    let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
-    let mut path = load_path(&command.path, &loaded, units)?;
+    let mut path = session.reader.path(&command.path, &loaded, units)?;
     at_marker(command.at.as_deref(), &loaded, &mut path)?;
     if let Some(text) = &command.wrench {
         if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {
-            return Err(Failure::input("--wrench, and the path has wrenches of its own", "give one of them"));
+            return Err(Error::input("--wrench, and the path has wrenches of its own", "give one of them"));
         }
         let constant = wrench(&loaded.raw.units, text)?;
         path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
@@ -42,7 +43,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
-            let (process, mut said) = load_process(file)?;
+            let (process, mut said) = session.reader.process(file)?;
             diagnostics.append(&mut said);
             Some(process)
         }
@@ -57,7 +58,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
         let text = "the description has `backlash`, and one point does not say from which side it is reached";
         diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
     }
-    let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path)?;
+    let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());
     let mut settings = Settings::new(model.variables.len());
     settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
@@ -70,8 +71,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
     let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
     let values = model.registry.nominal();
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
-    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)
-        .map_err(Failure::computation)?;
+    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let poses: Vec<Option<[f64; 6]>> = outcome
         .points
@@ -86,7 +86,7 @@ pub fn run(command: &Compensate) -> Result<Output, Failure> {
         path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
     let found = Compensation { model, names: &names, nominal: &nominal, outcome: &outcome, poses: &poses };
     let refused = found.refused().count();
-    let mut output = Output::new(found.text(), found.json());
+    let mut output = Output::new(found.text(session.terminal.screen), found.json());
     if let Some(process) = &process {
         output.json["process"] = Value::String(process.name.clone());
     }
@@ -113,8 +113,8 @@ fn compliance_doubts(
     path: &Path,
     desired: &[Result<Desired, Refusal>],
     has_process: bool,
-) -> Result<Vec<Diagnostic>, Failure> {
-    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+) -> Result<Vec<Diagnostic>, Error> {
+    let geometry = Geometry::nominal(model)?;
     let asked: Vec<(&[f64], Option<Option<usize>>)> = desired
         .iter()
         .zip(&path.campaign.readings)
@@ -132,16 +132,16 @@ fn compliance_doubts(
 }
 
 /// `--at` for a path that does not say which marker passes.
-pub(super) fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Failure> {
+pub(super) fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Error> {
     let Some(name) = at else { return Ok(()) };
     let Some(marker) = loaded.model.marker(name) else {
         let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
-        return Err(Failure::Input(vec![
+        return Err(Error::from(vec![
             Diagnostic::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
         ]));
     };
     if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
-        return Err(Failure::input("--at, and the path has a column `marker`", "give one of them"));
+        return Err(Error::input("--at, and the path has a column `marker`", "give one of them"));
     }
     path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(marker));
     Ok(())
@@ -168,7 +168,7 @@ impl Shown<'_> {
 }
 
 impl ControllerFile {
-    pub fn new(name: Option<&str>, loaded: &LoadedRobot, path: &Path) -> Result<Self, Failure> {
+    pub fn new(name: Option<&str>, loaded: &LoadedRobot, path: &Path, session: &Session) -> Result<Self, Error> {
         let own: Vec<usize> = (0..loaded.model.markers.len()).collect();
         let Some(name) = name else {
             let mut diagnostics = Vec::new();
@@ -181,10 +181,10 @@ impl ControllerFile {
             }
             return Ok(Self { loaded: None, markers: own, diagnostics });
         };
-        let nominal = load_robot(name)?;
+        let nominal = session.reader.robot(name)?;
         let of = |l: &LoadedRobot| -> Vec<String> { l.model.variables.iter().map(|v| v.name.clone()).collect() };
         if of(&nominal) != of(loaded) {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!(
                     "--nominal `{name}` has the variables {}, and the robot {}",
                     of(&nominal).join(", "),
@@ -200,7 +200,7 @@ impl ControllerFile {
             match found {
                 Some(found) => markers.push(found),
                 None if used => {
-                    return Err(Failure::input(
+                    return Err(Error::input(
                         format!("--nominal `{name}` has no marker `{}`", marker.name),
                         "give the uncalibrated description of the same robot",
                     ));
@@ -219,26 +219,26 @@ impl ControllerFile {
         path: &Path,
         from: Option<&str>,
         frame: FrameName,
-    ) -> Result<(Vec<Result<Desired, Refusal>>, Shown<'a>), Failure> {
+    ) -> Result<(Vec<Result<Desired, Refusal>>, Shown<'a>), Error> {
         let model = self.loaded.as_ref().map_or(&loaded.model, |nominal| &nominal.model);
-        let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+        let geometry = Geometry::nominal(model)?;
         let asked = Asked { joints: path.joints, position: path.position, orientation: path.orientation };
         let from = from.map(|text| joints(&loaded.model, &loaded.raw.units, text)).transpose()?;
         let controller = Controller { geometry: &geometry, markers: &self.markers };
         let axes: Option<Rotation3<f64>> = match (&from, asked.joints || asked.orientation) {
             (Some(q), false) if model.variables.len() >= 6 => {
-                let pose = controller.pose(q, None, &mut Placements::default()).map_err(Failure::computation)?;
+                let pose = controller.pose(q, None, &mut Placements::default())?;
                 Some(pose.rotation)
             }
             (None, false) if model.variables.len() >= 6 => {
-                return Err(Failure::input(
+                return Err(Error::input(
                     "the path gives positions, and nothing says how the tool should stand",
                     "add columns rx, ry, rz or the joints, or give `compensate --from`, a configuration whose orientation is kept",
                 ));
             }
             _ => None,
         };
-        let measured = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
+        let measured = Geometry::nominal(&loaded.model)?;
         let frame = match frame {
             FrameName::Base => Transform::identity(),
             FrameName::Measurement => measured.base().inverse(),

@@ -5,17 +5,17 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use crate::Error;
 use crate::cli::args::Compensator;
 use crate::cli::values::numbers;
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
-use crate::files::table_file;
 use crate::render::compensator::{Compensator as Found, compensator_json, compensator_text};
 
-pub fn run(command: &Compensator) -> Result<Output, Failure> {
+pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
     if command.circle.is_none() && command.mounting.is_none() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "no measurements of the compensator",
             "give --circle FILE [--anchor FILE], or --mounting L,AX,AY; and --compliances FILE for its spring",
         ));
@@ -23,12 +23,12 @@ pub fn run(command: &Compensator) -> Result<Output, Failure> {
     let mut found = Found::default();
     let mut triangle = None;
     if let Some(path) = &command.circle {
-        let points = read(path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
+        let points = read(session, path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
         let angles = points.numbers("q").unwrap_or_default();
         let points: Vec<(f64, Vector3<f64>)> =
             angles.iter().zip(positions(&points)).map(|(q, p)| (q.to_radians(), p)).collect();
-        let arcs = command.anchor.as_deref().map(arcs).transpose()?.unwrap_or_default();
-        let mounted = mounting(&points, &arcs).map_err(Failure::computation)?;
+        let arcs = command.anchor.as_deref().map(|path| arcs(session, path)).transpose()?.unwrap_or_default();
+        let mounted = mounting(&points, &arcs)?;
         triangle = mounted.anchor.map(|[ax, ay]| Triangle { lever: mounted.lever.value, ax: ax.value, ay: ay.value });
         found.mounting = Some(mounted);
     }
@@ -39,12 +39,12 @@ pub fn run(command: &Compensator) -> Result<Output, Failure> {
     found.triangle = triangle;
     if let Some(path) = &command.compliances {
         let Some(triangle) = triangle else {
-            return Err(Failure::input(
+            return Err(Error::input(
                 "--compliances: where the spring is hung is not known",
                 "give --anchor as well as --circle, or --mounting L,AX,AY",
             ));
         };
-        let table = read(path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
+        let table = read(session, path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
         let column = |name: &str| table.numbers(name).unwrap_or_default().to_vec();
         let widths = table.has("ci95").then(|| column("ci95"));
         found.compliances = column("q")
@@ -60,23 +60,23 @@ pub fn run(command: &Compensator) -> Result<Output, Failure> {
         let negative = found.compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0));
         if let Some(row) = negative {
             let line = table.line(row).unwrap_or_default();
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("`{}` line {line}: k2 and ci95 must be above 0", path.display()),
                 "give compliances in 1e-6 rad/(N.m)",
             ));
         }
-        found.elasticity = Some(elasticity(&triangle, &found.compliances).map_err(Failure::computation)?);
+        found.elasticity = Some(elasticity(&triangle, &found.compliances)?);
     }
-    Ok(Output::new(compensator_text(&found), compensator_json(&found)))
+    Ok(Output::new(compensator_text(&found, session.terminal.screen), compensator_json(&found)))
 }
 
 /// Reads columns of numbers (and of the points' names) with whether each must be there.
-fn read(path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Failure> {
+fn read(session: &Session, path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Error> {
     let name = path.display().to_string();
     let listed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-    let file = table_file(path).map_err(|diagnostic| {
+    let file = session.reader.table(path).map_err(|diagnostic| {
         let wanted = format!("give a CSV with the columns {}", listed.join(", "));
-        Failure::Input(vec![if diagnostic.remedy.is_some() { diagnostic } else { diagnostic.remedy(wanted) }])
+        Error::from(vec![if diagnostic.remedy.is_some() { diagnostic } else { diagnostic.remedy(wanted) }])
     })?;
     let mut expected: Vec<ExpectedColumn> = columns
         .iter()
@@ -95,8 +95,8 @@ fn positions(table: &Table) -> Vec<Vector3<f64>> {
 }
 
 /// Positions of each reference point.
-fn arcs(path: &Path) -> Result<Vec<Vec<Vector3<f64>>>, Failure> {
-    let table = read(path, &[("x", true), ("y", true), ("z", true), ("q", false)], true)?;
+fn arcs(session: &Session, path: &Path) -> Result<Vec<Vec<Vector3<f64>>>, Error> {
+    let table = read(session, path, &[("x", true), ("y", true), ("z", true), ("q", false)], true)?;
     let names = table.texts("point").cloned().unwrap_or_default();
     let mut arcs = vec![Vec::new(); names.texts().len()];
     for (&point, position) in names.indices().iter().zip(positions(&table)) {

@@ -2,10 +2,11 @@
 
 use clap::CommandFactory;
 
+use crate::Error;
+use crate::cli::Output;
 use crate::cli::args::{Arguments, Completions};
-use crate::cli::{Failure, Output};
 
-pub fn run(command: &Completions) -> Result<Output, Failure> {
+pub fn run(command: &Completions) -> Result<Output, Error> {
     let mut script = Vec::new();
     clap_complete::generate(command.shell, &mut Arguments::command(), "elastogeo", &mut script);
     let text = String::from_utf8_lossy(&script).into_owned();

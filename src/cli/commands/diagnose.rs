@@ -4,34 +4,37 @@ use std::time::Instant;
 
 use super::convert::{can_write, written};
 use super::identify::left_to_fit;
+use crate::Error;
 use crate::cli::args::Diagnose;
-use crate::cli::{Failure, Output, terminal};
+use crate::cli::{Output, Session};
 use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
-use crate::files::load_campaign;
 use crate::model::with_values;
 use crate::observation::Purpose;
 use crate::render::diagnosis::{diagnosis_json, diagnosis_text};
 
-pub fn run(command: &Diagnose, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     if let Some(path) = &command.apply {
         can_write(path)?;
     }
-    let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
+    let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;
     let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     left_to_fit(campaign, &aside)?;
-    let bar = terminal::bar(None, "{spinner} {msg}");
+    let bar = session.terminal.bar(None, "{spinner} {msg}");
     let started = Instant::now();
     let found = diagnose(model, campaign, &aside, &Settings::new(campaign, seed), &mut |doing| {
         bar.set_message(doing.to_string());
         bar.tick();
-    })
-    .map_err(Failure::computation)?;
+    })?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(diagnosis_text(&campaign.name, &found), diagnosis_json(model, &found, seconds));
+    let mut output = Output::new(
+        diagnosis_text(&campaign.name, &found, session.terminal.screen),
+        diagnosis_json(model, &found, seconds),
+    );
     output.diagnostics = loaded.diagnostics;
     if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(

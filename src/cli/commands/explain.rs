@@ -1,15 +1,15 @@
 //! `explain`: the page of the docs about a word.
 
+use crate::Error;
 use crate::cli::args::Explain;
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::diagnostic::{Diagnostic, nearest};
-use crate::render::table::screen;
 
 /// The pages, each under a heading of its own that is the word.
 const PAGES: [(&str, &str); 2] =
     [("terms", include_str!("../../../docs/terms.md")), ("effects", include_str!("../../../docs/effects.md"))];
 
-pub fn run(command: &Explain) -> Result<Output, Failure> {
+pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
     let all = PAGES.map(|(name, text)| (name, cut(text)));
     let Some(asked) = &command.term else { return Ok(list(&all)) };
     let wanted = asked.trim().to_lowercase().replace([' ', '_'], "-");
@@ -19,9 +19,9 @@ pub fn run(command: &Explain) -> Result<Output, Failure> {
             Some(near) => format!("did you mean `{near}`?"),
             None => "`elastogeo explain` lists all words".into(),
         };
-        return Err(Failure::Input(vec![Diagnostic::error(format!("`{asked}` is not explained")).remedy(remedy)]));
+        return Err(Error::from(vec![Diagnostic::error(format!("`{asked}` is not explained")).remedy(remedy)]));
     };
-    let shown = if screen().is_some() { joined(text) } else { (*text).into() };
+    let shown = if session.terminal.screen.columns().is_some() { joined(text) } else { (*text).into() };
     let json = serde_json::json!({"term": term, "page": format!("docs/{page}.md"), "text": text});
     Ok(Output::new(format!("{term}\n\n{}\n", shown.trim()), json))
 }

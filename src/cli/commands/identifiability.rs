@@ -2,23 +2,22 @@
 
 use serde_json::Value;
 
+use crate::Error;
 use crate::cli::args::{Identifiability, Reduction, Scale};
 use crate::cli::values::known_parameters;
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, observe};
-use crate::files::load_campaign;
 use crate::identifiability::{Criterion, Scaling};
 use crate::render::identification::{identifiability_json, identifiability_text};
 
-pub fn run(command: &Identifiability) -> Result<Output, Failure> {
+pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error> {
     let (scaling, criterion) = reduction(&command.reduction)?;
-    let loaded = load_campaign(&command.on.campaign, Some(&command.on.robot))?;
+    let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)
-        .map_err(Failure::computation)?;
-    let text = identifiability_text(model, &found.slots, &found.identifiability);
+    let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)?;
+    let text = identifiability_text(model, &found.slots, &found.identifiability, session.terminal.screen);
     let json = Value::Object(identifiability_json(model, &found.slots, &found.identifiability));
     let mut output = Output::new(text, json);
     output.diagnostics = loaded.diagnostics;
@@ -26,7 +25,7 @@ pub fn run(command: &Identifiability) -> Result<Output, Failure> {
 }
 
 /// Which parameters, as asked for; `None` where nothing is asked.
-pub fn what(asked: &[String]) -> Result<Option<What>, Failure> {
+pub fn what(asked: &[String]) -> Result<Option<What>, Error> {
     let mut what = What { geometric: false, elastic: false };
     for name in asked {
         match name.as_str() {
@@ -34,7 +33,7 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Failure> {
             "elastic" => what.elastic = true,
             other => {
                 let diagnostic = Diagnostic::error(format!("--what: unknown `{other}`"));
-                return Err(Failure::Input(vec![diagnostic.suggest(other, ["geometric", "elastic"])]));
+                return Err(Error::from(vec![diagnostic.suggest(other, ["geometric", "elastic"])]));
             }
         }
     }
@@ -42,7 +41,7 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Failure> {
 }
 
 /// Scaling and criterion as asked for.
-pub fn reduction(asked: &Reduction) -> Result<(Scaling, Criterion), Failure> {
+pub fn reduction(asked: &Reduction) -> Result<(Scaling, Criterion), Error> {
     let scaling = match asked.scale {
         Scale::Norm => Scaling::Norm,
         Scale::Tolerance => Scaling::Tolerance,
@@ -52,7 +51,7 @@ pub fn reduction(asked: &Reduction) -> Result<(Scaling, Criterion), Failure> {
         number => match number.parse::<f64>() {
             Ok(tolerance) if (0.0..1.0).contains(&tolerance) => Criterion::Relative(tolerance),
             _ => {
-                return Err(Failure::input(format!("--tolerance `{number}`"), "give a fraction in [0, 1), or `noise`"));
+                return Err(Error::input(format!("--tolerance `{number}`"), "give a fraction in [0, 1), or `noise`"));
             }
         },
     };

@@ -4,30 +4,31 @@ use std::time::Instant;
 
 use super::convert::{can_write, written};
 use super::identifiability::{reduction, what};
+use crate::Error;
 use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
-use crate::cli::{Failure, Output, terminal};
+use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
 use crate::estimation::least_squares::Loss;
-use crate::estimation::{CalibrationError, Scheme, Settings, Split, Weights, calibrate, compare, split};
-use crate::files::load_campaign;
+use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
 use crate::model::with_values;
 use crate::render::identification::{calibration_json, calibration_text, comparison_text};
 
-pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     let by_rules = super::identify_fuzzy::asked(command)?;
     let what = if by_rules { None } else { what(&command.what)? };
     if !(command.loss_scale.is_finite() && command.loss_scale > 0.0) {
-        return Err(Failure::input(format!("--loss-scale `{}`", command.loss_scale), "give a number above 0"));
+        return Err(Error::input(format!("--loss-scale `{}`", command.loss_scale), "give a number above 0"));
     }
     if !(0.0..=0.9).contains(&command.check) {
-        return Err(Failure::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
+        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
     }
     if let Some(path) = &command.save {
         can_write(path)?;
     }
     let (scaling, criterion) = reduction(&command.reduction)?;
-    let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
+    let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let settings = Settings {
@@ -65,28 +66,29 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
     let aside = split(&campaign, command.check, seed);
     left_to_fit(&campaign, &aside)?;
     if by_rules {
-        return super::identify_fuzzy::run(command, &loaded, &campaign, &aside, &settings, seed);
+        return super::identify_fuzzy::run(command, &loaded, &campaign, &aside, &settings, session);
     }
     let started = Instant::now();
     if command.compare {
-        let both = compare(model, &campaign, &aside, &settings).map_err(failure)?;
+        let both = compare(model, &campaign, &aside, &settings)?;
         let seconds = started.elapsed().as_secs_f64();
         let json = serde_json::json!({"ols": calibration_json(model, &campaign, &both.ols, seconds), "wls": calibration_json(model, &campaign, &both.wls, seconds)});
-        let mut output = Output::new(comparison_text(model, &both), json);
+        let mut output = Output::new(comparison_text(model, &both, session.terminal.screen), json);
         output.diagnostics = loaded.diagnostics;
         return Ok(output);
     }
-    let bar = terminal::bar(None, "{spinner} iteration {pos}  {msg}");
+    let bar = session.terminal.bar(None, "{spinner} iteration {pos}  {msg}");
     let found = calibrate(model, &campaign, &aside, &settings, &mut |progress| {
         bar.set_position(progress.iteration as u64);
         bar.set_message(format!("cost {:.6e}", progress.cost));
         bar.tick();
-    })
-    .map_err(failure)?;
+    })?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let mut output =
-        Output::new(calibration_text(model, &campaign, &found), calibration_json(model, &campaign, &found, seconds));
+    let mut output = Output::new(
+        calibration_text(model, &campaign, &found, session.terminal.screen),
+        calibration_json(model, &campaign, &found, seconds),
+    );
     output.diagnostics = loaded.diagnostics;
     output.failed = !found.converged;
     if let Some(path) = &command.save {
@@ -99,26 +101,22 @@ pub fn run(command: &Identify, seed: u64) -> Result<Output, Failure> {
 }
 
 /// Refuses a campaign of which all readings, or all that are loaded, are set aside to check.
-pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Failure> {
+pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Error> {
     let mut fitted =
         campaign.readings.iter().zip(aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading).peekable();
     if fitted.peek().is_none() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "no reading is left to fit: all are set aside to check",
             "mark readings to fit with `fit` in the column `set`",
         ));
     }
     if campaign.observes.is_difference() && fitted.all(|reading| reading.wrench == [0.0; 6]) {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("no reading to fit is loaded, and {}s are observed", campaign.observes.name()),
             "mark loaded readings with `fit` in the column `set`",
         ));
     }
     Ok(())
-}
-
-fn failure(error: CalibrationError) -> Failure {
-    Failure::computation(error)
 }
 
 /// Only `count` of the configurations that would be fitted, drawn with the seed, beside all those to check.

@@ -7,8 +7,9 @@ use serde_json::json;
 
 use super::convert::written;
 use super::schema::file_name;
+use crate::Error;
 use crate::cli::args::{Identify, PlacementName, SchemaOf};
-use crate::cli::{Failure, Output, terminal};
+use crate::cli::{Output, Session};
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
@@ -16,7 +17,7 @@ use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
 use crate::estimation::least_squares::Progress;
-use crate::estimation::{CalibrationError, Settings, What, calibrate};
+use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
@@ -27,31 +28,31 @@ use crate::render::fuzzy::{
 const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
 
 /// Whether rules are asked for.
-pub fn asked(command: &Identify) -> Result<bool, Failure> {
+pub fn asked(command: &Identify) -> Result<bool, Error> {
     if let Some(unknown) = command.what.iter().find(|name| !KINDS.contains(&name.as_str())) {
         let diagnostic = Diagnostic::error(format!("--what: unknown `{unknown}`"));
-        return Err(Failure::Input(vec![diagnostic.suggest(unknown, KINDS)]));
+        return Err(Error::from(vec![diagnostic.suggest(unknown, KINDS)]));
     }
     let has = |name: &str| command.what.iter().any(|what| what == name);
     let by_rules = has("fuzzy") || has("grey");
     if by_rules && has("geometric") {
-        return Err(Failure::input(
+        return Err(Error::input(
             "--what: geometry is not fitted together with rules",
             "identify the geometry first and --save it, then --what fuzzy or grey",
         ));
     }
     if by_rules && (command.what.len() > 1 || command.compare) && command.save.is_some() {
         let remedy = if command.compare { "leave --compare out to save one" } else { "ask for one with --what" };
-        return Err(Failure::input("--save: several models are compared", remedy));
+        return Err(Error::input("--save: several models are compared", remedy));
     }
     if !by_rules && command.save_rules.is_some() {
-        return Err(Failure::input("--save-rules: no rules are asked for", "add --what fuzzy or --what grey"));
+        return Err(Error::input("--save-rules: no rules are asked for", "add --what fuzzy or --what grey"));
     }
     if !by_rules && (!command.inputs.is_empty() || command.fit_force.is_some()) {
-        return Err(Failure::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
+        return Err(Error::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
     }
     if by_rules && command.prior {
-        return Err(Failure::input("--prior: rules have no tolerances", "leave it out"));
+        return Err(Error::input("--prior: rules have no tolerances", "leave it out"));
     }
     Ok(by_rules)
 }
@@ -62,17 +63,17 @@ pub fn run(
     campaign: &Campaign,
     aside: &[bool],
     settings: &Settings,
-    seed: u64,
-) -> Result<Output, Failure> {
+    session: &Session,
+) -> Result<Output, Error> {
     let model = &loaded.robot.model;
     if !campaign.observes.is_difference() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "rules are fitted to deflections, and the campaign observes something else",
             "measure loaded minus unloaded positions (`observes: deflection`)",
         ));
     }
     if campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker) {
-        return Err(Failure::input(
+        return Err(Error::input(
             "rules are fitted to one point, and the campaign reads several markers",
             "give the readings of one marker",
         ));
@@ -86,57 +87,55 @@ pub fn run(
     // What was not fitted: set aside, or under another load.
     let judges: Vec<bool> =
         whole.readings.iter().zip(all_aside).map(|(r, aside)| *aside || !is_under(r, command.fit_force)).collect();
-    let residual = |model: &Model, values: &[f64]| -> Result<Vec<f64>, Failure> {
+    let residual = |model: &Model, values: &[f64]| -> Result<Vec<f64>, Error> {
         let mut found = Linearised::default();
-        let predictor = Predictor::new(model, whole, Vec::new()).map_err(Failure::computation)?;
-        predictor.linearise(values, false, &mut found).map_err(Failure::computation)?;
+        let predictor = Predictor::new(model, whole, Vec::new())?;
+        predictor.linearise(values, false, &mut found)?;
         Ok(found.residual)
     };
     let inputs = inputs(model, campaign, &command.inputs)?;
     let placement = match command.placement {
         PlacementName::GaussNewton => Placement::GaussNewton,
-        PlacementName::SolisWets => Placement::SolisWets(seed),
+        PlacementName::SolisWets => Placement::SolisWets(session.seed()),
     };
     let started = Instant::now();
     let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
     let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
     let mut output = Output::new(String::new(), json!({}));
-    let bar = terminal::bar(None, "{spinner} {msg}");
+    let bar = session.terminal.bar(None, "{spinner} {msg}");
     let taken = |step: &Step| bar.set_message(step_text(step));
     let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
     if command.compare || command.what.len() > 1 {
         let mut methods = Vec::new();
         let mut dropped = false;
         if has("elastic") {
-            let found = calibrate(model, campaign, aside, &elastic, &mut iterated).map_err(Failure::computation)?;
+            let found = calibrate(model, campaign, aside, &elastic, &mut iterated)?;
             methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
         }
         if has("fuzzy") {
-            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken).map_err(failure)?;
+            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken)?;
             methods.push(Method { name: "fuzzy", residual: residual(&fit.model, &fit.values)? });
         }
         if has("grey") {
-            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)
-                .map_err(failure)?;
+            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)?;
             dropped = fit.correction.is_none();
             let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
             methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
         }
-        output.text = comparison_text(whole, &judges, &methods);
+        output.text = comparison_text(whole, &judges, &methods, session.terminal.screen);
         if dropped {
             output.text +=
                 "grey: no correction is kept, since none helps readings that it has not seen; these are the springs\n";
         }
         output.json = comparison_json(whole, &judges, &methods);
     } else if has("fuzzy") {
-        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken).map_err(failure)?;
-        output.text = fuzzy_text(&fit);
+        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken)?;
+        output.text = fuzzy_text(&fit, session.terminal.screen);
         output.json = fuzzy_json(&fit);
         save(command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
-        let fit =
-            fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken).map_err(failure)?;
-        output.text = grey_text(&fit);
+        let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)?;
+        output.text = grey_text(&fit, session.terminal.screen);
         output.json = grey_json(&fit);
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
         save(command, loaded, with, &fit.parametric.values, &mut output)?;
@@ -153,7 +152,7 @@ fn is_under(reading: &Reading, force: Option<f64>) -> bool {
 }
 
 /// Readings under one force.
-fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Failure> {
+fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Error> {
     let of = |reading: &Reading| is_under(reading, Some(force));
     let found = campaign.select(|_, reading| of(reading));
     let set: Vec<bool> = campaign.readings.iter().zip(aside).filter(|(r, _)| of(r)).map(|(_, aside)| *aside).collect();
@@ -165,7 +164,7 @@ fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, V
             .collect();
         sizes.sort_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
         sizes.dedup();
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("--fit-force {force}: no reading to fit is under that force"),
             format!("forces in the campaign, N: {}", sizes.join(", ")),
         ));
@@ -179,7 +178,7 @@ fn save(
     model: &Model,
     values: &[f64],
     output: &mut Output,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let Some(path) = &command.save else { return Ok(()) };
     let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
     if command.save_rules.is_some() && raw.fuzzy.is_none() {
@@ -187,7 +186,7 @@ fn save(
     }
     if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
         let line = schema_line(file, file_name(SchemaOf::Rules));
-        let text = line + &yaml::write(fuzzy).map_err(Failure::Computation)?;
+        let text = line + &yaml::write(fuzzy).map_err(Error::Impossible)?;
         let named = relative(file, path)?;
         output.text += &format!("identified rules: {}\n", file.display());
         output.files.push((file.clone(), text));
@@ -201,8 +200,8 @@ fn save(
 }
 
 /// A file's name as one beside it would call it.
-fn relative(file: &Path, beside: &Path) -> Result<String, Failure> {
-    let refuse = |what: String, remedy| Err(Failure::input(format!("--save-rules {}: {what}", file.display()), remedy));
+fn relative(file: &Path, beside: &Path) -> Result<String, Error> {
+    let refuse = |what: String, remedy| Err(Error::input(format!("--save-rules {}: {what}", file.display()), remedy));
     if !file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
         return refuse("rules are YAML".into(), "end the name in .yaml");
     }
@@ -221,7 +220,7 @@ fn relative(file: &Path, beside: &Path) -> Result<String, Failure> {
 }
 
 /// Inputs as named, or all variables that change in the readings.
-fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<Input>, Failure> {
+fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<Input>, Error> {
     if names.is_empty() {
         let changes = |k: &usize| {
             let first = campaign.configuration(0)[*k];
@@ -235,7 +234,7 @@ fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<In
         let joint = model.frame(name).filter(|&frame| model.frames[frame].joint != JointKind::Fixed);
         match (variable, joint) {
             _ if names[..k].contains(name) => {
-                return Err(Failure::input(format!("--inputs: `{name}` is given twice"), "name each input once"));
+                return Err(Error::input(format!("--inputs: `{name}` is given twice"), "name each input once"));
             }
             (Some(variable), _) => inputs.push(Input::Variable(variable)),
             (None, Some(frame)) => inputs.push(Input::Joint(frame)),
@@ -243,13 +242,9 @@ fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<In
                 let variables = model.variables.iter().map(|variable| variable.name.as_str());
                 let joints = model.frames.iter().filter(|frame| frame.moves()).map(|frame| frame.name.as_str());
                 let diagnostic = Diagnostic::error(format!("--inputs: no joint or variable is called `{name}`"));
-                return Err(Failure::Input(vec![diagnostic.suggest(name, variables.chain(joints))]));
+                return Err(Error::from(vec![diagnostic.suggest(name, variables.chain(joints))]));
             }
         }
     }
     Ok(inputs)
-}
-
-fn failure(error: CalibrationError) -> Failure {
-    Failure::computation(error)
 }

@@ -6,9 +6,10 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 
 use super::{schema, simulate};
+use crate::Error;
 use crate::cli::args::{Init, SchemaOf, StarterKind};
-use crate::cli::{Failure, Output};
-use crate::files::{LoadedRobot, load_robot, load_robot_text, text_of_file};
+use crate::cli::{Output, Session};
+use crate::files::LoadedRobot;
 use crate::kinematics::Geometry;
 use crate::observation::POSITION;
 use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
@@ -23,25 +24,26 @@ const POSES: usize = 60;
 /// Noise of a coordinate, m, as `campaign.yaml` states it.
 const SIGMA: f64 = 3e-5;
 
-pub fn run(command: &Init, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Init, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     let folder = Path::new(&command.name);
     usable(folder)?;
     let mut files: Vec<(PathBuf, String)> = Vec::new();
     let (robot, loaded) = match (&command.file, command.kind) {
         (None, Some(StarterKind::Urdf)) => {
-            return Err(Failure::input("--kind urdf: no file is given", "write `init NAME --kind urdf FILE`"));
+            return Err(Error::input("--kind urdf: no file is given", "write `init NAME --kind urdf FILE`"));
         }
         (Some(file), Some(StarterKind::Serial | StarterKind::Parallelogram)) => {
             let message = format!("`{}`: only --kind urdf starts from a file", file.display());
-            return Err(Failure::input(message, "leave the file out, or give --kind urdf"));
+            return Err(Error::input(message, "leave the file out, or give --kind urdf"));
         }
         (Some(path), _) => {
-            let (description, copied, loaded) = from_urdf(path)?;
+            let (description, copied, loaded) = from_urdf(session, path)?;
             files.push((folder.join(&copied.0), copied.1));
             (description, loaded)
         }
-        (None, Some(StarterKind::Parallelogram)) => plain(PARALLELOGRAM)?,
-        (None, None | Some(StarterKind::Serial)) => plain(SERIAL)?,
+        (None, Some(StarterKind::Parallelogram)) => plain(session, PARALLELOGRAM)?,
+        (None, None | Some(StarterKind::Serial)) => plain(session, SERIAL)?,
     };
     let (readings, measurements) = example(&loaded, seed)?;
     let joints: Vec<&str> = loaded.model.variables.iter().map(|variable| variable.name.as_str()).collect();
@@ -68,19 +70,19 @@ pub fn run(command: &Init, seed: u64) -> Result<Output, Failure> {
     let mut output = Output::new(text, serde_json::json!({"wrote": wrote, "readings": readings}));
     output.diagnostics = loaded.diagnostics;
     std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("`{name}` cannot be made: {error}"), "give another name"))?;
+        .map_err(|error| Error::input(format!("`{name}` cannot be made: {error}"), "give another name"))?;
     output.files = files;
     Ok(output)
 }
 
 /// Refuses a name that is no plain folder's, and a folder in which something stands already.
-fn usable(folder: &Path) -> Result<(), Failure> {
+fn usable(folder: &Path) -> Result<(), Error> {
     let shown = folder.display();
     let plain = folder.file_name().and_then(|name| name.to_str()).is_some_and(|name| {
         !name.starts_with(['-', '.']) && name.chars().all(|c| c.is_alphanumeric() || "-_.".contains(c))
     });
     if !plain {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("`{shown}` is no name for a folder of a robot"),
             "use letters, digits, `-`, `_` and `.`, as in `my-robot`",
         ));
@@ -89,12 +91,12 @@ fn usable(folder: &Path) -> Result<(), Failure> {
         let empty = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
         if !empty {
             let what = if folder.is_dir() { "is not empty" } else { "is a file" };
-            return Err(Failure::input(format!("`{shown}` {what}; nothing is overwritten"), "give another name"));
+            return Err(Error::input(format!("`{shown}` {what}; nothing is overwritten"), "give another name"));
         }
         return Ok(());
     }
     match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() && !parent.is_dir() => Err(Failure::input(
+        Some(parent) if !parent.as_os_str().is_empty() && !parent.is_dir() => Err(Error::input(
             format!("`{shown}` cannot be made: there is no folder `{}`", parent.display()),
             "make the folder, or give another",
         )),
@@ -102,20 +104,20 @@ fn usable(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-fn plain(text: &str) -> Result<(String, LoadedRobot), Failure> {
-    Ok((text.into(), load_robot_text(Path::new("robot.yaml"), text)?))
+fn plain(session: &Session, text: &str) -> Result<(String, LoadedRobot), Error> {
+    Ok((text.into(), session.reader.robot_text(Path::new("robot.yaml"), text)?))
 }
 
 /// A description that starts from a URDF, the URDF's name and text, and both read together.
-fn from_urdf(path: &Path) -> Result<(String, (String, String), LoadedRobot), Failure> {
+fn from_urdf(session: &Session, path: &Path) -> Result<(String, (String, String), LoadedRobot), Error> {
     let named = path.extension().and_then(|extension| extension.to_str());
     let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| matches!(named, Some("urdf" | "xml")))
     else {
-        return Err(Failure::input(format!("`{}` is no URDF by its name", path.display()), "give a .urdf file"));
+        return Err(Error::input(format!("`{}` is no URDF by its name", path.display()), "give a .urdf file"));
     };
-    let alone = load_robot(&path.display().to_string())?;
+    let alone = session.reader.robot(&path.display().to_string())?;
     let Some((joint, _)) = alone.raw.frames.iter().find(|(_, frame)| frame.variable.is_some()) else {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("`{}` has no joint that moves: there is nothing to calibrate", path.display()),
             "give the URDF of an arm",
         ));
@@ -125,8 +127,8 @@ fn from_urdf(path: &Path) -> Result<(String, (String, String), LoadedRobot), Fai
         .replace("@TOOL@", &quoted(&alone.model.frames[alone.model.tool.0].name))
         .replace("@FIRST@", &quoted(joint));
     // Read as it will stand: beside the URDF, which is copied with it.
-    let loaded = load_robot_text(&path.with_file_name("robot.yaml"), &text)?;
-    Ok((text, (name.into(), text_of_file(path)?), loaded))
+    let loaded = session.reader.robot_text(&path.with_file_name("robot.yaml"), &text)?;
+    Ok((text, (name.into(), session.reader.text(path)?), loaded))
 }
 
 /// The inside of a YAML text in double quotes.
@@ -135,16 +137,16 @@ fn quoted(text: &str) -> String {
 }
 
 /// Readings of one drawn robot: how many, and their CSV (mm, deg).
-fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Failure> {
+fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Error> {
     let model = &loaded.model;
     let mut random = generator(seed);
     let mut values = draw_errors(model, 1.0, 0.0, &mut random);
     for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
         values[model.base + k] += size * (2.0 * random.random::<f64>() - 1.0);
     }
-    let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
+    let geometry = Geometry::new(model, &values)?;
     let plan = Plan {
-        configurations: draw_configurations(&geometry, POSES, 0.8, &mut random).map_err(Failure::computation)?,
+        configurations: draw_configurations(&geometry, POSES, 0.8, &mut random)?,
         markers: vec![model.marker("ball")],
         repeats: 1,
         wrenches: Vec::new(),
@@ -155,7 +157,7 @@ fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Failure> 
         estimate: [true, true],
     };
     let blank = unmeasured(model, &plan);
-    let mut campaign = carry_out(model, &values, &plan, blank, &mut random).map_err(Failure::computation)?;
+    let mut campaign = carry_out(model, &values, &plan, blank, &mut random)?;
     let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
     order.shuffle(&mut random);
     order.truncate(POSES / 4);

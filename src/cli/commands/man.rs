@@ -2,20 +2,21 @@
 
 use clap::CommandFactory;
 
+use crate::Error;
+use crate::cli::Output;
 use crate::cli::args::{Arguments, Man};
-use crate::cli::{Failure, Output};
 
-pub fn run(command: &Man) -> Result<Output, Failure> {
+pub fn run(command: &Man) -> Result<Output, Error> {
     let mut whole = Arguments::command();
     whole.build();
     let mut files = Vec::new();
-    pages(&whole, &mut |name, page| files.push((command.folder.join(name), page))).map_err(Failure::computation)?;
+    pages(&whole, &mut |name, page| files.push((command.folder.join(name), page)))?;
     let text = format!("{} pages in {}\n", files.len(), command.folder.display());
     let wrote: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut output = Output::new(text, serde_json::json!({"wrote": wrote}));
     output.files = files;
     std::fs::create_dir_all(&command.folder).map_err(|error| {
-        Failure::input(format!("`{}` cannot be made: {error}", command.folder.display()), "give another folder")
+        Error::input(format!("`{}` cannot be made: {error}", command.folder.display()), "give another folder")
     })?;
     Ok(output)
 }

@@ -7,27 +7,30 @@ use nalgebra::{Point3, Vector3};
 use super::identifiability::{reduction, what};
 use super::pose::{LOAD, loaded_configurations};
 use super::simulate::{markers, observed};
+use crate::Error;
 use crate::cli::args::Plan;
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
-use crate::cli::{Failure, Output, terminal};
+use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
-use crate::files::{LoadedRobot, load_campaign, load_robot, writable};
+use crate::files::{LoadedRobot, writable};
 use crate::observation::{DEFLECTION, POSITION};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::render::plan::{plan_json, plan_text};
 use crate::simulation::joint_box;
 
-pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     check(command)?;
     let Some(criterion) = Optimality::named(&command.criterion) else {
         let diagnostic = Diagnostic::error(format!("--criterion: unknown `{}`", command.criterion));
-        return Err(Failure::Input(vec![diagnostic.suggest(&command.criterion, Optimality::NAMES)]));
+        return Err(Error::from(vec![diagnostic.suggest(&command.criterion, Optimality::NAMES)]));
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
-    let robot = load_robot(&command.robot)?;
-    let measured = command.add_to.as_deref().map(|name| load_campaign(name, Some(&command.robot))).transpose()?;
+    let robot = session.reader.robot(&command.robot)?;
+    let measured =
+        command.add_to.as_deref().map(|name| session.reader.campaign(name, Some(&command.robot))).transpose()?;
     // A campaign may leave elements out.
     let loaded = measured.as_ref().map_or(&robot, |measured| &measured.robot);
     let mut diagnostics = measured.as_ref().map_or(&robot.diagnostics, |measured| &measured.diagnostics).clone();
@@ -35,20 +38,20 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let measured = measured.as_ref().map(|measured| &measured.campaign);
     let length = units.length.factor();
-    let point = |flag: &str, text: &str| -> Result<Vector3<f64>, Failure> {
+    let point = |flag: &str, text: &str| -> Result<Vector3<f64>, Error> {
         Ok(Vector3::from_column_slice(&numbers(flag, text, &[3])?))
     };
-    let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Failure>>()?;
+    let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = match &command.test {
         Some(path) => {
-            let (rows, said) = loaded_configurations(loaded, path)?;
+            let (rows, said) = loaded_configurations(session, loaded, path)?;
             diagnostics.extend(said);
             rows
         }
         None => Vec::new(),
     };
     if command.test.is_some() && tests.is_empty() {
-        return Err(Failure::input("--test: the file has no rows", "give at least one configuration"));
+        return Err(Error::input("--test: the file has no rows", "give at least one configuration"));
     }
     let observes = match (measured, command.observes) {
         (Some(measured), _) => measured.observes,
@@ -58,7 +61,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
     };
     let what = asked.unwrap_or_else(|| What::of(observes));
     if observes.is_difference() && loads.is_empty() {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("{}s: nothing loads the robot", observes.name()),
             "give --wrench FX,FY,FZ,MX,MY,MZ",
         ));
@@ -74,7 +77,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
             let facing = command.facing.as_deref().map(|text| point("--facing", text)).transpose()?;
             let facing = facing.unwrap_or_else(Vector3::z);
             if facing.norm() == 0.0 {
-                return Err(Failure::input("--facing 0,0,0", "give a direction"));
+                return Err(Error::input("--facing 0,0,0", "give a direction"));
             }
             Some(Sight {
                 instrument: Point3::from(point("--instrument", text)? * length),
@@ -88,7 +91,7 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         Some(text) => {
             let n = numbers("--workspace", text, &[6])?;
             if (0..3).any(|k| n[2 * k] >= n[2 * k + 1]) {
-                return Err(Failure::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
+                return Err(Error::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
             }
             Some(std::array::from_fn(|k| [n[2 * k] * length, n[2 * k + 1] * length]))
         }
@@ -129,14 +132,17 @@ pub fn run(command: &Plan, seed: u64) -> Result<Output, Failure> {
         seed,
     };
     let started = Instant::now();
-    let bar = terminal::bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
+    let bar = session.terminal.bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
     let mut planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
     bar.finish_and_clear();
     if let Some(measured) = measured {
         rename(&mut planned, &measured.poses);
     }
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(plan_text(model, &request, &planned), plan_json(model, &request, &planned, seconds));
+    let mut output = Output::new(
+        plan_text(model, &request, &planned, session.terminal.screen),
+        plan_json(model, &request, &planned, seconds),
+    );
     output.diagnostics = diagnostics;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
@@ -154,8 +160,8 @@ fn rename(planned: &mut Planned, known: &[String]) {
     }
 }
 
-fn check(command: &Plan) -> Result<(), Failure> {
-    let refuse = |what: String, remedy: &str| Err(Failure::input(what, remedy));
+fn check(command: &Plan) -> Result<(), Error> {
+    let refuse = |what: String, remedy: &str| Err(Error::input(what, remedy));
     if command.poses == 0 || command.poses > 1000 {
         return refuse(format!("--poses {}", command.poses), "give a number from 1 to 1000");
     }
@@ -178,12 +184,12 @@ fn check(command: &Plan) -> Result<(), Failure> {
         return refuse(format!("--apart `{}`", command.apart), "give a distance from 0");
     }
     if let Some(path) = &command.table {
-        writable(path).map_err(|diagnostic| Failure::Input(vec![diagnostic]))?;
+        writable(path)?;
     }
     Ok(())
 }
 
-fn refused(error: PlanningError) -> Failure {
+fn refused(error: PlanningError) -> Error {
     let remedy = match &error {
         PlanningError::TooFew { least, .. } => format!("give --poses {least} or more, or hold parameters with --hold"),
         PlanningError::NoRoom { .. } => "widen --cone, --workspace, --range or --share, or move the instrument".into(),
@@ -192,9 +198,9 @@ fn refused(error: PlanningError) -> Failure {
         PlanningError::NothingSeen => "load the robot with --wrench, or plan other readings".into(),
         PlanningError::Calibration(_) => "plan for what the description can be fitted for, with --what".into(),
         PlanningError::Test { .. } => "give test poses that the robot can take".into(),
-        _ => return Failure::computation(error),
+        _ => return Error::from(error),
     };
-    Failure::input(error.to_string(), remedy)
+    Error::input(error.to_string(), remedy)
 }
 
 /// One row a configuration, in the description's units; loads where there are any.

@@ -5,25 +5,26 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
+use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::values::{joints, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, PointLoad, Response, Statics, equilibrium};
-use crate::files::{LoadedRobot, load_robot, table_file};
+use crate::files::LoadedRobot;
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
-use crate::render::table::{deg, mm, table};
+use crate::render::table::{Screen, deg, mm};
 use crate::simulation::Loaded;
 
-pub fn run(command: &Pose) -> Result<Output, Failure> {
-    let mut loaded = load_robot(&command.robot)?;
+pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
+    let mut loaded = session.reader.robot(&command.robot)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
     let configurations = match (&command.joints, &command.table) {
         (_, Some(path)) => {
-            let (rows, said) = read(&loaded, path, &[])?;
+            let (rows, said) = read(session, &loaded, path, &[])?;
             loaded.diagnostics.extend(said);
             rows.into_iter().map(|(q, _)| q).collect()
         }
@@ -32,23 +33,23 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
             loaded.diagnostics.extend(beyond_limits(&loaded, &q));
             vec![q]
         }
-        (None, None) => return Err(Failure::input("no configuration", "give --joints or --table")),
+        (None, None) => return Err(Error::input("no configuration", "give --joints or --table")),
     };
     linear(&loaded.model, command.equilibrium)?;
-    let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
+    let geometry = Geometry::nominal(&loaded.model)?;
     let mut placements = Placements::default();
     let (mut text, mut all) = (String::new(), Vec::new());
     for (row, q) in configurations.iter().enumerate() {
         geometry.place(q, &mut placements).map_err(|error| {
             let which = if command.table.is_some() { format!("row {}: ", row + 1) } else { String::new() };
-            Failure::Computation(format!("{which}{error}"))
+            Error::Impossible(format!("{which}{error}"))
         })?;
-        text += &in_words(&geometry, &placements);
+        text += &in_words(&geometry, &placements, session.terminal.screen);
         let mut json = as_json(&geometry, &placements);
         if let Some(load) = &load {
             let deflected = deflected(&geometry, q, &placements, load, command.equilibrium)?;
             text += "\nunder the wrench and own weight\n";
-            text += &table(
+            text += &session.terminal.screen.table(
                 &["point", "dx mm", "dy mm", "dz mm", "rx deg", "ry deg", "rz deg"],
                 deflected.iter().map(|(name, d)| {
                     let mut row = vec![name.clone()];
@@ -68,9 +69,9 @@ pub fn run(command: &Pose) -> Result<Output, Failure> {
 }
 
 /// Refuses an equilibrium where a fuzzy compliance, linear in the load, stands for the structure.
-pub fn linear(model: &crate::model::Model, at_equilibrium: bool) -> Result<(), Failure> {
+pub fn linear(model: &crate::model::Model, at_equilibrium: bool) -> Result<(), Error> {
     if at_equilibrium && model.fuzzy.is_some() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "--equilibrium: the description's fuzzy compliance is linear in the load",
             "leave --equilibrium out",
         ));
@@ -85,12 +86,12 @@ fn deflected(
     placements: &Placements,
     load: &[f64; 6],
     at_equilibrium: bool,
-) -> Result<Vec<(String, [f64; 6])>, Failure> {
+) -> Result<Vec<(String, [f64; 6])>, Error> {
     let model = geometry.model;
     let elastics = Elastics::new(model, geometry.values(), &[]);
     let (force, moment) = (Vector3::new(load[0], load[1], load[2]), Vector3::new(load[3], load[4], load[5]));
     let mut statics = Statics::new(true);
-    elastics.prepare(placements, &mut statics).map_err(Failure::computation)?;
+    elastics.prepare(placements, &mut statics)?;
     let tool = ("tool".to_string(), model.tool.0, geometry.tool().translation.vector);
     let markers = model.markers.iter().enumerate();
     let markers =
@@ -101,7 +102,7 @@ fn deflected(
         let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
         let (d, r) = if at_equilibrium {
             let found = equilibrium(&elastics, placements, &PointLoad { vertex, point, force, moment }, true);
-            let found = found.map_err(Failure::computation)?;
+            let found = found?;
             (found.displacement, found.rotation)
         } else {
             let mut response = Response::new(&elastics, vertex);
@@ -118,10 +119,11 @@ fn deflected(
 /// fx, fy, fz, mx, my, mz, which may be absent; and warnings of limits. The name of a row and the pose that
 /// `compensate --table` writes beside the joints are passed over.
 pub fn loaded_configurations(
+    session: &Session,
     loaded: &LoadedRobot,
     path: &std::path::Path,
-) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Failure> {
-    read(loaded, path, &LOAD)
+) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
+    read(session, loaded, path, &LOAD)
 }
 
 /// Columns of a load.
@@ -136,18 +138,19 @@ pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
 }
 
 fn read(
+    session: &Session,
     loaded: &LoadedRobot,
     path: &std::path::Path,
     also: &[&str],
-) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Failure> {
+) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
     let name = path.display().to_string();
-    let file = table_file(path).map_err(|diagnostic| {
+    let file = session.reader.table(path).map_err(|diagnostic| {
         let diagnostic = if diagnostic.remedy.is_some() {
             diagnostic
         } else {
             diagnostic.remedy("give a CSV with one column a variable")
         };
-        Failure::Input(vec![diagnostic])
+        Error::from(vec![diagnostic])
     })?;
     let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), true));
     let expected: Vec<ExpectedColumn> = variables
@@ -211,12 +214,12 @@ fn as_json(geometry: &Geometry, placements: &Placements) -> Value {
     json!({"joints": joints, "frames": frames, "markers": markers, "tool": matrix(&tool)})
 }
 
-fn in_words(geometry: &Geometry, placements: &Placements) -> String {
+fn in_words(geometry: &Geometry, placements: &Placements, screen: Screen) -> String {
     let model = geometry.model;
     let joint = |(name, value, angle): (String, f64, bool)| {
         vec![name, if angle { format!("{:.4} deg", deg(value)) } else { format!("{:.4} mm", mm(value)) }]
     };
-    let mut text = table(&["joint", "value"], joint_values(geometry, placements).into_iter().map(joint));
+    let mut text = screen.table(&["joint", "value"], joint_values(geometry, placements).into_iter().map(joint));
     let row = |name: &str, placed: &Transform| {
         let p = placed.translation.vector;
         let r = rotation_vector(&placed.rotation);
@@ -236,6 +239,6 @@ fn in_words(geometry: &Geometry, placements: &Placements) -> String {
         rows.push(row);
     }
     text += "\n";
-    text += &table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
+    text += &screen.table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
     text
 }

@@ -6,12 +6,13 @@ use std::time::Instant;
 use nalgebra::Matrix3;
 
 use super::identify::left_to_fit;
+use crate::Error;
 use crate::cli::args::{Arguments, Format, Report};
-use crate::cli::{Failure, Output, terminal};
+use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{self, diagnose};
 use crate::estimation::{CalibrationError, Settings, calibrate, split};
-use crate::files::{load_campaign, writable};
+use crate::files::writable;
 use crate::kinematics::{Geometry, Placements};
 use crate::parameter::Group;
 use crate::render::html::{Report as Found, Shot, write};
@@ -23,12 +24,12 @@ const SHOTS: usize = 24;
 /// Share of the configurations set aside where the campaign does not say, as `identify` does.
 const CHECK: f64 = 0.25;
 
-pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
-    let seed = arguments.seed;
-    let page = page(arguments, "report.html", command.json.as_deref())?;
-    let loaded = load_campaign(&command.campaign, command.robot.as_deref())?;
+pub fn run(command: &Report, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
+    let page = page(session.arguments, "report.html", command.json.as_deref())?;
+    let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
-    let bar = terminal::bar(None, "{spinner} {msg}");
+    let bar = session.terminal.bar(None, "{spinner} {msg}");
     let doing = |what: &str| {
         bar.set_message(what.to_string());
         bar.tick();
@@ -40,17 +41,16 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     let calibration = match calibrate(model, campaign, &aside, &Settings::default(), &mut |_| bar.tick()) {
         Ok(found) => Ok((found, started.elapsed().as_secs_f64())),
         Err(why @ (CalibrationError::NothingFree | CalibrationError::NothingElastic)) => Err(why.to_string()),
-        Err(other) => return Err(Failure::computation(other)),
+        Err(other) => return Err(Error::from(other)),
     };
     let started = Instant::now();
     let stated: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     let settings = diagnosis::Settings::new(campaign, seed);
-    let diagnosis =
-        diagnose(model, campaign, &stated, &settings, &mut |what| doing(what)).map_err(Failure::computation)?;
+    let diagnosis = diagnose(model, campaign, &stated, &settings, &mut |what| doing(what))?;
     let seconds = started.elapsed().as_secs_f64();
     doing("drawing");
     let fitted = calibration.as_ref().ok().map(|(found, _)| found);
-    let stages = readings(model, campaign, fitted, &diagnosis).map_err(Failure::computation)?;
+    let stages = readings(model, campaign, fitted, &diagnosis)?;
     // Lengths as described: what readings hardly tell can drive calibrated ones far off. Stiffness as calibrated.
     let calibrated = fitted.map_or(&diagnosis.calibrated, |found| &found.values);
     let values: Vec<f64> = model
@@ -60,10 +60,10 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
         .zip(calibrated)
         .map(|(parameter, value)| if parameter.group == Group::Elastic { *value } else { parameter.nominal })
         .collect();
-    let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
+    let geometry = Geometry::new(model, &values)?;
     let first = typical(model, campaign);
     let mut placements = Placements::default();
-    geometry.place(campaign.configuration(first), &mut placements).map_err(Failure::computation)?;
+    geometry.place(campaign.configuration(first), &mut placements)?;
     let scene = draw(&loaded.robot.robot, &geometry, &placements);
     let next = diagnosis
         .next_poses
@@ -100,7 +100,7 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
     output.diagnostics = loaded.diagnostics;
     output.failed = !converged;
     if let Some(path) = &command.json {
-        let text = serde_json::to_string_pretty(&output.json).map_err(Failure::computation)? + "\n";
+        let text = serde_json::to_string_pretty(&output.json)? + "\n";
         output.files.push((path.clone(), text));
         output.text += &format!("\nits data: {}\n", path.display());
     }
@@ -113,8 +113,8 @@ pub fn run(command: &Report, arguments: &Arguments) -> Result<Output, Failure> {
 }
 
 /// Where the page goes: `--output`, or the usual name; none where JSON is asked for. No two files may be one.
-pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
-    let refused = |diagnostic| Failure::Input(vec![diagnostic]);
+pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<Option<PathBuf>, Error> {
+    let refused = |diagnostic| Error::from(vec![diagnostic]);
     let path = match arguments.format {
         Format::Json => None,
         Format::Text => Some(arguments.output.clone().unwrap_or_else(|| PathBuf::from(usual))),
@@ -123,7 +123,7 @@ pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<
     if let Some(other) = other {
         writable(other).map_err(refused)?;
         if path.as_deref().or(arguments.output.as_deref()) == Some(other) {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("two results would go to `{}`", other.display()),
                 "give another name to one of them",
             ));

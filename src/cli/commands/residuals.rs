@@ -2,19 +2,19 @@
 
 use serde_json::{Value, json};
 
+use crate::Error;
 use crate::cli::args::OnCampaign;
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::estimation::errors_of;
-use crate::files::load_campaign;
 use crate::prediction::{Linearised, Predictor};
 use crate::render::identification::{errors_json, errors_table};
 
-pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
-    let loaded = load_campaign(&command.campaign, Some(&command.robot))?;
+pub fn run(command: &OnCampaign, session: &Session) -> Result<Output, Error> {
+    let loaded = session.reader.campaign(&command.campaign, Some(&command.robot))?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let mut found = Linearised::default();
-    let predictor = Predictor::new(model, campaign, Vec::new()).map_err(Failure::computation)?;
-    predictor.linearise(&model.registry.nominal(), false, &mut found).map_err(Failure::computation)?;
+    let predictor = Predictor::new(model, campaign, Vec::new())?;
+    predictor.linearise(&model.registry.nominal(), false, &mut found)?;
     let errors = |among: &dyn Fn(usize) -> bool| errors_of(campaign, &found.residual, among);
     let marker = |index: usize| campaign.readings[index].marker.map_or("TCP", |m| model.markers[m].name.as_str());
     let all = errors(&|_| true);
@@ -31,7 +31,7 @@ pub fn run(command: &OnCampaign) -> Result<Output, Failure> {
         .collect();
     let mut rows = vec![("all", &all), ("set fit", &fit), ("set check", &check)];
     rows.extend(by_marker.iter().map(|(name, errors)| (*name, errors)));
-    let mut text = errors_table(&rows);
+    let mut text = errors_table(&rows, session.terminal.screen);
     let directions: Vec<String> =
         ["x", "y", "z"].iter().zip(&by_direction).map(|(axis, rms)| format!("{axis} {rms:.4} mm")).collect();
     if components > 1 {

@@ -1,26 +1,27 @@
 //! `schema`: JSON Schemas of the files.
 
+use crate::Error;
+use crate::cli::Output;
 use crate::cli::args::{Schema, SchemaOf};
-use crate::cli::{Failure, Output};
 use crate::description::campaign::raw::RawCampaign;
 use crate::description::process::RawProcess;
 use crate::description::raw::{RawFuzzy, RawRobot};
 
-pub fn run(command: &Schema) -> Result<Output, Failure> {
+pub fn run(command: &Schema) -> Result<Output, Error> {
     let text = text(command.of)?;
-    let json = serde_json::from_str(&text).map_err(Failure::computation)?;
+    let json = serde_json::from_str(&text)?;
     Ok(Output::new(text, json).verbatim())
 }
 
 /// A schema as the text of a file.
-pub fn text(of: SchemaOf) -> Result<String, Failure> {
+pub fn text(of: SchemaOf) -> Result<String, Error> {
     let schema = match of {
         SchemaOf::Robot => schemars::schema_for!(RawRobot),
         SchemaOf::Process => schemars::schema_for!(RawProcess),
         SchemaOf::Rules => schemars::schema_for!(RawFuzzy),
         SchemaOf::Campaign => schemars::schema_for!(RawCampaign),
     };
-    Ok(serde_json::to_string_pretty(&schema).map_err(Failure::computation)? + "\n")
+    Ok(serde_json::to_string_pretty(&schema)? + "\n")
 }
 
 /// The file of a schema, as descriptions and campaigns name it.

@@ -11,9 +11,10 @@ use serde_json::{Map, Value, json};
 
 use super::pose::loaded_configurations;
 use super::schema::file_name;
+use crate::Error;
 use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::values::{known_parameters, ranges, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::raw::RawEffect;
@@ -21,27 +22,28 @@ use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
 use crate::effects::{Form, by_name, catalogue};
-use crate::files::{LoadedRobot, load_robot, schema_line};
+use crate::files::{LoadedRobot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::observation::Observes;
 use crate::parameter::{Kind, Parameter};
 use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
-pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
+pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
     let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
     if finite.iter().any(|v| !(0.0..=1e6).contains(v))
         || !(0.0..=1.0).contains(&command.share)
         || !(0.0..=0.9).contains(&command.check)
         || !(1..=1000).contains(&command.repeats)
     {
-        return Err(Failure::input(
+        return Err(Error::input(
             "a number is out of range",
             "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
         ));
     }
     spares_readings(&command.into)?;
-    let mut loaded = load_robot(&command.robot)?;
+    let mut loaded = session.reader.robot(&command.robot)?;
     for text in &command.effect {
         let entry = effect(&loaded.model, text)?;
         loaded.model.switch_on(entry);
@@ -64,30 +66,30 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
             values[slot] += 2e-3 * draw;
         }
     }
-    let geometry = Geometry::new(model, &values).map_err(Failure::computation)?;
+    let geometry = Geometry::new(model, &values)?;
     if let Some(file) = &command.process {
         let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
-        return process::run(&scene, file, seed, &mut random);
+        return process::run(&scene, file, session, &mut random);
     }
     let mut row_loads: Vec<[f64; 6]> = Vec::new();
     let configurations = match command.poses.parse::<usize>() {
-        Ok(0) => return Err(Failure::input("--poses 0", "give at least one configuration")),
+        Ok(0) => return Err(Error::input("--poses 0", "give at least one configuration")),
         Ok(count) if count > 100_000 => {
-            return Err(Failure::input(format!("--poses {count}"), "at most 100000 configurations"));
+            return Err(Error::input(format!("--poses {count}"), "at most 100000 configurations"));
         }
         Ok(count) => {
             let (within, said) = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
             diagnostics.extend(said);
-            draw_configurations_in(&geometry, &within, count, &mut random).map_err(Failure::computation)?
+            draw_configurations_in(&geometry, &within, count, &mut random)?
         }
         Err(_) if !command.range.is_empty() => {
-            return Err(Failure::input(
+            return Err(Error::input(
                 "--range beside a file of configurations",
                 "leave --range out, or give --poses a number",
             ));
         }
         Err(_) => {
-            let (rows, said) = loaded_configurations(&loaded, std::path::Path::new(&command.poses))?;
+            let (rows, said) = loaded_configurations(session, &loaded, std::path::Path::new(&command.poses))?;
             diagnostics.extend(said);
             if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
                 row_loads = rows.iter().map(|(_, load)| *load).collect();
@@ -96,14 +98,11 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         }
     };
     let observes = observed(model, command.observes)?;
-    let mut wrenches = command
-        .wrench
-        .iter()
-        .map(|text| wrench(&loaded.raw.units, text))
-        .collect::<Result<Vec<[f64; 6]>, Failure>>()?;
+    let mut wrenches =
+        command.wrench.iter().map(|text| wrench(&loaded.raw.units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     if !row_loads.is_empty() {
         if !wrenches.is_empty() {
-            return Err(Failure::input(
+            return Err(Error::input(
                 format!("`{}` has loads of its own", command.poses),
                 "leave --wrench out, or the columns fx, .., mz",
             ));
@@ -113,7 +112,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         wrenches.dedup();
     }
     if observes.is_difference() && wrenches.is_empty() {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("--observes {}: nothing loads the robot", observes.name()),
             "give --wrench FX,FY,FZ,MX,MY,MZ",
         ));
@@ -134,7 +133,7 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
         blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
         blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
     }
-    let campaign = carry_out(model, &values, &plan, blank, &mut random).map_err(Failure::computation)?;
+    let campaign = carry_out(model, &values, &plan, blank, &mut random)?;
     let mut output =
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)?;
     output.diagnostics.extend(diagnostics);
@@ -142,14 +141,14 @@ pub fn run(command: &Simulate, seed: u64) -> Result<Output, Failure> {
 }
 
 /// Refuses a folder with readings that were not simulated.
-fn spares_readings(folder: &std::path::Path) -> Result<(), Failure> {
+fn spares_readings(folder: &std::path::Path) -> Result<(), Error> {
     let truth = std::fs::read_to_string(folder.join("truth.json")).ok();
     let truth = truth.and_then(|text| serde_json::from_str::<Value>(&text).ok());
     if truth.is_some_and(|truth| truth.get("seed").is_some() && truth.get("parameters").is_some()) {
         return Ok(());
     }
     match ["campaign.yaml", "measurements.csv"].into_iter().find(|name| folder.join(name).exists()) {
-        Some(name) => Err(Failure::input(
+        Some(name) => Err(Error::input(
             format!("--into: `{}` has a {name} that `simulate` did not write", folder.display()),
             "give another folder",
         )),
@@ -167,7 +166,7 @@ struct Made<'a> {
 }
 
 /// A campaign and its truth as files.
-fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Result<Output, Failure> {
+fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Made { command, loaded, values, plan, seed } = *made;
     let model = &loaded.model;
     let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
@@ -197,22 +196,22 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
     );
     output.diagnostics = loaded.diagnostics.clone();
     std::fs::create_dir_all(&command.into).map_err(|error| {
-        Failure::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
+        Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
     let header_file = command.into.join("campaign.yaml");
     let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
     output.files = vec![
         (command.into.join("measurements.csv"), csv(loaded, &campaign)),
         (command.into.join("truth.json"), format!("{truth:#}\n")),
-        (header_file, line + &yaml::write(&header).map_err(Failure::Computation)?),
+        (header_file, line + &yaml::write(&header).map_err(Error::Impossible)?),
     ];
     Ok(output)
 }
 
 /// Refuses a kind of readings that needs anchors where the description has none.
-pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Failure> {
+pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Error> {
     if observes.anchor_column().is_some() && model.anchors.is_empty() {
-        return Err(Failure::input(
+        return Err(Error::input(
             format!("--observes {}: the description has no anchors", observes.name()),
             "add `anchors: {name: [x, y, z]}` to the description",
         ));
@@ -221,11 +220,11 @@ pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Fa
 }
 
 /// `EFFECT@SITE:parameter=value,...`, SI.
-fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
+fn effect(model: &Model, text: &str) -> Result<RawEffect, Error> {
     let (name, rest) = text.split_once('@').unwrap_or((text, ""));
     let Some(known) = by_name(name.trim()) else {
         let names: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
-        return Err(Failure::Input(vec![
+        return Err(Error::from(vec![
             Diagnostic::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
         ]));
     };
@@ -237,7 +236,7 @@ fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
     let sites = known.sites(model);
     let Some(at) = sites.iter().find(|known| known.name == site) else {
         let valid = sites.iter().map(|site| site.name.as_str());
-        return Err(Failure::Input(vec![
+        return Err(Error::from(vec![
             Diagnostic::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
         ]));
     };
@@ -247,7 +246,7 @@ fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
         let parsed = entry.split_once('=').and_then(|(k, v)| Some((k.trim(), v.trim().parse::<f64>().ok()?)));
         match parsed {
             Some((key, value)) if value.is_finite() => values.insert(key.to_string(), value),
-            _ => return Err(Failure::input(format!("--effect `{text}`: `{entry}`"), "write parameter=number, SI")),
+            _ => return Err(Error::input(format!("--effect `{text}`: `{entry}`"), "write parameter=number, SI")),
         };
     }
     let form = known
@@ -258,16 +257,16 @@ fn effect(model: &Model, text: &str) -> Result<RawEffect, Failure> {
     symbols.extend(known.parameters(model, at, &form).into_iter().map(|parameter| parameter.symbol));
     if values.is_empty() || values.keys().any(|key| !symbols.contains(key)) {
         let remedy = format!("its parameters (SI): {}", symbols.join(", "));
-        return Err(Failure::input(format!("--effect `{text}`: it has other parameters"), remedy));
+        return Err(Error::input(format!("--effect `{text}`: it has other parameters"), remedy));
     }
     Ok(RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters: values })
 }
 
-fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Failure> {
+fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Error> {
     let model = &loaded.model;
     for entry in set {
         let Some((name, value)) = entry.split_once('=') else {
-            return Err(Failure::input(format!("--set `{entry}`"), "write name=value"));
+            return Err(Error::input(format!("--set `{entry}`"), "write name=value"));
         };
         known_parameters(model, [name.trim()])?;
         let Some(slot) = model.registry.slot(name.trim()) else { continue };
@@ -283,7 +282,7 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
                 values[slot] = parameter.shown(changed);
             }
             _ => {
-                return Err(Failure::input(
+                return Err(Error::input(
                     format!("--set `{entry}`: `{value}` is no finite number"),
                     "write name=value",
                 ));
@@ -294,7 +293,7 @@ fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Resul
 }
 
 /// Refuses a change after which a stiffness or the like would be negative; `changed` as it is shown, SI.
-fn stays_possible(entry: &str, parameter: &Parameter, changed: f64, factor: f64) -> Result<(), Failure> {
+fn stays_possible(entry: &str, parameter: &Parameter, changed: f64, factor: f64) -> Result<(), Error> {
     let declared = parameter.shown(parameter.nominal);
     // What is left of a value and its inverse is nothing.
     let changed = if changed.abs() < 1e-9 * declared.abs() { 0.0 } else { changed };
@@ -305,13 +304,13 @@ fn stays_possible(entry: &str, parameter: &Parameter, changed: f64, factor: f64)
     };
     let name = &parameter.name;
     let [changed, declared] = [changed, declared].map(|v| format!("{:.6e}", v / factor).parse().unwrap_or(v / factor));
-    Err(Failure::input(
+    Err(Error::input(
         format!("--set `{entry}` makes `{name}` {changed}, and it must {must}"),
         format!("--set adds to what the description says, {declared}"),
     ))
 }
 
-pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Failure> {
+pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Option<usize>>, Error> {
     if names.is_empty() {
         return Ok(vec![None]);
     }
@@ -321,7 +320,7 @@ pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Opti
             Some(marker) => markers.push(Some(marker)),
             None => {
                 let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
-                return Err(Failure::Input(vec![
+                return Err(Error::from(vec![
                     Diagnostic::error(format!("unknown marker `{name}`")).suggest(name, valid),
                 ]));
             }

@@ -4,15 +4,16 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Map, Value, json};
 
 use super::pose::beyond_limits;
+use crate::Error;
 use crate::cli::args::Solve;
 use crate::cli::values::{joints, numbers};
-use crate::cli::{Failure, Output};
-use crate::files::load_robot;
+use crate::cli::{Output, Session};
 use crate::kinematics::{Geometry, InverseSettings, Target, solve};
-use crate::render::table::{deg, mm, table};
+use crate::render::table::{deg, mm};
 
-pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
-    let mut loaded = load_robot(&command.robot)?;
+pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
+    let seed = session.seed();
+    let mut loaded = session.reader.robot(&command.robot)?;
     let units = loaded.raw.units;
     let target = numbers("--target", &command.target, &[3, 6])?;
     let (length, angle) = (units.length.factor(), units.angle.factor());
@@ -22,9 +23,9 @@ pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
     if let Some(q) = &from {
         loaded.diagnostics.extend(beyond_limits(&loaded, q));
     }
-    let geometry = Geometry::nominal(&loaded.model).map_err(Failure::computation)?;
+    let geometry = Geometry::nominal(&loaded.model)?;
     let settings = InverseSettings { restarts: command.restarts, seed, from, ..InverseSettings::default() };
-    let solutions = solve(&geometry, &Target { position, rotation }, &settings).map_err(Failure::computation)?;
+    let solutions = solve(&geometry, &Target { position, rotation }, &settings)?;
 
     let variables = &loaded.model.variables;
     let spoken =
@@ -40,7 +41,7 @@ pub fn run(command: &Solve, seed: u64) -> Result<Output, Failure> {
         row.push(format!("{:.1e}", solution.position_error * 1e6));
         row
     });
-    let mut text = table(&header, rows);
+    let mut text = session.terminal.screen.table(&header, rows);
     if solutions.iter().any(|solution| solution.self_motions > 0) {
         text += "the robot can move while its tool stands still: these are samples of a continuum\n";
     }

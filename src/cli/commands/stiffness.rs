@@ -3,24 +3,24 @@
 use nalgebra::Vector3;
 
 use super::pose::{beyond_limits, linear};
+use crate::Error;
 use crate::cli::args::Stiffness;
 use crate::cli::values::{joints, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, PointLoad, Response, Statics, at_point, equilibrium, shares, spatial};
-use crate::files::load_robot;
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
 use crate::render::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
 
-pub fn run(command: &Stiffness) -> Result<Output, Failure> {
-    let loaded = load_robot(&command.robot)?;
+pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
+    let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
     let q = joints(model, &loaded.raw.units, &command.joints)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
-    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let geometry = Geometry::nominal(model)?;
     let mut placements = Placements::default();
-    geometry.place(&q, &mut placements).map_err(Failure::computation)?;
+    geometry.place(&q, &mut placements)?;
     let (name, frame, local) = match command.at.as_deref() {
         None => ("tool".to_string(), model.tool.0, geometry.tool().translation.vector),
         Some(at) => match (model.frame(at), model.marker(at)) {
@@ -30,14 +30,14 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
                 let valid =
                     model.frames.iter().map(|f| f.name.as_str()).chain(model.markers.iter().map(|m| m.name.as_str()));
                 let diagnostic = Diagnostic::error(format!("--at: no frame or marker is called `{at}`"));
-                return Err(Failure::Input(vec![diagnostic.suggest(at, valid)]));
+                return Err(Error::from(vec![diagnostic.suggest(at, valid)]));
             }
         },
     };
     let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
     linear(model, command.equilibrium)?;
     if !elastics.is_compliant() && model.fuzzy.is_none() {
-        return Err(Failure::Computation(
+        return Err(Error::Impossible(
             "the description declares nothing elastic: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
         ));
     }
@@ -45,7 +45,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
     let mut statics = Statics::new(command.weight);
     let mut response = Response::new(&elastics, vertex);
-    elastics.prepare(&placements, &mut statics).map_err(Failure::computation)?;
+    elastics.prepare(&placements, &mut statics)?;
     response.evaluate(&elastics, &mut statics);
     fuzzy::put(&geometry, &q, &placements, &mut response);
     let w = load.unwrap_or_default();
@@ -53,7 +53,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
     let loaded_by = spatial(&point, &force, &moment);
     let (displacement, rotation, load_factor) = if command.equilibrium {
         let load = PointLoad { vertex, point, force, moment };
-        let found = equilibrium(&elastics, &placements, &load, command.weight).map_err(Failure::computation)?;
+        let found = equilibrium(&elastics, &placements, &load, command.weight)?;
         (found.displacement, found.rotation, Some(found.load_factor))
     } else {
         let (displacement, rotation) = at_point(&response.twist(&loaded_by, command.weight), &point);
@@ -68,7 +68,7 @@ pub fn run(command: &Stiffness) -> Result<Output, Failure> {
         is_loaded: load.is_some() || command.weight,
         by_rules: model.is_by_rules(),
     };
-    let mut output = Output::new(stiffness_text(model, &found), stiffness_json(&found));
+    let mut output = Output::new(stiffness_text(model, &found, session.terminal.screen), stiffness_json(&found));
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));

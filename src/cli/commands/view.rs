@@ -2,51 +2,51 @@
 
 use super::pose::beyond_limits;
 use super::report::{page, shot};
-use crate::cli::args::{Arguments, View};
+use crate::Error;
+use crate::cli::args::View;
 use crate::cli::values::{joints, numbers, wrench};
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::elastics::Elastics;
-use crate::files::load_robot;
 use crate::kinematics::{Geometry, Placements};
 use crate::render::html::{Look, View as Shown, figure, magnification, view_json, view_page};
 use crate::scene::draw;
 
-pub fn run(command: &View, arguments: &Arguments) -> Result<Output, Failure> {
-    let path = page(arguments, "view.html", command.svg.as_deref())?;
+pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
+    let path = page(session.arguments, "view.html", command.svg.as_deref())?;
     let look = match numbers("--look", &command.look, &[2])?[..] {
         [yaw, pitch] => Look { yaw, pitch },
         _ => Look::default(),
     };
-    let loaded = load_robot(&command.robot)?;
+    let loaded = session.reader.robot(&command.robot)?;
     let (model, units) = (&loaded.model, &loaded.raw.units);
-    let geometry = Geometry::nominal(model).map_err(Failure::computation)?;
+    let geometry = Geometry::nominal(model)?;
     let mut placements = Placements::default();
     let mut q = joints(model, units, command.joints.as_deref().unwrap_or(""))?;
     if command.joints.is_none() && geometry.place(&q, &mut placements).is_err() {
         q = model.middle();
     }
-    geometry.place(&q, &mut placements).map_err(Failure::computation)?;
+    geometry.place(&q, &mut placements)?;
     let scene = draw(&loaded.robot, &geometry, &placements);
     let Some(mut shot) = shot(&scene, &geometry, &q, model.name.clone(), Vec::new()) else {
-        return Err(Failure::computation("the robot cannot be assembled at this configuration"));
+        return Err(Error::Impossible("the robot cannot be assembled at this configuration".into()));
     };
     let load = command.wrench.as_deref().map(|text| wrench(units, text)).transpose()?;
     let is_loaded = load.is_some() || command.weight;
     if load.is_some() && model.is_by_rules() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "the description says by rules (`fuzzy`) how the tool gives, and rules give no shape of the robot",
             "leave --wrench out, or view the description without `fuzzy`; `stiffness` tells the displacement by rules",
         ));
     }
     if is_loaded {
         if !Elastics::new(model, geometry.values(), &[]).is_compliant() {
-            return Err(Failure::Computation(
+            return Err(Error::Impossible(
                 "the description declares nothing elastic, so that nothing can be deflected: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
             ));
         }
         let wrench = load.unwrap_or_default();
         let moved = scene.deflect(&geometry, &placements, &shot.points, &wrench, command.weight);
-        shot.moved = moved.map_err(Failure::computation)?;
+        shot.moved = moved?;
     }
     let magnified = if is_loaded { magnification(&shot) } else { 1.0 };
     let shown = Shown {

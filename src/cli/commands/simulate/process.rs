@@ -4,13 +4,14 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::{Made, delivered};
+use crate::Error;
 use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
-use crate::cli::{Failure, Output};
+use crate::cli::{Output, Session};
 use crate::compensation::predict_path;
 use crate::description::limits::beyond;
-use crate::files::{LoadedRobot, load_commands, load_process};
-use crate::render::table::{mm, table};
+use crate::files::LoadedRobot;
+use crate::render::table::mm;
 use crate::simulation::{Plan, measure};
 
 /// The robot and the command, as far as `simulate` has them.
@@ -21,29 +22,29 @@ pub struct Scene<'a> {
     pub markers: &'a [Option<usize>],
 }
 
-pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Result<Output, Failure> {
+pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Scene { command, loaded, values, markers } = *scene;
     let observes = command.observes;
     if observes.is_difference() || observes.anchor_column().is_some() {
-        return Err(Failure::input(
+        return Err(Error::input(
             "--process: what is read along a path are positions or poses",
             "give --observes position or pose",
         ));
     }
     let [marker] = markers else {
-        return Err(Failure::input(
+        return Err(Error::input(
             "--process: the process pushes on one point",
             "give one marker, or none for the tool",
         ));
     };
     if !command.wrench.is_empty() || command.repeats != 1 {
-        return Err(Failure::input(
+        return Err(Error::input(
             "--process with --wrench or --repeats",
             "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
         ));
     }
-    let (process, mut diagnostics) = load_process(file)?;
-    let mut path = load_commands(&command.poses, loaded, loaded.raw.units)?;
+    let (process, mut diagnostics) = session.reader.process(file)?;
+    let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
         diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
@@ -51,15 +52,14 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
     if let Some(marker) = marker {
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
     }
-    let controller = ControllerFile::new(None, loaded, &path)?;
+    let controller = ControllerFile::new(None, loaded, &path, session)?;
     let (desired, _) = controller.desired(loaded, &path, None, FrameName::Base)?;
     let (model, mut campaign) = (&loaded.model, path.campaign);
-    let found = predict_path(model, values, &mut campaign, &desired, Some(&process)).map_err(Failure::computation)?;
+    let found = predict_path(model, values, &mut campaign, &desired, Some(&process))?;
     let (mut rows, mut points) = (Vec::new(), Vec::new());
     for (index, (balance, desired)) in found.iter().zip(&desired).enumerate() {
         let name = campaign.poses[campaign.readings[index].pose].clone();
-        let refused =
-            |why: &crate::compensation::Refusal| Failure::Computation(format!("point {index} ({name}): {why}"));
+        let refused = |why: &crate::compensation::Refusal| Error::Impossible(format!("point {index} ({name}): {why}"));
         let (desired, balance) = (desired.as_ref().map_err(refused)?, balance.as_ref().map_err(refused)?);
         let wrench = &balance.wrench;
         let missed = balance.seen.real.translation.vector - desired.target.translation.vector;
@@ -82,7 +82,7 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
     if model.effects.is_empty() && !command.conditions {
         campaign.conditions.retain(|name, _| !name.starts_with("approach."));
     }
-    let campaign = measure(model, values, campaign, sigma, random).map_err(Failure::computation)?;
+    let campaign = measure(model, values, campaign, sigma, random)?;
     let plan = Plan {
         configurations: Vec::new(),
         markers: markers.to_vec(),
@@ -94,11 +94,16 @@ pub fn run(scene: &Scene, file: &str, seed: u64, random: &mut ChaCha8Rng) -> Res
         sigma_orientation: sigma[1],
         estimate: [command.unknown_base, command.unknown_tool],
     };
-    let made = Made { command, loaded, values, plan: &plan, seed };
+    let made = Made { command, loaded, values, plan: &plan, seed: session.seed() };
     let mut output = delivered(&made, campaign, random)?;
     let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
-    output.text =
-        format!("{} under `{}`, in equilibrium\n\n{}\n{}", model.name, process.name, table(&header, rows), output.text);
+    output.text = format!(
+        "{} under `{}`, in equilibrium\n\n{}\n{}",
+        model.name,
+        process.name,
+        session.terminal.screen.table(&header, rows),
+        output.text
+    );
     output.json["points"] = Value::Array(points);
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;

@@ -1,0 +1,99 @@
+//! One error for a program that uses the library: what each module can refuse, so that `?` works throughout.
+
+use crate::compensation::Refusal;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::elastics::Mechanism;
+use crate::estimation::CalibrationError;
+use crate::estimation::compensator::CompensatorError;
+use crate::kinematics::{AssemblyError, InverseError};
+use crate::planning::PlanningError;
+use crate::prediction::PredictionError;
+use crate::process::ProcessError;
+
+/// Why something cannot be read or computed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An input (description, campaign, table, argument) is wrong: every fault, located.
+    #[error(transparent)]
+    Input(#[from] Diagnostics),
+    /// The robot cannot be assembled at a configuration.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// The elastic structure can move without any force, or has no equilibrium.
+    #[error(transparent)]
+    Mechanism(#[from] Mechanism),
+    /// A reading cannot be predicted.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// The inverse model has no solution.
+    #[error(transparent)]
+    Inverse(#[from] InverseError),
+    /// A calibration or diagnosis cannot be done.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// A gravity compensator cannot be identified.
+    #[error(transparent)]
+    Compensator(#[from] CompensatorError),
+    /// No configurations can be chosen.
+    #[error(transparent)]
+    Planning(#[from] PlanningError),
+    /// A process cannot be carried out.
+    #[error(transparent)]
+    Process(#[from] ProcessError),
+    /// A point of a path cannot be reached.
+    #[error(transparent)]
+    Refusal(#[from] Refusal),
+    /// A value cannot be written as JSON or read from it.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// The same, with what it happened at: a row, a point, a file.
+    #[error("{at}: {error}")]
+    At {
+        /// Where.
+        at: String,
+        /// What.
+        #[source]
+        error: Box<Error>,
+    },
+    /// The question has no answer for this robot or campaign.
+    #[error("{0}")]
+    Impossible(String),
+}
+
+impl Error {
+    /// One fault of an input, with what to do about it.
+    pub fn input(message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Diagnostic::error(message).remedy(remedy).into()
+    }
+
+    /// The same error, with what it happened at.
+    #[must_use]
+    pub fn at(self, at: impl Into<String>) -> Self {
+        Self::At { at: at.into(), error: Box::new(self) }
+    }
+
+    /// The diagnostics of a wrong input; `None` where the input is sound and the computation failed.
+    pub fn diagnostics(&self) -> Option<&Diagnostics> {
+        match self {
+            Self::Input(diagnostics) => Some(diagnostics),
+            Self::At { error, .. } => error.diagnostics(),
+            _ => None,
+        }
+    }
+}
+
+impl From<Diagnostic> for Error {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self::Input(diagnostic.into())
+    }
+}
+
+impl From<Vec<Diagnostic>> for Error {
+    fn from(diagnostics: Vec<Diagnostic>) -> Self {
+        Self::Input(diagnostics.into())
+    }
+}

@@ -1,0 +1,26 @@
+//! Which files a program has read, so that it does not write over its own inputs.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Reads robots, campaigns, paths, processes and tables from disk or from the bundled set, and remembers what it read from
+/// disk.
+#[derive(Debug, Default)]
+pub struct Reader {
+    /// Files on disk that were opened, by their real paths.
+    read: Mutex<BTreeSet<PathBuf>>,
+}
+
+impl Reader {
+    pub(super) fn remember(&self, path: &Path) {
+        if let (Ok(path), Ok(mut read)) = (path.canonicalize(), self.read.lock()) {
+            read.insert(path);
+        }
+    }
+
+    /// Whether that file was read: to write over it would destroy an input. Devices do not count.
+    pub fn has_read(&self, path: &Path) -> bool {
+        path.is_file() && path.canonicalize().is_ok_and(|path| self.read.lock().is_ok_and(|read| read.contains(&path)))
+    }
+}
