@@ -48,28 +48,20 @@ pub fn conclude(
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
-    let rivals_of: Vec<Vec<Rival>> = judgement.steps.last().map_or_else(Vec::new, |last| {
-        (0..members.len()).map(|at| rivals(&selector, &last.subset, at, per_pose, &settings.rivals)).collect()
-    });
-    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals_of };
-    let mut causes = merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(step, own)));
     let last = members.len();
+    let rivals = rivals(&selector, &judgement.steps[last].subset, per_pose, &settings.rivals);
+    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals };
+    let mut causes = merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(step, own)));
     let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
     let rows: Vec<usize> =
         inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r.row).collect();
-    let mut verdict = verdict;
-    if !rows.is_empty() {
-        let cause = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
-        // A few readings just beyond what noise does are reported; they explain no gap.
-        if cause.shrinkage.value >= settings.outliers.least_shrinkage {
-            causes.push(cause);
-            verdict = if verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
-        }
-    }
+    let outliers = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
+    let verdict = if outliers.is_some() && verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
+    causes.extend(outliers);
     let (rejected, rms_with_none) = rejected(&selector, members);
     let next_poses = if settings.propose && verdict != Verdict::NoGap {
         progress("proposing configurations");
-        next_poses(inputs, competition, members, &rivals_of)
+        next_poses(inputs, competition, members, &rivals)
     } else {
         Vec::new()
     };

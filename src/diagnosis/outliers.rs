@@ -66,7 +66,8 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     (distances, sigma)
 }
 
-/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m).
+/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m). `None` where there is
+/// no outlier, or where they are just beyond what noise does and explain no gap.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -76,7 +77,10 @@ pub fn cause(
     members: &[usize],
     count: usize,
     rms_after: f64,
-) -> Result<Cause, CalibrationError> {
+) -> Result<Option<Cause>, CalibrationError> {
+    if count == 0 {
+        return Ok(None);
+    }
     let fitted = LinearFit::new(&competition.problem, members, 1.0);
     let mut model = inputs.model.clone();
     for (step, &member) in members.iter().enumerate() {
@@ -87,8 +91,11 @@ pub fn cause(
     Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
     let rms_before = errors_of(inputs.campaign, &found.residual, |_| true).distance[1].max(rms_after);
     let value = 1.0 - rms_after / rms_before;
+    if value < inputs.settings.outliers.least_shrinkage {
+        return Ok(None);
+    }
     let effect = by_name("outliers");
-    Ok(Cause {
+    Ok(Some(Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
         probability: None,
@@ -105,5 +112,5 @@ pub fn cause(
             parameters: IndexMap::new(),
         },
         further: Vec::new(),
-    })
+    }))
 }

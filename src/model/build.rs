@@ -1,5 +1,6 @@
 //! Compiles a resolved robot.
 
+use super::fault::Fault;
 use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
 use super::{Actuator, Frame, Marker, Model};
@@ -9,21 +10,6 @@ use crate::description::robot::{
 };
 use crate::diagnostic::Diagnostic;
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
-
-/// What keeps a description from being compiled.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
-    /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
-    pub path: Vec<String>,
-    /// What is wrong, without a place.
-    pub diagnostic: Diagnostic,
-}
-
-impl Fault {
-    pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
-        Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
-    }
-}
 
 /// Compiles a resolved robot.
 ///

@@ -7,6 +7,7 @@ mod assemble;
 mod beams;
 mod bounds;
 mod build;
+mod fault;
 mod free;
 mod loops;
 mod rewrite;
@@ -14,7 +15,8 @@ mod spanning;
 mod structure;
 
 pub use bounds::contradictions;
-pub use build::{Fault, build};
+pub use build::build;
+pub use fault::Fault;
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};

@@ -30,6 +30,7 @@ mod literature_nist;
 mod literature_stiffness;
 mod loaded;
 mod observation;
+mod orthonormal;
 mod planning;
 mod process;
 mod questions;

@@ -1,0 +1,18 @@
+//! What keeps a description from being compiled.
+
+use crate::diagnostic::Diagnostic;
+
+/// What keeps a description from being compiled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
+    pub path: Vec<String>,
+    /// What is wrong, without a place.
+    pub diagnostic: Diagnostic,
+}
+
+impl Fault {
+    pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
+        Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
+    }
+}
