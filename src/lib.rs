@@ -47,6 +47,7 @@ pub mod files;
 pub mod fuzzy;
 pub mod identifiability;
 pub mod kinematics;
+pub mod least_squares;
 pub mod math;
 pub mod model;
 pub mod observation;

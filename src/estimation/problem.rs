@@ -4,8 +4,8 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{EvaluationError, Problem};
 use crate::description::campaign::Campaign;
+use crate::least_squares::{EvaluationError, Problem};
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 

@@ -1,9 +1,9 @@
 //! What is asked of a calibration.
 
 use super::equivalence::Split;
-use super::least_squares::Loss;
 use crate::description::campaign::Campaign;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+use crate::least_squares::Loss;
 use crate::observation::{Observes, Purpose};
 use crate::parameter::Slot;
 

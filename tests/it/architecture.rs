@@ -4,8 +4,8 @@ use std::path::Path;
 
 /// Floors from the ground up; modules on one floor do not know each other. The same picture is in `docs/design.md`.
 const FLOORS: &[&[&str]] = &[
-    &["math", "parameter", "diagnostic", "estimation::least_squares"],
-    &["observation"],
+    &["math", "parameter", "diagnostic"],
+    &["least_squares", "observation"],
     &["description"],
     &["elements"],
     &["model", "process"],

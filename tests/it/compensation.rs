@@ -17,6 +17,7 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
+use crate::figures::recorded;
 use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path};
 
 fn heavy() -> Model {
@@ -208,6 +209,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
 }
 
 struct Machine<'a> {
+    arm: &'a str,
     robot: &'a str,
     markers: &'a str,
     /// Springs of the true arm against the description's.
@@ -228,7 +230,7 @@ fn identified_then_compensated(machine: &Machine) {
         assert_eq!(ran.status, 0, "{arguments:?}: {}{}", ran.out, ran.err);
         ran.out
     };
-    let Machine { robot, markers, springs, effect, path: (first, way, axes) } = *machine;
+    let Machine { robot, markers, springs, effect, path: (first, way, axes), .. } = *machine;
     let set = ["--set", springs];
     let loads = ["--wrench=0,0,-2000", "--wrench=0,2000,0", "--wrench=2000,0,0"];
     let deflections = ["simulate", robot, "--poses", "40", "--observes", "deflection", "--errors", "0", "--into", "d"];
@@ -250,7 +252,7 @@ fn identified_then_compensated(machine: &Machine) {
         targets.push(Transform::from_parts((Vector3::from(p) * 1e-3).into(), rotation));
     }
     std::fs::write(at.join("path.csv"), text).expect("written");
-    let say = ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
+    ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
     let nominal = at.join("nominal.csv");
     // Uncorrected commands: those of the nominal robot, rigid.
     let robot_file = if robot.ends_with(".yaml") { at.join(robot).display().to_string() } else { robot.to_string() };
@@ -283,14 +285,10 @@ fn identified_then_compensated(machine: &Machine) {
         table.lines().map(|line| line.split(',').skip(1).take(names.len()).collect::<Vec<_>>().join(",")).collect();
     std::fs::write(at.join("commands.csv"), kept.join("\n")).expect("written");
     let after = passes(&arm, &at.join("commands.csv"), &targets, wrench, &robot_file);
-    println!(
-        "{robot}: on the true arm {:.4} mm rms ({:.4} at most) -> {:.4} ({:.4})",
-        before[1] * 1e3,
-        before[0] * 1e3,
-        after[1] * 1e3,
-        after[0] * 1e3
-    );
-    println!("{}", say.lines().last().unwrap_or_default());
+    let [uncorrected, compensated] = [before, after].map(|error| 1e3 * error[1]);
+    let found = format!("{}: {uncorrected:.4} mm uncorrected, {compensated:.4} mm compensated (rms)", machine.arm);
+    let record = format!("compensated-{}", machine.arm);
+    recorded(&record, "cargo test passes_where_it_should", &[found]);
     assert!(after[1] < 30e-6, "{after:?}");
     assert!(before[1] > 20.0 * after[1], "{before:?} {after:?}");
 }
@@ -298,6 +296,7 @@ fn identified_then_compensated(machine: &Machine) {
 #[test]
 fn an_identified_kr270_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "KR-270",
         robot: "heavy.yaml",
         markers: "m1,m2,m3",
         springs: "joint2.kar=0.05e-6,joint3.kar=-0.06e-6,joint5.kar=0.5e-6",
@@ -309,6 +308,7 @@ fn an_identified_kr270_passes_where_it_should() {
 #[test]
 fn an_identified_ir663_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "IR663",
         robot: "kuka-ir663",
         markers: "wrist",
         springs: "joint2.kar=3e8,joint8.kar=-3e8",

@@ -1,11 +1,11 @@
 //! Calibrations of simulated campaigns: schemes, bounds, priors, outliers, weights, and the derivatives they rest on.
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::estimation::least_squares::Loss;
 use elastogeo::estimation::{Calibration, CalibrationError, Scheme, Settings, calibrate, compare};
 use elastogeo::files::load_robot;
 use elastogeo::identifiability::Why;
 use elastogeo::kinematics::Geometry;
+use elastogeo::least_squares::Loss;
 use elastogeo::model::Model;
 use elastogeo::observation::{DISTANCE, Observes, POSE, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};

@@ -1,6 +1,6 @@
 //! Bounded least squares: answers known by hand, robustness, and refusals.
 
-use elastogeo::estimation::least_squares::{
+use elastogeo::least_squares::{
     Bounds, BoundsError, EvaluationError, Loss, Problem, Settings, Side, Solution, Status, UsageError, minimize,
     minimize_in_box, minimize_observed,
 };

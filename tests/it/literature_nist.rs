@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use elastogeo::estimation::least_squares::{Bounds, Settings, Solution, minimize};
+use elastogeo::least_squares::{Bounds, Settings, Solution, minimize};
 use nalgebra::DMatrix;
 use num_dual::DualNum;
 

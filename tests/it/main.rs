@@ -17,6 +17,8 @@ mod elastic_derivatives;
 mod equilibrium;
 mod equivalences;
 mod estimation;
+mod examples;
+mod figures;
 mod fuzzy;
 mod generated;
 mod golden_elastic;

@@ -9,8 +9,8 @@ use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
 use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
-use crate::estimation::least_squares::Loss;
 use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
+use crate::least_squares::Loss;
 use crate::model::with_values;
 use crate::render::identification::{calibration_json, calibration_text, comparison_text};
 

@@ -16,9 +16,9 @@ use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
-use crate::estimation::least_squares::Progress;
 use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
+use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
 use crate::render::fuzzy::{
