@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, Observes};
 use crate::kinematics::{Geometry, Placements, rotation_vector};
 use crate::model::Model;
@@ -29,11 +30,16 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
 }
 
 /// A start for base, tool and markers, from the readings alone: best rigid fit of the base (Kabsch) and linear fit of
-/// the points, in turns. Where the campaign estimates none of them, the values are returned as given.
+/// the points, in turns. Where the campaign does not estimate the base, the values are returned as given.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
-pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f64>, PredictionError> {
+pub fn rough(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    settings: &RegistrationSettings,
+) -> Result<Vec<f64>, PredictionError> {
     let mut values = values.to_vec();
     if !campaign.estimate_base || campaign.observes == Observes::Distance {
         return Ok(values);
@@ -53,7 +59,7 @@ pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f
     let at = |values: &[f64], slot: Slot| Vector3::new(values[slot], values[slot + 1], values[slot + 2]);
     let measured: Vec<Vector3<f64>> =
         campaign.readings.iter().map(|r| Vector3::new(r.measured[0], r.measured[1], r.measured[2])).collect();
-    for _ in 0..if campaign.estimate_tool { 30 } else { 1 } {
+    for _ in 0..if campaign.estimate_tool { settings.turns } else { 1 } {
         let points: Vec<Vector3<f64>> = campaign
             .readings
             .iter()
