@@ -1,5 +1,5 @@
 //! Compensated points per second, one thread: KR-270 with masses (elastic, own weight, wrench) and IR663 (loop, beams,
-//! springs, own weight, wrench), beside the same inverse written naively: Newton with a new Jacobian by central differences
+//! springs, own weight, wrench), compared with the same inverse written naively: Newton with a new Jacobian by central differences
 //! at every step, solved by a general LU. Geometry and springs are off nominal, so that everything is corrected.
 
 use std::hint::black_box;

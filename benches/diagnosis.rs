@@ -1,5 +1,5 @@
-//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, beside
-//! the same competition held naively: every (effect, site, form) calibrated anew on every fold. The naive one is timed on
+//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, compared
+//! with the naive competition: every (effect, site, nonlinear parameter) calibrated anew on every fold. That one is timed on
 //! every 20th hypothesis and scaled to all.
 
 use std::time::Instant;
@@ -89,8 +89,8 @@ fn entry(effect: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
 }
 
 fn diagnosed(model: &Model, campaign: &Campaign) -> Diagnosis {
-    let aside = vec![false; campaign.readings.len()];
-    diagnose(model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
+    let held_out = vec![false; campaign.readings.len()];
+    diagnose(model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
 }
 
 type Hypothesis = (&'static dyn Effect, Site, Form);
@@ -131,8 +131,8 @@ fn refitted(model: &Model, campaign: &Campaign, (effect, site, form): &Hypothesi
     slots.dedup();
     let asked = estimation::Settings { only: Some(slots), ..estimation::Settings::default() };
     for fold in 0..FOLDS {
-        let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
+        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
         // A hypothesis that cannot be fitted costs the time of finding out.
-        let _ = std::hint::black_box(calibrate(&with, campaign, &aside, &asked, &mut |_| {}));
+        let _ = std::hint::black_box(calibrate(&with, campaign, &held_out, &asked, &mut |_| {}));
     }
 }

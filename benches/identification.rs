@@ -1,4 +1,4 @@
-//! Identification of 33 parameters of the KR-270 from 1000 positions, with own weight and without, on one thread, beside
+//! Identification of 33 parameters of the KR-270 from 1000 positions, with own weight and without, on one thread, compared with
 //! the same least squares written with nalgebra's dynamic matrices and a central-difference Jacobian. Prints milliseconds
 //! and the ratio.
 
@@ -43,8 +43,8 @@ fn compared(case: &str, model: &Model) {
     // One marker a configuration, in turns.
     let campaign = simulate(model, &values, &plan, &mut random).expect("simulated");
     let campaign = campaign.select(|_, reading| reading.marker == markers[reading.pose]);
-    let aside = vec![false; campaign.readings.len()];
-    let run = || calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let run = || calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     let found = run();
     let kept: Vec<Slot> = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
     let mut times: Vec<f64> = (0..7).map(|_| timed(run).1).collect();

@@ -168,7 +168,7 @@ fn less_is_corrected_where_less_is_held() {
     assert!(moved[0] > moved[1] && moved[1] > moved[2], "{moved:?}");
 }
 
-/// The true robot of a simulated campaign, as `truth.json` tells it.
+/// The true robot of a simulated campaign, as `truth.json` records it.
 fn true_arm(mut model: Model, truth: &Path) -> Model {
     let truth: Value = serde_json::from_str(&std::fs::read_to_string(truth).expect("a file")).expect("JSON");
     for (name, value) in truth["parameters"].as_object().expect("parameters") {
@@ -186,7 +186,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     let path = Reader::default().path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
-    // The true arm lies on the flank it came from, told here by the commands' own steps.
+    // The true arm lies on the flank it came from, taken here from the commands' own steps.
     for k in 0..campaign.variables {
         let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
         let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
@@ -382,7 +382,7 @@ fn a_path_is_the_same_whatever_the_number_of_threads() {
 }
 
 #[test]
-fn what_a_new_user_gets_wrong_is_told() {
+fn mistakes_of_new_users_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
@@ -450,7 +450,7 @@ fn what_a_new_user_gets_wrong_is_told() {
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), before);
 }
 
-/// Targets told in the measurement frame are those told in the base frame, moved by the calibrated base.
+/// Targets in the measurement frame are those in the base frame, moved by the calibrated base.
 #[test]
 fn paths_in_the_measurement_frame_are_those_of_the_base_moved() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -490,9 +490,9 @@ fn paths_in_the_measurement_frame_are_those_of_the_base_moved() {
     }
 }
 
-/// A marker, not the tool centre point, passes where the path says, under own weight and load.
+/// A marker, not the tool centre point, passes along the path, under own weight and load.
 #[test]
-fn markers_pass_where_a_path_of_positions_says() {
+fn markers_pass_along_a_path_of_positions() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let file = heavy_kr270(at, KR270_MASSES);
@@ -528,7 +528,7 @@ fn markers_pass_where_a_path_of_positions_says() {
     }
 }
 
-/// `--wrench` is a column of one wrench; and what nothing gives under is told.
+/// `--wrench` is a column of one wrench; a load under which nothing is compliant is reported.
 #[test]
 fn a_constant_load_need_not_stand_in_the_path() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Diagnosis: campaigns whose truth is known, and campaigns that mean ill.
+//! Diagnosis: campaigns whose truth is known, and adversarial campaigns.
 
 use std::path::{Path, PathBuf};
 
@@ -30,8 +30,8 @@ fn loaded(name: &str) -> LoadedCampaign {
 }
 
 fn diagnosed(model: &Model, campaign: &Campaign) -> Result<Diagnosis, CalibrationError> {
-    let aside = vec![false; campaign.readings.len()];
-    diagnose(model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {})
+    let held_out = vec![false; campaign.readings.len()];
+    diagnose(model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {})
 }
 
 fn of(name: &str) -> Diagnosis {
@@ -46,7 +46,7 @@ fn group(found: &Diagnosis) -> Vec<(String, String)> {
     std::iter::once(own).chain(first.rivals.iter().map(|rival| (rival.effect.clone(), rival.site.clone()))).collect()
 }
 
-/// The cause alone is named: in a group of at most three, and nothing beside it.
+/// The cause alone is named: in a group of at most three, and nothing else.
 fn names(name: &str, effect: &str, site: &str) {
     let found = of(name);
     let group = group(&found);
@@ -73,7 +73,7 @@ fn actuator_compliance_is_named() {
 }
 
 #[test]
-fn no_gap_is_said_so() {
+fn no_gap_is_reported() {
     let found = of("d");
     assert_eq!((found.verdict, found.causes.len()), (Verdict::NoGap, 0), "{:?}", found.causes);
 }
@@ -101,7 +101,7 @@ fn what_no_effect_explains_has_no_cause() {
     assert!(!found.location.sites.is_empty() && !found.location.regions.is_empty());
 }
 
-/// The truth beside the campaigns is what the tests above say.
+/// The truth files of the campaigns agree with the tests above.
 #[test]
 fn truths_are_those_of_the_files() {
     let truth = |name: &str| {
@@ -175,7 +175,7 @@ fn plan(configurations: Vec<Vec<f64>>, observes: Observes, sigma: f64) -> Plan {
 
 /// Robots with geometry errors and nothing else, many times over.
 #[test]
-fn noise_beside_geometry_is_no_gap() {
+fn noise_after_calibrated_geometry_is_no_gap() {
     let model = bundled("universal-ur5");
     let mut named = Vec::new();
     for seed in 0..16 {
@@ -218,7 +218,7 @@ fn shuffled_readings_are_not_explained() {
         let mut measured: Vec<[f64; 6]> = loaded.campaign.readings.iter().map(|r| r.measured).collect();
         measured.shuffle(&mut generator(3));
         loaded.campaign.readings.iter_mut().zip(measured).for_each(|(reading, m)| reading.measured = m);
-        // A fit that breaks down says so, and names nothing.
+        // A fit that breaks down is reported, and names nothing.
         let Ok(found) = diagnosed(&loaded.robot.model, &loaded.campaign) else { continue };
         assert!(found.gap.is_significant, "{name}");
         assert!(found.verdict != Verdict::Explained, "{name}: {:?}", found.causes);
@@ -230,7 +230,7 @@ fn shuffled_readings_are_not_explained() {
 
 /// Few or equal configurations: a clear word, or no claim.
 #[test]
-fn what_tells_nothing_is_not_claimed_from() {
+fn uninformative_readings_name_no_cause() {
     for name in ["a", "b", "e", "g"] {
         let loaded = loaded(name);
         let model = &loaded.robot.model;
@@ -363,9 +363,9 @@ fn declared_effects_predict_what_they_say() {
     }
 }
 
-/// Constants of the model that give: declared as an effect, or held by the robot.
+/// Compliances of the model: declared as an effect, or held by the robot.
 #[test]
-fn declared_compliance_predicts_what_gives() {
+fn declared_compliance_predicts_the_deflection() {
     let loaded = loaded("b");
     let model = &loaded.robot.model;
     let slot = model.registry.slot("joint2.kar").expect("a spring");
@@ -396,7 +396,7 @@ fn an_effect_of_ones_own_competes() {
     assert!((found.value - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
 }
 
-/// Where no noise is stated, repeated readings tell it.
+/// Where no noise is stated, repeated readings determine it.
 #[test]
 fn noise_is_taken_from_repeats() {
     let model = bundled("universal-ur5");
@@ -418,8 +418,8 @@ fn noise_is_taken_from_repeats() {
     let mut campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
     campaign.sigma = None;
     campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
-    let aside = vec![false; campaign.readings.len()];
-    let found = diagnose(&model, &campaign, &aside, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = diagnose(&model, &campaign, &held_out, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");
     let noise = sigma * 3.0_f64.sqrt();
     assert!((found.gap.noise / noise - 1.0).abs() < 0.15, "{} for {noise}", found.gap.noise);
     assert_eq!(found.noise_source, NoiseSource::Repeated);

@@ -1,4 +1,4 @@
-//! The docs as a newcomer follows them: every command of their `console` blocks runs and prints what stands there.
+//! The docs as a new user follows them: every command of their `console` blocks runs and prints what they show.
 //!
 //! A block ` ```yaml file=NAME ` is saved first; ` ```console norun ` is for what needs a machine or the network. Lines that
 //! do not begin with `$` are looked for in what the command before them printed, whatever the spaces.

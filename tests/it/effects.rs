@@ -1,4 +1,4 @@
-//! The catalogue against what is said of it elsewhere.
+//! The catalogue against its documentation.
 
 use elastogeo::description::campaign::Observes;
 use elastogeo::description::raw::RawEffect;
@@ -106,12 +106,12 @@ fn effects_switched_on_are_identified() {
         }
     }
 
-    // What the description says of the amounts is wrong; the readings tell.
+    // What the description says of the amounts is wrong; the readings determine them.
     for &slot in &slots {
         model.registry.all_mut()[slot].nominal = 0.0;
     }
-    let aside = vec![false; campaign.readings.len()];
-    let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = calibrate(&model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     for (name, &slot) in names.iter().zip(&slots) {
         let estimate = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("an estimate");
         let ci95 = estimate.ci95.expect("identifiable");

@@ -42,10 +42,10 @@ fn geometry_and_stiffness_come_from_one_absolute_campaign() {
         estimate: [true, true],
     };
     let campaign = simulate(model, &truth, &plan, &mut random).expect("simulated");
-    let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose >= 40).collect();
+    let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose >= 40).collect();
     let what = Some(What { geometric: true, elastic: true });
     let found =
-        calibrate(model, &campaign, &aside, &Settings { what, ..Settings::default() }, &mut |_| {}).expect("fitted");
+        calibrate(model, &campaign, &held_out, &Settings { what, ..Settings::default() }, &mut |_| {}).expect("fitted");
     let [fit, check] = [found.after.fit, found.after.check].map(|errors| errors.coordinate[0]);
     println!(
         "noise ratio {:.4}; coordinate rms {fit:.2e} m fitted, {check:.2e} m on poses not seen; kept {} of {}",
@@ -81,7 +81,7 @@ fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
     let at = folder.path();
     let root = env!("CARGO_MANIFEST_DIR");
     let ir663 = std::fs::read_to_string(format!("{root}/robots/kuka-ir663.yaml")).expect("a file");
-    // A beam's section to be found as well, beside springs declared as values.
+    // A beam's section to be found as well, in addition to springs declared as values.
     std::fs::write(at.join("ir663.yaml"), ir663 + "\ncalibration: {free: [arm.width]}\n").expect("written");
     heavy_kr270(at, "\ncalibration: {free: [compensator.free_length]}\n");
     let cases: [(&str, &str, &[&str]); 2] = [

@@ -232,7 +232,7 @@ base_stiffness: {kx: {value: 1e8}, krz: {value: 1e6}}
 bodies: {3: {mass: 30, com: [0.1, 0.1, 0.2]}}
 ";
 
-/// A random serial robot with springs in its joints, masses, beams and a pedestal that gives.
+/// A random serial robot with springs in its joints, masses, beams and a compliant pedestal.
 fn with_elastics(sketch: &Sketch, seed: u64) -> String {
     let draw = &mut Draw::new(seed ^ 77);
     let mut text = sketch.yaml();

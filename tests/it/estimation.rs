@@ -40,8 +40,8 @@ fn campaign(model: &Model, observes: Observes, count: usize) -> (Campaign, Vec<f
 }
 
 fn fitted(model: &Model, campaign: &Campaign, settings: &Settings) -> Calibration {
-    let aside = vec![false; campaign.readings.len()];
-    calibrate(model, campaign, &aside, settings, &mut |_| {}).expect("calibrated")
+    let held_out = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &held_out, settings, &mut |_| {}).expect("calibrated")
 }
 
 fn apart(a: &Calibration, b: &Calibration) -> f64 {
@@ -85,8 +85,8 @@ fn too_few_readings_are_refused() {
     let model = robot("universal-ur5");
     for count in [1, 3] {
         let (campaign, _) = campaign(&model, Observes::Pose, count);
-        let aside = vec![false; count];
-        let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {});
+        let held_out = vec![false; count];
+        let found = calibrate(&model, &campaign, &held_out, &Settings::default(), &mut |_| {});
         assert!(matches!(found, Err(CalibrationError::TooFew { .. })), "{count}: {:?}", found.map(|f| f.ending));
     }
 }
@@ -188,7 +188,7 @@ fn threads_and_repetition_change_no_bit() {
     }
 }
 
-/// Geometry from draw-wire lengths alone, and a prior that keeps what few readings cannot tell.
+/// Geometry from draw-wire lengths alone, and a prior that keeps what few readings cannot determine.
 mod distances_and_priors {
     use elastogeo::description::campaign::Observes;
     use elastogeo::estimation::{Settings, calibrate, split};
@@ -224,8 +224,8 @@ mod distances_and_priors {
         let drawn =
             draw_configurations(&Geometry::nominal(&model).expect("assembled"), 80, 0.5, &mut random).expect("drawn");
         let campaign = simulate(&model, &values, &plan(drawn, Observes::Distance), &mut random).expect("simulated");
-        let aside = split(&campaign, 0.25, 1);
-        let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+        let held_out = split(&campaign, 0.25, 1);
+        let found = calibrate(&model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
         assert!(found.before.check.distance[1] > 1e-3, "{:?}", found.before.check);
         assert!(found.after.check.distance[1] < 1.3 * 5e-5, "noise is 5e-5: {:?}", found.after.check);
         assert!((0.85..1.15).contains(&found.noise_ratio), "{}", found.noise_ratio);
@@ -248,11 +248,14 @@ mod distances_and_priors {
                 reading.measured[0] += if index >= 12 { 0.0 } else { 1e-3 * if index % 2 == 0 { 1.0 } else { -1.0 } };
                 reading.check = Some(index >= 12);
             }
-            let aside = split(&campaign, 0.25, 1);
+            let held_out = split(&campaign, 0.25, 1);
             let error = |prior| {
                 let settings = Settings { prior, ..Settings::default() };
-                calibrate(&model, &campaign, &aside, &settings, &mut |_| {}).expect("calibrated").after.check.distance
-                    [1]
+                calibrate(&model, &campaign, &held_out, &settings, &mut |_| {})
+                    .expect("calibrated")
+                    .after
+                    .check
+                    .distance[1]
             };
             with += error(true);
             without += error(false);

@@ -84,8 +84,8 @@ fn achieved(
         estimate: of.estimate,
     };
     let campaign = simulate(model, truth, &plan, &mut random).expect("simulated");
-    let aside = vec![false; campaign.readings.len()];
-    let found = calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     (plan.configurations, plan.sigma, plan.sigma_orientation) = (fresh.to_vec(), 0.0, 0.0);
     let check = simulate(model, truth, &plan, &mut random).expect("simulated");
     let mut left = Linearised::default();

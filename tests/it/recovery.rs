@@ -1,4 +1,4 @@
-//! Simulated campaigns whose truth is known: intervals hold the truth as often as they say, and accuracy improves as
+//! Simulated campaigns whose truth is known: intervals hold the truth as often as stated, and accuracy improves as
 //! much as in the papers.
 
 use elastogeo::description::campaign::Observes;
@@ -47,8 +47,8 @@ fn trial(model: &Model, truth: &[f64], plan: &Plan, fresh: Vec<Vec<f64>>, seed: 
     let configurations = plan.configurations.iter().cloned().chain(fresh).collect();
     let all = Plan { configurations, ..plan.clone() };
     let campaign = simulate(model, truth, &all, &mut generator(1_000_000 + seed)).expect("simulated");
-    let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose >= count).collect();
-    let found = calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose >= count).collect();
+    let found = calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     Trial {
         covered: covered(&model.registry.nominal(), truth, &found),
         errors: [found.registration.check.distance[0], found.after.check.distance[0]],

@@ -1,4 +1,4 @@
-//! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as they say,
+//! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as stated,
 //! and the same minimum is reached however wrong the description's values are.
 
 use elastogeo::description::campaign::{Campaign, Observes};
@@ -16,8 +16,8 @@ use crate::support::bundled;
 const SEEDS: u64 = 60;
 
 fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
-    let aside = vec![false; campaign.readings.len()];
-    calibrate(model, campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated")
+    let held_out = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated")
 }
 
 /// The model with the values of what is identifiable multiplied by random factors between 1/1000 and 1000.
@@ -35,7 +35,7 @@ fn estimate<'c>(model: &Model, found: &'c Calibration, name: &str) -> &'c elasto
     found.estimates.iter().find(|estimate| estimate.slot == slot).expect("estimated")
 }
 
-/// Whether as many of `n` intervals hold the truth as 95 % leave room for, within three standard errors.
+/// Whether as many of `n` intervals hold the truth as 95 % allow, within three standard errors.
 fn at_the_nominal_rate(what: &str, held: usize, n: usize) {
     let error = (0.95 * 0.05 / n as f64).sqrt();
     let share = held as f64 / n as f64;

@@ -129,9 +129,9 @@ fn unstated_noise_does_not_hide_a_gap() {
     };
     let mut campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("made");
     campaign.sigma = None;
-    let aside = vec![false; campaign.readings.len()];
+    let held_out = vec![false; campaign.readings.len()];
     let diagnosed = |campaign: &Campaign| {
-        let found = diagnose(&model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
+        let found = diagnose(&model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
         (found.verdict, found.autocorrelation)
     };
     assert_eq!(diagnosed(&campaign).0, Verdict::NoGap);

@@ -39,7 +39,7 @@ pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
 /// Masses of the KR-270, to stand below its description.
 pub const KR270_MASSES: &str = include_str!("../data/kr270-masses.yaml");
 
-/// The KR-270 with more below its description (`heavy.yaml`, its URDF beside it); the file's name.
+/// The KR-270 with more below its description (`heavy.yaml`, its URDF in the same folder); the file's name.
 pub fn heavy_kr270(folder: &Path, extra: &str) -> String {
     let root = env!("CARGO_MANIFEST_DIR");
     std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
