@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 
 use super::measured_point;
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::Elastics;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::model::{
@@ -53,7 +53,7 @@ pub struct Terms {
     pub columns: usize,
     /// First column of each term.
     first: Vec<usize>,
-    observes: Observes,
+    is_difference: bool,
     /// For each frame that is measured or weighs: its columns by the variables, then by `slots`.
     plans: Vec<(usize, ErrorColumns)>,
     slots: Vec<Slot>,
@@ -121,7 +121,8 @@ impl Terms {
             masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
         let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
         let conditions = ConditionColumns::new(model, campaign, &terms);
-        Self { terms, columns, first, observes: campaign.observes, plans, slots, masses, variables, conditions }
+        let is_difference = campaign.observes.is_difference();
+        Self { terms, columns, first, is_difference, plans, slots, masses, variables, conditions }
     }
 
     /// Room for one thread.
@@ -195,7 +196,7 @@ impl Terms {
         }
         let at: Point3<f64> = base * (placements.frames[frame] * point);
         work.columns.fill([0.0; 6]);
-        let is_difference = self.observes == Observes::Deflection;
+        let is_difference = self.is_difference;
         for ((term, &first), &temperature) in self.terms.iter().zip(&self.first).zip(&self.conditions.temperature) {
             let context = ReadingContext {
                 q,
@@ -364,7 +365,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         }
         terms.evaluate(geometry, campaign, index, reading, q, &placements, &rates, &Vector3::zeros(), &mut work);
         let (load, own) = terms.loads(&work);
-        let difference = campaign.observes == Observes::Deflection;
+        let difference = campaign.observes.is_difference();
         for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {
             *greatest = greatest.max(own.abs());
         }
@@ -386,6 +387,6 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
         .collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    survey.is_difference = campaign.observes == Observes::Deflection;
+    survey.is_difference = campaign.observes.is_difference();
     Ok(survey)
 }

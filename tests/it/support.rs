@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Refusal};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::{
     raw::{RawEffect, RawRobot},
     resolve::resolve,
@@ -11,6 +11,7 @@ use elastogeo::description::{
 use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
+use elastogeo::observation::POSE;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
@@ -77,7 +78,7 @@ pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Ve
         configurations: configurations.to_vec(),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
