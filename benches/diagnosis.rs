@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, Settings, diagnose, nuisance};
 use elastogeo::effects::{Effect, Form, Site, catalogue};
@@ -12,6 +12,7 @@ use elastogeo::estimation::{self, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::survey;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -74,7 +75,7 @@ fn made() -> (Model, Campaign) {
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 5e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -4,11 +4,12 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, predict_path};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
+use elastogeo::observation::POSE;
 use elastogeo::prediction::SinglePredictor;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use indexmap::IndexMap;
@@ -40,7 +41,7 @@ fn measured(model: &Model, values: &[f64], count: usize, seed: u64) -> Campaign 
         configurations: draw_configurations(&geometry, count, 0.5, &mut random).expect("drawn"),
         markers: vec![None, Some(0)],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],

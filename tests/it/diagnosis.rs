@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, NoiseSource, Settings, Verdict, diagnose};
 use elastogeo::estimation::CalibrationError;
 use elastogeo::files::{LoadedCampaign, load_campaign};
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::{DEFLECTION, Observes, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::render::diagnosis::diagnosis_json;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -183,7 +184,7 @@ fn noise_after_calibrated_geometry_is_no_gap() {
         let values = draw_errors(&model, 0.5, 0.0, &mut random);
         let geometry = Geometry::new(&model, &values).expect("assembled");
         let drawn = draw_configurations(&geometry, 45, 0.3, &mut random).expect("drawn");
-        let campaign = simulate(&model, &values, &plan(drawn, Observes::Position, 4e-5), &mut random).expect("made");
+        let campaign = simulate(&model, &values, &plan(drawn, POSITION, 4e-5), &mut random).expect("made");
         let found = diagnosed(&model, &campaign).expect("diagnosed");
         if found.verdict != Verdict::NoGap {
             named.push((seed, found.causes));
@@ -312,8 +313,7 @@ fn declared_effects_predict_what_they_say() {
     let moved = |change: &dyn Fn(&mut Vec<f64>)| {
         let mut reached = commanded.clone();
         reached.iter_mut().for_each(change);
-        let made =
-            simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+        let made = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
         Campaign { joints: commanded.concat(), ..made.expect("made") }
     };
     let still = moved(&|_| {});
@@ -334,8 +334,7 @@ fn declared_effects_predict_what_they_say() {
     let sides: Vec<f64> = (0..20).map(|k| if k % 3 == 0 { 1.0 } else { -1.0 }).collect();
     let mut reached = commanded.clone();
     reached.iter_mut().zip(&sides).for_each(|(q, side)| q[2] += 1e-4 * side);
-    let played =
-        simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+    let played = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
     sided.readings = played.expect("made").readings;
     sided.conditions.insert("approach.q3".into(), sides);
     type Case<'a> = (Campaign, &'a str, &'a str, &'a [(&'a str, f64)]);
@@ -374,7 +373,7 @@ fn declared_compliance_predicts_the_deflection() {
     let geometry = Geometry::nominal(model).expect("assembled");
     let drawn = draw_configurations(&geometry, 10, 0.5, &mut generator(2)).expect("drawn");
     let loads = vec![[0.0, 0.0, -1500.0, 0.0, 0.0, 0.0]];
-    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, Observes::Deflection, 0.0) };
+    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, DEFLECTION, 0.0) };
     let campaign = simulate(model, &values, &plan, &mut generator(2)).expect("made");
     assert!(residual(model, &campaign, &[]) > 1e-4);
     let declared = ("joint-compliance", "joint:2", &[("joint2.kar", 2e-7)][..]);
@@ -410,7 +409,7 @@ fn noise_is_taken_from_repeats() {
             .expect("drawn"),
         markers: vec![None],
         repeats: 4,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma,
         sigma_orientation: 0.0,
         estimate: [true, false],

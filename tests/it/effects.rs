@@ -1,12 +1,12 @@
 //! The catalogue against its documentation.
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::description::resolve::EFFECTS;
 use elastogeo::effects::{SiteKind, catalogue};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
+use elastogeo::observation::POSITION;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
@@ -76,7 +76,7 @@ fn effects_switched_on_are_identified() {
             .expect("drawn"),
         markers: (0..model.markers.len()).map(Some).collect(),
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 3e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],

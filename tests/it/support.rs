@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Refusal};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::{raw::RawRobot, resolve::resolve};
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
+use elastogeo::observation::POSE;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
@@ -65,7 +66,7 @@ pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Ve
         configurations: configurations.to_vec(),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
