@@ -12,6 +12,13 @@ use crate::simulation::{draw_configurations, generator};
 ///
 /// # Errors
 /// What keeps the robot from being assembled.
+///
+/// ```
+/// let model = elastogeo::files::load_robot("universal-ur5")?.model;
+/// let text = elastogeo::snapshot::snapshot(&model).expect("assembled");
+/// assert!(text.starts_with(&model.name) && text.lines().count() > 20);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn snapshot(model: &Model) -> Result<String, String> {
     let told = |error: crate::kinematics::AssemblyError| error.to_string();
     let geometry = Geometry::nominal(model).map_err(told)?;

@@ -57,6 +57,27 @@ pub enum Sides {
 ///
 /// # Errors
 /// The model cannot be assembled with these values.
+///
+/// ```
+/// use elastogeo::compensation::{Asked, Controller, Settings, compensate, desire};
+/// use elastogeo::files::Reader;
+/// use elastogeo::kinematics::{Geometry, Transform};
+///
+/// let reader = Reader::default();
+/// let robot = reader.robot("kuka-ir663")?;
+/// let model = &robot.model;
+/// let path = reader.path("ir663-strip", &robot, robot.raw.units)?;
+/// let geometry = Geometry::nominal(model)?;
+/// let controller = Controller { geometry: &geometry, markers: &[] };
+/// let asked = Asked { joints: false, position: true, orientation: true };
+/// let desired = desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
+/// let values = model.registry.nominal();
+/// let found = compensate(model, &values, &path.campaign, &desired, None, &Settings::new(6))?;
+/// let first = found.points[0].as_ref().expect("reachable");
+/// // Own weight alone: 1.8 mm are corrected to less than 0.1 um.
+/// assert!(first.before.is_some_and(|deviation| deviation.all.norm() > 1e-3) && first.corrected.position <= 1e-7);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn compensate(
     model: &Model,
     values: &[f64],

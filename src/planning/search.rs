@@ -133,6 +133,43 @@ pub struct Planned {
 ///
 /// # Errors
 /// [`PlanningError`].
+///
+/// ```
+/// use elastogeo::estimation::What;
+/// use elastogeo::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+/// use elastogeo::observation::POSITION;
+/// use elastogeo::planning::{Optimality, Request, plan};
+/// use elastogeo::simulation::joint_box;
+///
+/// let model = elastogeo::files::load_robot("universal-ur5")?.model;
+/// let request = Request {
+///     count: 12,
+///     what: What { geometric: true, elastic: false },
+///     observes: POSITION,
+///     markers: vec![None],
+///     loads: Vec::new(),
+///     repeats: 1,
+///     sigma: 3e-5, // m
+///     sigma_orientation: 0.0,
+///     estimate: [true, true],
+///     criterion: Optimality::TestError,
+///     sight: None,
+///     within: joint_box(&model, 1.0),
+///     workspace: None,
+///     apart: 0.0,
+///     tests: Vec::new(),
+///     tested_within: joint_box(&model, 0.5),
+///     measured: None,
+///     hold: Vec::new(),
+///     scaling: Scaling::Norm,
+///     tolerance: Criterion::Relative(DEFAULT_TOLERANCE),
+///     seed: 1,
+/// };
+/// let planned = plan(&model, &request, &mut |_| {})?;
+/// assert_eq!(planned.stations.len(), 12);
+/// assert!(planned.error < 2e-4); // m, at test poses
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<Planned, PlanningError> {
     let geometry = Geometry::nominal(model)?;
     let loads = if request.loads.is_empty() { vec![[0.0; 6]] } else { request.loads.clone() };
