@@ -171,16 +171,13 @@ impl Terms {
             let turn = Vector3::new(column[3], column[4], column[5]);
             let applied = shift(column, &arm).dot(&force) + turn.dot(&moment);
             work.load[variable] = work.own_load[variable] + applied / joint_rate(model, rates, variable);
-            let side = campaign.conditions.get(&format!("approach.{}", model.variables[variable].name));
-            work.side[variable] = side.map_or(0.0, |all| all[index]);
+            work.side[variable] = campaign.conditions.sides(variable).map_or(0.0, |all| all[index]);
         }
-        let condition = |name: &str| campaign.conditions.get(name).map(|all| all[index]);
         let at: Point3<f64> = base * (placements.frames[frame] * point);
         work.columns.fill([0.0; 6]);
         let is_difference = self.is_difference;
         for (term, &first) in self.terms.iter().zip(&self.first) {
-            let site_temperature = condition(&format!("temperature.{}", term.site.name))
-                .or_else(|| condition(&format!("temperature.{}", term.site.name.rsplit(':').next().unwrap_or(""))));
+            let temperatures = campaign.conditions.temperatures_at(&model.frames[term.site.frame].name);
             let given = Moment {
                 model,
                 q,
@@ -188,8 +185,8 @@ impl Terms {
                 load: &work.load,
                 own_load: &work.own_load,
                 side: &work.side,
-                time: condition("time"),
-                temperature: site_temperature.or_else(|| condition("temperature")),
+                time: campaign.conditions.time.as_ref().map(|all| all[index]),
+                temperature: temperatures.map(|all| all[index]),
                 position: at.coords,
                 base: base.translation.vector,
                 deflection: base.rotation * deflection,
@@ -366,17 +363,15 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
             *greatest = greatest.max((load - if difference { *own } else { 0.0 }).abs());
         }
     }
-    let mut times = campaign.conditions.get("time").cloned().unwrap_or_default();
+    let mut times = campaign.conditions.time.clone().unwrap_or_default();
     times.sort_by(f64::total_cmp);
     times.dedup();
     survey.times = times;
-    let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    survey.temperatures = campaign.conditions.iter().any(|(name, all)| name.starts_with("temperature") && varies(all));
-    survey.sides = model
-        .variables
-        .iter()
-        .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
-        .collect();
+    let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
+    let conditions = &campaign.conditions;
+    let mut temperatures = conditions.temperature.iter().chain(conditions.site_temperatures.values());
+    survey.temperatures = temperatures.any(|all| varies(all));
+    survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
     survey.is_difference = campaign.observes.is_difference();
     Ok(survey)

@@ -50,7 +50,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         None => None,
     };
     let has = |name: &str| model.effects.iter().any(|entry| entry.entry.effect.as_deref() == Some(name));
-    if has("thermal-expansion") && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature")) {
+    if has("thermal-expansion") && !path.campaign.conditions.has_temperature() {
         let text = "the description has `thermal-expansion`, and the path no temperature: it is not corrected";
         diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
     }
