@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 /// A condition, as a column of the measurements has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Condition<'a> {
+pub enum ConditionColumn<'a> {
     /// Of the surroundings.
     Temperature,
     /// From the start.
@@ -17,7 +17,7 @@ pub enum Condition<'a> {
     SiteTemperature(&'a str),
 }
 
-impl Condition<'_> {
+impl ConditionColumn<'_> {
     /// The column's name; variables by `variable`.
     pub fn column<'v>(&self, variable: impl Fn(usize) -> &'v str) -> String {
         match self {
@@ -53,15 +53,15 @@ pub struct Conditions {
 
 impl Conditions {
     /// What is given, in the order of reports and files.
-    pub fn columns(&self) -> impl Iterator<Item = (Condition<'_>, &Vec<f64>)> {
+    pub fn columns(&self) -> impl Iterator<Item = (ConditionColumn<'_>, &Vec<f64>)> {
         let approach = self.approach.iter().enumerate();
         let sites = self.site_temperatures.iter();
         self.temperature
             .iter()
-            .map(|all| (Condition::Temperature, all))
-            .chain(self.time.iter().map(|all| (Condition::Time, all)))
-            .chain(approach.filter_map(|(k, all)| Some((Condition::Approach(k), all.as_ref()?))))
-            .chain(sites.map(|(site, all)| (Condition::SiteTemperature(site), all)))
+            .map(|all| (ConditionColumn::Temperature, all))
+            .chain(self.time.iter().map(|all| (ConditionColumn::Time, all)))
+            .chain(approach.filter_map(|(k, all)| Some((ConditionColumn::Approach(k), all.as_ref()?))))
+            .chain(sites.map(|(site, all)| (ConditionColumn::SiteTemperature(site), all)))
     }
 
     /// The values of what is given.

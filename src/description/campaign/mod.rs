@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use crate::observation::{Noise, Observes, Rows};
-pub use conditions::{Condition, Conditions};
+pub use conditions::{ConditionColumn, Conditions};
 pub use read::{expected_columns, faults, resolve};
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
