@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::estimation::{Settings, What, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
+use elastogeo::observation::POSITION;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::RngExt;
 use serde_json::Value;
@@ -36,7 +36,7 @@ fn geometry_and_stiffness_come_from_one_absolute_campaign() {
         configurations: draw_configurations(&geometry, 60, 0.8, &mut random).expect("drawn"),
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 30e-6,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -1,8 +1,9 @@
 //! Springs that readings see as one, against sums known beforehand; and springs that they do not see.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::render::identification::{calibration_json, calibration_text};
 use elastogeo::render::table::Screen;
 use elastogeo::simulation::{Plan, generator, simulate};
@@ -32,7 +33,7 @@ fn deflections(model: &Model, truth: &[(&str, f64)], along: &[usize], sigma: f64
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k)]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma,
@@ -175,7 +176,7 @@ joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k), 0.05]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma: 1e-6,

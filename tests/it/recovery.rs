@@ -1,11 +1,11 @@
 //! Simulated campaigns whose truth is known: intervals hold the truth as often as stated, and accuracy improves as
 //! much as in the papers.
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::estimation::{Calibration, Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::{POSE, POSITION};
 use elastogeo::parameter::Group;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::RngExt;
@@ -96,7 +96,7 @@ fn ir663_intervals_hold_the_truth() {
         configurations: paper_poses(&geometry),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 37e-6,
         sigma_orientation: 50e-6,
         estimate: [false, false],
@@ -127,7 +127,7 @@ fn kr270_intervals_hold_the_truth() {
         configurations: draw_configurations(&geometry, 18, 0.7, &mut generator(270)).expect("drawn"),
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 3,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 0.1e-3,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -1,11 +1,12 @@
 //! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as stated,
 //! and the same minimum is reached however wrong the description's values are.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::RngExt;
 use rayon::prelude::*;
@@ -55,7 +56,7 @@ fn deflections(
         configurations,
         markers,
         repeats: 1,
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         sigma,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -180,7 +181,7 @@ fn springs_that_readings_do_not_see_stay_where_they_are() {
                 [0.0, 2000.0, 0.0, 0.0, 0.0, 0.0],
             ],
             conditions: false,
-            observes: Observes::Deflection,
+            observes: DEFLECTION,
             sigma: 30e-6,
             sigma_orientation: 0.0,
             estimate: [false, false],
