@@ -1,10 +1,10 @@
-//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, beside
-//! the same competition held naively: every (effect, site, form) calibrated anew on every fold. The naive one is timed on
+//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, compared
+//! with the naive competition: every (effect, site, nonlinear parameter) calibrated anew on every fold. That one is timed on
 //! every 20th hypothesis and scaled to all.
 
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, Settings, diagnose, nuisance};
 use elastogeo::effects::{Effect, Form, Site, catalogue};
@@ -12,6 +12,7 @@ use elastogeo::estimation::{self, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::survey;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -74,7 +75,7 @@ fn made() -> (Model, Campaign) {
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 5e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],
@@ -89,8 +90,8 @@ fn entry(effect: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
 }
 
 fn diagnosed(model: &Model, campaign: &Campaign) -> Diagnosis {
-    let aside = vec![false; campaign.readings.len()];
-    diagnose(model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
+    let held_out = vec![false; campaign.readings.len()];
+    diagnose(model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
 }
 
 type Hypothesis = (&'static dyn Effect, Site, Form);
@@ -131,8 +132,8 @@ fn refitted(model: &Model, campaign: &Campaign, (effect, site, form): &Hypothesi
     slots.dedup();
     let asked = estimation::Settings { only: Some(slots), ..estimation::Settings::default() };
     for fold in 0..FOLDS {
-        let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
+        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
         // A hypothesis that cannot be fitted costs the time of finding out.
-        let _ = std::hint::black_box(calibrate(&with, campaign, &aside, &asked, &mut |_| {}));
+        let _ = std::hint::black_box(calibrate(&with, campaign, &held_out, &asked, &mut |_| {}));
     }
 }

@@ -1,4 +1,4 @@
-//! How long the forward model and the error Jacobian take, beside the same thing written naively: 4x4 `DMatrix` products
+//! How long the forward model and the error Jacobian take, compared with a naive version: 4x4 `DMatrix` products
 //! and central finite differences. Answers are asserted to agree before anything is timed. Everything runs on one thread.
 //!
 //! After divan's own table (`cargo bench`), a second one shows the time of each, of its naive counterpart, and their

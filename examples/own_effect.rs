@@ -63,7 +63,7 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
         markers: vec![None],
         repeats: 1,
         wrenches: Vec::new(),
-        observes: elastogeo::description::campaign::Observes::Position,
+        observes: elastogeo::observation::POSITION,
         sigma: 3e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],

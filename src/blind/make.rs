@@ -12,10 +12,11 @@ use super::ground::{Ground, each_shows};
 use super::plant::Plant;
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::effects::Form;
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::observation::{DEFLECTION, POSITION};
 use crate::prediction::PredictionError;
 use crate::simulation::{draw_configurations, draw_errors};
 
@@ -207,7 +208,7 @@ fn plan(
     let configurations = draw_configurations(&geometry, poses, 0.8, random)?;
     let mut campaign = Campaign {
         name: String::new(),
-        observes: if deflection { Observes::Deflection } else { Observes::Position },
+        observes: if deflection { DEFLECTION } else { POSITION },
         sigma: Some([sigma; 3]),
         sigma_orientation: None,
         estimate_base: !deflection,

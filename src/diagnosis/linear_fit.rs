@@ -8,8 +8,9 @@ use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::result::CauseParameter;
 use crate::description::raw::RawEffect;
-use crate::estimation::cofactor;
-use crate::math::{NORMAL95, least_squares};
+use crate::math::least_squares;
+use crate::math::linear::cofactor;
+use crate::math::quantiles::normal95;
 
 /// Nuisance and members fitted to all readings.
 pub struct LinearFit<'a> {
@@ -29,7 +30,7 @@ impl<'a> LinearFit<'a> {
         let residual = &problem.residual - &design * &x;
         let freedom = (problem.rows() as f64 - design.ncols() as f64).max(1.0);
         let scale = (residual.norm_squared() / freedom).sqrt().max(noise);
-        let half_widths = cofactor(&design).diagonal().map(|v| NORMAL95 * scale * v.max(0.0).sqrt());
+        let half_widths = cofactor(&design).diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
         Self { problem, members, x, half_widths }
     }
 

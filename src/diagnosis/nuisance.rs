@@ -1,8 +1,9 @@
 //! Nuisance parameters: what is calibrated with every hypothesis.
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::effects::Form;
 use crate::model::Model;
+use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
 
 /// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all their sites.
@@ -21,7 +22,7 @@ pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slo
     if known.iter().any(|name| name == "geometry") {
         slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
     }
-    if campaign.observes == Observes::Deflection {
+    if campaign.observes.purpose() == Purpose::Stiffness {
         slots.retain(|slot| model.registry[*slot].group == Group::Elastic);
     }
     slots.sort_unstable();

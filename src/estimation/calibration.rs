@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::equivalence::{groups, moves};
-use super::least_squares::{self, Bounds, Loss, Problem, Progress};
 use super::observation::{Observation, candidates, reduced};
 use super::problem::{CampaignProblem, row_sigmas};
 use super::registration::{arrangement, rough};
@@ -11,9 +10,12 @@ use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures
 use super::schemes::{alternating, pose_by_pose};
 use super::settings::{Scheme, Settings, Weights, What};
 use super::start::elastic_start;
-use super::statistics::{cofactor, errors_of, t95};
-use crate::description::campaign::{Campaign, Observes};
+use super::statistics::errors_of;
+use crate::description::campaign::Campaign;
+use crate::least_squares::{self, Bounds, Loss, Problem, Progress};
+use crate::math::linear::cofactor;
 use crate::math::mean_rms_max;
+use crate::math::quantiles::t95;
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, Predictor};
@@ -337,7 +339,7 @@ fn predicted_error(
     let mut found = Linearised::default();
     Predictor::new(model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
     let (components, width) = (check.components(), kept.len());
-    let position = if check.observes == Observes::Distance { 1 } else { 3 };
+    let position = check.observes.length_rows();
     let mut sum = 0.0;
     for reading in found.jacobian.chunks(components * width.max(1)) {
         for row in reading.chunks(width.max(1)).take(position) {

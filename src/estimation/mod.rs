@@ -2,7 +2,6 @@
 
 pub mod compensator;
 pub mod fuzzy;
-pub mod least_squares;
 
 mod calibration;
 mod equivalence;
@@ -23,5 +22,4 @@ pub use problem::row_sigmas;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
 pub use settings::{Scheme, Settings, Weights, What};
 pub use split::split;
-pub(crate) use statistics::cofactor;
 pub use statistics::{Errors, errors_of};

@@ -4,22 +4,16 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{EvaluationError, Problem};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
+use crate::least_squares::{EvaluationError, Problem};
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 
-/// One sigma of each residual row (m, rad): as the campaign states, else 1 mm and 1 mrad.
+/// One sigma of each residual row (m, rad), as [`Campaign::noise`] says.
 pub fn row_sigmas(campaign: &Campaign) -> Vec<f64> {
-    let position = campaign.sigma.unwrap_or([1e-3; 3]);
-    let orientation =
-        campaign.sigma_orientation.unwrap_or_else(|| if campaign.sigma.is_some() { position[0] } else { 1e-3 });
-    let reading: Vec<f64> = match campaign.observes {
-        Observes::Distance => vec![position[0]],
-        Observes::Pose => position.into_iter().chain([orientation; 3]).collect(),
-        _ => position.to_vec(),
-    };
-    reading.iter().copied().cycle().take(reading.len() * campaign.readings.len()).collect()
+    let rows = campaign.components();
+    let sigmas = campaign.observes.sigmas(&campaign.noise());
+    sigmas[..rows].iter().copied().cycle().take(rows * campaign.readings.len()).collect()
 }
 
 /// Residuals over their sigmas as a function of the changes of some parameters from a start.

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::equivalence::Equivalence;
-use super::least_squares::UsageError;
 use super::statistics::Errors;
 use crate::identifiability::Identifiability;
+use crate::least_squares::UsageError;
 use crate::parameter::Slot;
 use crate::prediction::PredictionError;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{Bounds, EvaluationError, Problem};
+use crate::least_squares::{Bounds, EvaluationError, Problem};
 
 /// What an iterative scheme reached.
 pub struct Reached {
@@ -77,7 +77,7 @@ pub fn alternating(
                 lower: own.iter().map(|&j| bounds.lower[j] - x[j]).collect(),
                 upper: own.iter().map(|&j| bounds.upper[j] - x[j]).collect(),
             };
-            let step = super::least_squares::minimize_in_box(&columns, &residual, &room)
+            let step = crate::least_squares::minimize_in_box(&columns, &residual, &room)
                 .map_err(|error| EvaluationError(error.to_string()))?;
             for (k, &j) in own.iter().enumerate() {
                 x[j] += step[k];

@@ -1,9 +1,10 @@
 //! What is asked of a calibration.
 
 use super::equivalence::Split;
-use super::least_squares::Loss;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+use crate::least_squares::Loss;
+use crate::observation::{Observes, Purpose};
 use crate::parameter::Slot;
 
 /// How the fit proceeds. All schemes end at the same parameters.
@@ -40,7 +41,12 @@ pub struct What {
 impl What {
     /// What a campaign's readings are made for: stiffness from deflections, geometry from the rest.
     pub fn usual(campaign: &Campaign) -> Self {
-        let elastic = campaign.observes == Observes::Deflection;
+        Self::of(campaign.observes)
+    }
+
+    /// What readings of a kind are made for.
+    pub fn of(observes: Observes) -> Self {
+        let elastic = observes.purpose() == Purpose::Stiffness;
         Self { geometric: !elastic, elastic }
     }
 }

@@ -4,12 +4,12 @@
 //! length enter as a product, and one that is far too stiff hides the joint. So springs are left out at first, then their
 //! rates found for a few free lengths, and only then all is free.
 
-use super::least_squares::{self, Bounds};
 use super::observation::{Observation, reduced};
 use super::problem::CampaignProblem;
 use super::result::CalibrationError;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling, Why};
 use crate::kinematics::{Geometry, Placements};
+use crate::least_squares::{self, Bounds};
 use crate::parameter::{Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 

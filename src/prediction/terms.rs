@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::measured_point;
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey, form_of};
 use crate::elastics::Elastics;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
@@ -46,7 +46,7 @@ pub struct Terms {
     pub columns: usize,
     /// First column of each term.
     first: Vec<usize>,
-    observes: Observes,
+    is_difference: bool,
     /// For each frame that is measured or weighs: its columns by the variables, then by `slots`.
     plans: Vec<(usize, ErrorColumns)>,
     slots: Vec<Slot>,
@@ -93,7 +93,16 @@ impl Terms {
         let masses =
             masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
         let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
-        Self { terms, columns, first, observes: campaign.observes, plans, slots, masses, variables }
+        Self {
+            terms,
+            columns,
+            first,
+            is_difference: campaign.observes.is_difference(),
+            plans,
+            slots,
+            masses,
+            variables,
+        }
     }
 
     /// Room for one thread.
@@ -168,7 +177,7 @@ impl Terms {
         let condition = |name: &str| campaign.conditions.get(name).map(|all| all[index]);
         let at: Point3<f64> = base * (placements.frames[frame] * point);
         work.columns.fill([0.0; 6]);
-        let is_difference = self.observes == Observes::Deflection;
+        let is_difference = self.is_difference;
         for (term, &first) in self.terms.iter().zip(&self.first) {
             let site_temperature = condition(&format!("temperature.{}", term.site.name))
                 .or_else(|| condition(&format!("temperature.{}", term.site.name.rsplit(':').next().unwrap_or(""))));
@@ -349,7 +358,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         }
         terms.evaluate(geometry, campaign, index, reading, q, &placements, &rates, &Vector3::zeros(), &mut work);
         let (load, own) = terms.loads(&work);
-        let difference = campaign.observes == Observes::Deflection;
+        let difference = campaign.observes.is_difference();
         for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {
             *greatest = greatest.max(own.abs());
         }
@@ -369,6 +378,6 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
         .collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    survey.is_difference = campaign.observes == Observes::Deflection;
+    survey.is_difference = campaign.observes.is_difference();
     Ok(survey)
 }

@@ -10,6 +10,7 @@ use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Component, Input};
 use crate::estimation::fuzzy::{FuzzyFit, GreyFit, Level, Step};
 use crate::math::mean_rms_max;
+use crate::math::quantiles::normal95;
 
 /// A value of an input in deg or mm.
 pub(super) fn shown(value: f64, angle: bool) -> f64 {
@@ -133,12 +134,12 @@ fn levels_text(levels: &[Level]) -> String {
             level.force,
             level.readings,
             level.gain,
-            1.96 * level.sigma,
+            normal95() * level.sigma,
             match level.linear {
                 Some(linear) if bent(linear) => format!(
                     "; {:.3} +- {:.3} beside loads of other sizes in the same directions: NOT linear in the load",
                     linear[0],
-                    1.96 * linear[1]
+                    normal95() * linear[1]
                 ),
                 _ => String::new(),
             }
@@ -178,8 +179,8 @@ pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
         .levels
         .iter()
         .map(|l| {
-            json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": 1.96 * l.sigma,
-                   "linear": l.linear.map(|[gain, sigma]| json!({"gain": gain, "ci95": 1.96 * sigma}))})
+            json!({"force": l.force, "readings": l.readings, "gain": l.gain, "ci95": normal95() * l.sigma,
+                   "linear": l.linear.map(|[gain, sigma]| json!({"gain": gain, "ci95": normal95() * sigma}))})
         })
         .collect();
     let range: Vec<[f64; 2]> = grown.used().into_iter().map(|k| grown.range[k]).collect();

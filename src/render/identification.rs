@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::plots::{bars, histogram};
 use super::springs::{any_value, equivalence_json, equivalence_text, insensitive, insensitive_text};
 use super::table::{Screen, deg, mm, number, unit};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::estimation::{Calibration, Comparison, Errors, Estimate, Figures};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
@@ -227,7 +227,7 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
 
 /// Whether base or tool have a say in the readings: not in deflections.
 fn registers(campaign: &Campaign) -> bool {
-    campaign.observes != Observes::Deflection
+    !campaign.observes.is_difference()
 }
 
 /// Text of `identify`.
@@ -332,21 +332,18 @@ fn steps(campaign: &Campaign, found: &Calibration, screen: Screen) -> String {
         rows.push(row("registration only", of(&found.registration)));
     }
     rows.push(row("calibrated", of(&found.after)));
-    if let Some(sigma) = campaign.sigma.filter(|_| campaign.observes != Observes::Distance) {
-        rows.push(row("stated noise", sigma.iter().map(|s| s * s).sum::<f64>().sqrt()));
+    let lengths = campaign.observes.length_rows();
+    if campaign.sigma.is_some() {
+        let sigmas = campaign.observes.sigmas(&campaign.noise());
+        rows.push(row("stated noise", sigmas[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt()));
     }
     let which = if seen { "fitted readings" } else { "readings the fit did not see" };
     let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
-    // Of poses, every other triple is rotations.
-    let stride = match campaign.observes {
-        Observes::Pose => 6,
-        Observes::Distance => 1,
-        _ => 3,
-    };
-    let left: Vec<f64> = found.residual.chunks(stride).flat_map(|reading| reading.iter().take(3)).copied().collect();
+    let readings = found.residual.chunks(campaign.components());
+    let left: Vec<f64> = readings.flat_map(|reading| &reading[..lengths]).copied().collect();
     let drawn = histogram(&left, screen);
     if !drawn.is_empty() {
-        let what = if campaign.observes == Observes::Distance { "distances" } else { "coordinates" };
+        let what = campaign.observes.residuals_named();
         let _ = write!(out, "\n{what} of all readings after calibration, number by error\n{drawn}");
     }
     out

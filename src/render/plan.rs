@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::identification::identifiability_json;
 use super::table::{Screen, deg, mm, number, unit};
+use crate::math::quantiles::normal95;
 use crate::model::Model;
 use crate::planning::{Planned, Request, SETS, Station};
 
@@ -32,7 +33,7 @@ pub fn plan_json(model: &Model, request: &Request, planned: &Planned, seconds: f
         .map(|&(slot, sigma)| {
             let parameter = &model.registry[slot];
             let (unit, size) = unit(parameter.shown_kind());
-            let width = parameter.shown_width(parameter.nominal, 1.96 * sigma) / size;
+            let width = parameter.shown_width(parameter.nominal, normal95() * sigma) / size;
             json!({"name": parameter.name, "unit": unit, "ci95": width})
         })
         .collect();
@@ -114,7 +115,7 @@ pub fn plan_text(model: &Model, request: &Request, planned: &Planned, screen: Sc
         planned.deviations.iter().map(|&(slot, sigma)| {
             let parameter = &model.registry[slot];
             let kind = parameter.shown_kind();
-            let width = parameter.shown_width(parameter.nominal, 1.96 * sigma);
+            let width = parameter.shown_width(parameter.nominal, normal95() * sigma);
             vec![parameter.name.clone(), unit(kind).0.into(), number(kind, width)]
         }),
     );

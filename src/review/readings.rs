@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::kinematics::{Geometry, Placements};
@@ -95,11 +95,10 @@ pub fn readings(
         points.push(rest(&geometry, &placements, reading).coords);
     }
     let base = geometry.base();
-    if campaign.observes == Observes::Position {
-        // Where it was measured, not where it should be: a reading that is simply wrong stands off.
-        for (point, reading) in points.iter_mut().zip(&campaign.readings) {
-            let measured = Point3::new(reading.measured[0], reading.measured[1], reading.measured[2]);
-            *point = (base.inverse() * measured).coords;
+    // Where it was measured, not where it should be: a reading that is simply wrong stands off.
+    for (point, reading) in points.iter_mut().zip(&campaign.readings) {
+        if let Some(measured) = campaign.observes.measured_position(&reading.measured) {
+            *point = (base.inverse() * Point3::from(measured)).coords;
         }
     }
     Ok(Readings { stages, points, to_base: base.rotation.inverse().into_inner(), pattern })

@@ -1,4 +1,4 @@
-//! The docs as a newcomer follows them: every command of their `console` blocks runs and prints what stands there.
+//! The docs as a new user follows them: every command of their `console` blocks runs and prints what they show.
 //!
 //! A block ` ```yaml file=NAME ` is saved first; ` ```console norun ` is for what needs a machine or the network. Lines that
 //! do not begin with `$` are looked for in what the command before them printed, whatever the spaces.
@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 
 use crate::cli::run;
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn text(path: &Path) -> String {
+pub fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// Pages of the book, and the README.
-fn pages() -> Vec<PathBuf> {
+pub fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> = std::fs::read_dir(root().join("docs"))
         .expect("docs")
         .map(|entry| entry.expect("an entry").path())

@@ -1,12 +1,12 @@
-//! The catalogue against what is said of it elsewhere.
+//! The catalogue against its documentation.
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::description::resolve::EFFECTS;
 use elastogeo::effects::{SiteKind, catalogue};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
+use elastogeo::observation::POSITION;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
@@ -76,7 +76,7 @@ fn effects_switched_on_are_identified() {
             .expect("drawn"),
         markers: (0..model.markers.len()).map(Some).collect(),
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 3e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],
@@ -106,12 +106,12 @@ fn effects_switched_on_are_identified() {
         }
     }
 
-    // What the description says of the amounts is wrong; the readings tell.
+    // What the description says of the amounts is wrong; the readings determine them.
     for &slot in &slots {
         model.registry.all_mut()[slot].nominal = 0.0;
     }
-    let aside = vec![false; campaign.readings.len()];
-    let found = calibrate(&model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = calibrate(&model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     for (name, &slot) in names.iter().zip(&slots) {
         let estimate = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("an estimate");
         assert!(estimate.identifiable, "{name}");

@@ -1,11 +1,12 @@
-//! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as they say,
+//! Stiffness identified from simulated deflections whose truth is known: intervals hold the truth as often as stated,
 //! and the same minimum is reached however wrong the description's values are.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::RngExt;
 use rayon::prelude::*;
@@ -16,8 +17,8 @@ use crate::support::bundled;
 const SEEDS: u64 = 60;
 
 fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
-    let aside = vec![false; campaign.readings.len()];
-    calibrate(model, campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated")
+    let held_out = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated")
 }
 
 /// The model with the values of what is identifiable multiplied by random factors between 1/1000 and 1000.
@@ -35,7 +36,7 @@ fn estimate<'c>(model: &Model, found: &'c Calibration, name: &str) -> &'c elasto
     found.estimates.iter().find(|estimate| estimate.slot == slot).expect("estimated")
 }
 
-/// Whether as many of `n` intervals hold the truth as 95 % leave room for, within three standard errors.
+/// Whether as many of `n` intervals hold the truth as 95 % allow, within three standard errors.
 fn at_the_nominal_rate(what: &str, held: usize, n: usize) {
     let error = (0.95 * 0.05 / n as f64).sqrt();
     let share = held as f64 / n as f64;
@@ -55,7 +56,7 @@ fn deflections(
         configurations,
         markers,
         repeats: 1,
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         sigma,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -175,7 +176,7 @@ fn springs_that_readings_do_not_see_stay_where_they_are() {
                 [0.0, 2000.0, 0.0, 0.0, 0.0, 0.0],
             ],
             conditions: false,
-            observes: Observes::Deflection,
+            observes: DEFLECTION,
             sigma: 30e-6,
             sigma_orientation: 0.0,
             estimate: [false, false],

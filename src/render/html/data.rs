@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::drawing::Shot;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::model::Model;
@@ -84,7 +84,7 @@ pub fn report_json(report: &Report) -> Value {
     let given = &report.given;
     json!({
         "campaign": {
-            "name": campaign.name, "robot": model.name, "observes": observes(campaign.observes),
+            "name": campaign.name, "robot": model.name, "observes": campaign.observes.name(),
             "readings": campaign.readings.len(), "poses": poses(campaign),
             "set_aside": report.aside.iter().filter(|aside| **aside).count(),
             "sigma": campaign.sigma.map(|sigma| sigma.map(mm)), "unit": "mm", "calibrate": campaign.calibrate, "without": campaign.without,
@@ -110,15 +110,6 @@ pub fn report_json(report: &Report) -> Value {
         },
         "readings": rows(report),
     })
-}
-
-fn observes(observes: Observes) -> &'static str {
-    match observes {
-        Observes::Position => "position",
-        Observes::Pose => "pose",
-        Observes::Deflection => "deflection",
-        Observes::Distance => "distance",
-    }
 }
 
 fn poses(campaign: &Campaign) -> usize {
