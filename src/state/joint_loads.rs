@@ -49,12 +49,7 @@ impl JointLoadPlan {
     /// Workspace for one thread.
     pub fn loads(&self) -> JointLoads {
         let zeros = vec![0.0; self.variables];
-        JointLoads {
-            twists: self.twists.twists(),
-            own: zeros.clone(),
-            total: zeros.clone(),
-            joint_rate: zeros,
-        }
+        JointLoads { twists: self.twists.twists(), own: zeros.clone(), total: zeros.clone(), joint_rate: zeros }
     }
 
     /// Loads under own weight at a placed configuration.

@@ -18,6 +18,7 @@ const FLOORS: &[&[&str]] = &[
     &["elastics"],
     &["fuzzy"],
     &["effects"],
+    &["state"],
     &["prediction"],
     &["identifiability"],
     &["estimation"],
