@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use super::settings::RegistrationSettings;
 use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, Placements, rotation_vector};
 use crate::model::Model;
@@ -29,11 +30,16 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
 }
 
 /// A start for base, tool and markers, from the readings alone: best rigid fit of the base (Kabsch) and linear fit of
-/// the points, in turns. Where the campaign estimates none of them, the values are returned as given.
+/// the points, in turns. Where the campaign does not estimate the base, the values are returned as given.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
-pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f64>, PredictionError> {
+pub fn rough(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    settings: &RegistrationSettings,
+) -> Result<Vec<f64>, PredictionError> {
     let mut values = values.to_vec();
     let positions = campaign.readings.iter().map(|reading| campaign.observes.measured_position(&reading.measured));
     let Some(measured) = positions.collect::<Option<Vec<Vector3<f64>>>>().filter(|_| campaign.estimate_base) else {
@@ -52,7 +58,7 @@ pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f
     }
     let point_slot = |marker: Option<usize>| marker.map_or(model.tool.1, |m| model.markers[m].slot);
     let at = |values: &[f64], slot: Slot| Vector3::new(values[slot], values[slot + 1], values[slot + 2]);
-    for _ in 0..if campaign.estimate_tool { 30 } else { 1 } {
+    for _ in 0..if campaign.estimate_tool { settings.turns } else { 1 } {
         let points: Vec<Vector3<f64>> = campaign
             .readings
             .iter()

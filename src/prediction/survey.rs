@@ -3,8 +3,8 @@
 use super::error::PredictionError;
 use super::terms::measured_frames;
 use crate::description::campaign::Campaign;
-use crate::effects::Survey;
 use crate::kinematics::Geometry;
+use crate::model::Survey;
 use crate::state::{JointLoadPlan, Loads, Mechanics};
 
 /// What a campaign offers: greatest loads on the joints, times, temperatures, sides of approach.
@@ -40,7 +40,9 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     times.dedup();
     survey.times = times;
     let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    survey.temperatures = campaign.conditions.iter().any(|(name, all)| name.starts_with("temperature") && varies(all));
+    let mean = |all: &Vec<f64>| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let temperatures = campaign.conditions.iter().filter(|(name, _)| name.starts_with("temperature"));
+    survey.temperatures = temperatures.map(|(name, all)| (name.clone(), mean(all))).collect();
     survey.sides = model
         .variables
         .iter()

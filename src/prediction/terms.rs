@@ -2,27 +2,30 @@
 //!
 //! Columns are displacements (m) and rotations (rad) of the measured point, measurement frame.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 
 use super::reading::ReadingAt;
 use crate::description::campaign::Campaign;
-use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, form_of};
 use crate::kinematics::shift;
-use crate::model::{Model, SwitchedOn};
+use crate::model::{
+    Change, Changes, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, SwitchedOn,
+};
 use crate::parameter::Slot;
 use crate::state::{JointLoadPlan, JointLoads, Mechanics, State};
 
-/// An effect at a site in a form.
+/// An effect at a site with its nonlinear values, compiled for a model.
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: Arc<dyn Effect>,
     /// Where it sits.
     pub site: Site,
-    /// In which form.
-    pub form: Form,
     /// Its parameters.
     pub parameters: Vec<EffectParameter>,
+    /// What one unit of each changes in a reading.
+    changes: Changes,
 }
 
 impl std::fmt::Debug for Term {
@@ -32,10 +35,14 @@ impl std::fmt::Debug for Term {
 }
 
 impl Term {
-    /// An effect at a site in a form.
-    pub fn new(model: &Model, effect: &'static dyn Effect, site: Site, form: Form) -> Self {
-        let parameters = effect.parameters(model, &site, &form);
-        Self { effect, site, form, parameters }
+    /// Compiles an effect at a site.
+    pub fn new(model: &Model, effect: &Arc<dyn Effect>, site: &Site, nonlinear: &Nonlinear) -> Self {
+        Self {
+            parameters: effect.parameters(model, site, nonlinear),
+            changes: effect.changes(model, site, nonlinear),
+            effect: effect.clone(),
+            site: site.clone(),
+        }
     }
 }
 
@@ -70,12 +77,7 @@ impl ConditionColumns {
     fn new(model: &Model, campaign: &Campaign, terms: &[Term]) -> Self {
         let place = |name: &str| campaign.conditions.get_index_of(name);
         let side = model.variables.iter().map(|variable| place(&format!("approach.{}", variable.name)));
-        let temperature = |term: &Term| {
-            let short = term.site.name.rsplit(':').next().unwrap_or("");
-            place(&format!("temperature.{}", term.site.name))
-                .or_else(|| place(&format!("temperature.{short}")))
-                .or_else(|| place("temperature"))
-        };
+        let temperature = |term: &Term| term.site.temperature_columns().iter().find_map(|name| place(name));
         Self { time: place("time"), side: side.collect(), temperature: terms.iter().map(temperature).collect() }
     }
 }
@@ -137,8 +139,7 @@ impl Terms {
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
         for ((term, &first), &temperature) in self.terms.iter().zip(&self.first).zip(&self.conditions.temperature) {
-            let context = Moment {
-                model: at.mechanics.geometry.model,
+            let context = ReadingContext {
                 q: &at.state.q,
                 joints: &at.state.placements.joints,
                 load: &loads.total,
@@ -152,7 +153,7 @@ impl Terms {
                 is_difference: self.is_difference,
             };
             changes.clear();
-            term.effect.changes(&term.site, &term.form, &context, changes);
+            (term.changes)(&context, changes);
             for &(parameter, change) in changes.iter() {
                 let twist = self.twist(at, loads, change);
                 let column = &mut columns[first + parameter];
@@ -166,7 +167,7 @@ impl Terms {
         let moved = loads.twists.of(at.point.at.frame);
         let (column, amount) = match change {
             Change::Joint(..) if self.is_difference => return [0.0; 6],
-            Change::Joint(variable, amount) | Change::Yield(variable, amount) => {
+            Change::Joint(variable, amount) | Change::Deflection(variable, amount) => {
                 (moved[variable], amount / loads.joint_rate[variable])
             }
             Change::Slot(slot, amount) => match self.slots.binary_search(&slot) {
@@ -192,7 +193,7 @@ pub(super) fn measured_frames(model: &Model, campaign: &Campaign) -> Vec<usize> 
 /// Effects that are switched on.
 #[derive(Debug, Clone, Default)]
 pub struct Declared {
-    /// Terms of those that are more than constants of the model.
+    /// Those that are more than constants of the model.
     pub terms: Vec<Term>,
     /// For each parameter of each term, the slot of its amount; none where it is not given, which is zero.
     pub amounts: Vec<Option<Slot>>,
@@ -200,23 +201,15 @@ pub struct Declared {
     pub shifts: Vec<(Slot, f64)>,
 }
 
-/// Effects that the model has switched on. Parameters are named by their symbols, forms by theirs.
+/// Effects that the model has switched on.
 pub fn declared(model: &Model) -> Declared {
     let mut declared = Declared::default();
-    for SwitchedOn { entry, slots } in &model.effects {
-        let Some(effect) = entry.effect.as_deref().and_then(crate::effects::by_name) else { continue };
-        let site = effect.sites(model).into_iter().find(|site| Some(&site.name) == entry.site.as_ref());
-        let Some(site) = site else { continue };
-        let form = form_of(effect, entry);
-        let constants = effect.constants(model, &site, &form);
-        if constants.is_empty() {
-            let term = Term::new(model, effect, site, form);
-            declared.amounts.extend(term.parameters.iter().map(|parameter| slots.get(&parameter.symbol).copied()));
-            declared.terms.push(term);
-        } else {
-            let amount = |name: &str| entry.parameters.get(name).copied().unwrap_or_default();
-            declared.shifts.extend(constants.into_iter().map(|slot| (slot, amount(&model.registry[slot].name))));
+    for SwitchedOn { entry: EffectEntry { effect, site, nonlinear, .. }, slots, shifts, .. } in &model.effects {
+        if shifts.is_empty() {
+            declared.terms.push(Term::new(model, effect, site, nonlinear));
+            declared.amounts.extend(slots);
         }
+        declared.shifts.extend(shifts);
     }
     declared
 }
@@ -230,8 +223,7 @@ pub(super) fn amounts_of(slots: &[Option<Slot>], values: &[f64]) -> Vec<f64> {
 fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
     let ones = vec![1.0; model.variables.len()];
     let joints = vec![0.1; model.frames.len()];
-    let given = Moment {
-        model,
+    let given = ReadingContext {
         q: &ones,
         joints: &joints,
         load: &ones,
@@ -248,7 +240,7 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
     let mut changes = Vec::new();
     for term in terms {
         changes.clear();
-        term.effect.changes(&term.site, &term.form, &given, &mut changes);
+        (term.changes)(&given, &mut changes);
         slots.extend(changes.iter().filter_map(|(_, change)| match change {
             Change::Slot(slot, _) => Some(*slot),
             _ => None,

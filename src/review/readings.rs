@@ -73,15 +73,10 @@ pub fn readings(
         stages.push(Stage { key: "calibrated", residual: found.residual.clone() });
     }
     let competed = at(model, &diagnosis.calibrated)?;
-    let causes: Vec<_> = diagnosis.causes.iter().filter(|cause| cause.effect != "outliers").collect();
     let mut pattern = Vec::new();
     stages.push(Stage { key: "competed", residual: competed });
-    if !causes.is_empty() {
-        let mut with = model.clone();
-        for cause in causes {
-            with.switch_on(cause.entry.clone());
-            cause.further.iter().for_each(|entry| with.switch_on(entry.clone()));
-        }
+    if diagnosis.entries().next().is_some() {
+        let with = diagnosis.applied(model);
         let explained = at(&with, &with.completed(&diagnosis.values))?;
         let before = stages.last().map(|stage| stage.residual.clone()).unwrap_or_default();
         pattern = before.iter().zip(&explained).map(|(before, after)| before - after).collect();

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, NoiseSource, Settings, Verdict, diagnose};
 use elastogeo::estimation::CalibrationError;
 use elastogeo::files::{LoadedCampaign, load_campaign};
@@ -17,7 +16,7 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
-use super::support::bundled;
+use super::support::{bundled, switch_on};
 
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
@@ -291,11 +290,7 @@ type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
 fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
     for (effect, site, parameters) in effects {
-        model.switch_on(RawEffect {
-            effect: Some((*effect).into()),
-            site: Some((*site).into()),
-            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-        });
+        switch_on(&mut model, effect, site, parameters);
     }
     let mut found = Linearised::default();
     let predictor = Predictor::new(&model, campaign, Vec::new()).expect("predictable");
@@ -392,7 +387,7 @@ fn an_effect_of_ones_own_competes() {
     assert_eq!((beside.verdict, beside.causes.len()), (Verdict::Explained, 1));
     let found = &cause.parameters[0];
     let ci95 = found.ci95.expect("a fitted parameter");
-    assert!((found.value - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
+    assert!((found.value.number().expect("a number") - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
 }
 
 /// Where no noise is stated, repeated readings determine it.

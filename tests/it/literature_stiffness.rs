@@ -85,11 +85,15 @@ fn seven_springs_have_rank_four_and_two_groups_in_series() {
         .equivalences
         .iter()
         .map(|group| {
-            assert_eq!(group.together, Together::Series);
+            assert_eq!(group.springs.together, Together::Series);
             // Eq. (68), (69): compliances add up, each with weight one.
-            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9), "{:?}", group.members);
+            assert!(
+                group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9),
+                "{:?}",
+                group.springs.members
+            );
             let mut names: Vec<&str> =
-                group.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
+                group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
             names.sort_unstable();
             names
         })

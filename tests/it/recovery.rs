@@ -37,7 +37,7 @@ fn covered(nominal: &[f64], truth: &[f64], found: &Calibration) -> Vec<bool> {
             terms.iter().map(|&(k, factor)| factor * (truth[found.slots[k]] - nominal[found.slots[k]])).sum()
         });
         let away = estimate.value - truth[estimate.slot] - taken;
-        away.abs() <= estimate.ci95
+        estimate.ci95.is_some_and(|ci95| away.abs() <= ci95)
     };
     found.identifiability.kept.iter().map(one).collect()
 }
@@ -53,7 +53,7 @@ fn trial(model: &Model, truth: &[f64], plan: &Plan, fresh: Vec<Vec<f64>>, seed: 
         covered: covered(&model.registry.nominal(), truth, &found),
         errors: [found.registration.check.distance[0], found.after.check.distance[0]],
         noise_ratio: found.noise_ratio,
-        converged: found.converged,
+        converged: found.converged(),
     }
 }
 

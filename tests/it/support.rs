@@ -4,7 +4,11 @@ use std::path::Path;
 
 use elastogeo::compensation::{Desired, Refusal};
 use elastogeo::description::campaign::Campaign;
-use elastogeo::description::{raw::RawRobot, resolve::resolve};
+use elastogeo::description::{
+    raw::{RawEffect, RawRobot},
+    resolve::resolve,
+};
+use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
 use elastogeo::observation::POSE;
@@ -13,7 +17,15 @@ use elastogeo::simulation::{Plan, generator, simulate};
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
     let (robot, diagnostics) = resolve(&raw, &|_| None);
-    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model")
+    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model")
+}
+
+/// Switches an effect on as an entry of a description does.
+pub fn switch_on(model: &mut Model, effect: &str, site: &str, parameters: &[(&str, f64)]) {
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), (*value).into())).collect();
+    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters };
+    let entry = model.resolve_effect(&raw).expect("an effect of this robot");
+    model.switch_on(entry);
 }
 
 pub fn bundled(name: &str) -> Model {

@@ -45,10 +45,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-            raw.effects.push(cause.entry.clone());
-            raw.effects.extend(cause.further.iter().cloned());
-        }
+        raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());

@@ -90,7 +90,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         calibration_json(model, &campaign, &found, seconds),
     );
     output.diagnostics = loaded.diagnostics;
-    output.failed = !found.converged;
+    output.failed = !found.converged();
     if let Some(path) = &command.save {
         let (text, diagnostics) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
         output.diagnostics.extend(diagnostics);

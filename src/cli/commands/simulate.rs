@@ -17,11 +17,11 @@ use crate::cli::values::{known_parameters, ranges, wrench};
 use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
-use crate::description::raw::RawEffect;
+use crate::description::raw::{RawAmount, RawEffect};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::diagnostic::Diagnostic;
-use crate::effects::{Form, by_name, catalogue};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::effects::EffectEntry;
 use crate::files::{LoadedRobot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -182,7 +182,7 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
         .filter(|(parameter, value)| parameter.nominal != **value)
         .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
         .collect();
-    let effects: Vec<_> = model.effects.iter().map(|effect| &effect.entry).collect();
+    let effects: Vec<_> = model.effects.iter().map(|effect| effect.entry.raw(model)).collect();
     let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": effects});
     let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let mut output = Output::new(
@@ -220,46 +220,32 @@ pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Er
 }
 
 /// `EFFECT@SITE:parameter=value,...`, SI.
-fn effect(model: &Model, text: &str) -> Result<RawEffect, Error> {
-    let (name, rest) = text.split_once('@').unwrap_or((text, ""));
-    let Some(known) = by_name(name.trim()) else {
-        let names: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
-        ]));
+fn effect(model: &Model, text: &str) -> Result<EffectEntry, Error> {
+    let refused = |diagnostic: Diagnostic| {
+        let message = format!("--effect `{text}`: {}", diagnostic.message);
+        Error::from(Diagnostic { message, severity: Severity::Error, ..diagnostic })
     };
+    let (name, rest) = text.split_once('@').unwrap_or((text, ""));
     // A site may hold a colon of its own: what follows the last one with `=` in it are parameters.
-    let (site, parameters) = match rest.rsplit_once(':') {
-        Some((site, parameters)) if parameters.contains('=') => (site, parameters),
+    let (site, stated) = match rest.rsplit_once(':') {
+        Some((site, stated)) if stated.contains('=') => (site, stated),
         _ => (rest, ""),
     };
-    let sites = known.sites(model);
-    let Some(at) = sites.iter().find(|known| known.name == site) else {
-        let valid = sites.iter().map(|site| site.name.as_str());
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
-        ]));
-    };
-    let mut symbols: Vec<String> = known.form_symbols().iter().map(ToString::to_string).collect();
-    let mut values = IndexMap::new();
-    for entry in parameters.split(',').filter(|entry| !entry.trim().is_empty()) {
-        let parsed = entry.split_once('=').and_then(|(k, v)| Some((k.trim(), v.trim().parse::<f64>().ok()?)));
-        match parsed {
-            Some((key, value)) if value.is_finite() => values.insert(key.to_string(), value),
-            _ => return Err(Error::input(format!("--effect `{text}`: `{entry}`"), "write parameter=number, SI")),
+    let mut parameters = IndexMap::new();
+    for entry in stated.split(',').filter(|entry| !entry.trim().is_empty()) {
+        let Some((key, value)) = entry.split_once('=') else {
+            return Err(Error::input(format!("--effect `{text}`: `{entry}`"), "write parameter=value, SI"));
         };
+        let value = value.trim();
+        let value = value.parse::<f64>().map_or_else(|_| value.into(), RawAmount::from);
+        parameters.insert(key.trim().to_string(), value);
     }
-    let form = known
-        .form_symbols()
-        .iter()
-        .find_map(|&symbol| values.get(symbol).map(|&value| Form { symbol, value, continuous: false }));
-    let form = form.unwrap_or(Form::ONLY);
-    symbols.extend(known.parameters(model, at, &form).into_iter().map(|parameter| parameter.symbol));
-    if values.is_empty() || values.keys().any(|key| !symbols.contains(key)) {
-        let remedy = format!("its parameters (SI): {}", symbols.join(", "));
-        return Err(Error::input(format!("--effect `{text}`: it has other parameters"), remedy));
+    let raw = RawEffect { effect: Some(name.trim().into()), site: Some(site.into()), parameters };
+    let entry = model.resolve_effect(&raw).map_err(|fault| refused(fault.diagnostic))?;
+    match entry.doubt(model) {
+        Some(doubt) if entry.amounts.is_empty() => Err(refused(doubt)),
+        _ => Ok(entry),
     }
-    Ok(RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters: values })
 }
 
 fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Error> {

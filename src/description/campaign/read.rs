@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawSigma};
 use super::{Campaign, Reading};
-use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
+use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::diagnostic::Diagnostic;
@@ -96,8 +96,8 @@ pub fn resolve(
     if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
 }
 
-/// Faults and doubts of the campaign file alone.
-pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Diagnostic> {
+/// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list.
+pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Explained) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     if raw.observes.is_none() && !explained(&["observes"]) {
         let diagnostic =
@@ -106,10 +106,10 @@ pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Di
         diagnostics.push(diagnostic.remedy(format!("add `observes: position` (or {})", others.join(", "))));
     }
     for (position, effect) in raw.calibrate.iter().enumerate() {
-        if !EFFECTS.iter().any(|(known, _)| known == effect) {
+        if !effects.contains(&effect.as_str()) {
             let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
                 .at(locate(&["calibrate", &position.to_string()]));
-            diagnostics.push(diagnostic.suggest(effect, EFFECTS.iter().map(|(known, _)| *known)));
+            diagnostics.push(diagnostic.suggest(effect, effects.iter().copied()));
         }
     }
     for (name, at) in &raw.anchors {
