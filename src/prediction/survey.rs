@@ -35,19 +35,16 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
             survey.greatest_own_load[variable] = survey.greatest_own_load[variable].max(own.abs());
         }
     }
-    let mut times = campaign.conditions.get("time").cloned().unwrap_or_default();
+    let mut times = campaign.conditions.time.clone().unwrap_or_default();
     times.sort_by(f64::total_cmp);
     times.dedup();
     survey.times = times;
-    let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    let mean = |all: &Vec<f64>| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
-    let temperatures = campaign.conditions.iter().filter(|(name, _)| name.starts_with("temperature"));
-    survey.temperatures = temperatures.map(|(name, all)| (name.clone(), mean(all))).collect();
-    survey.sides = model
-        .variables
-        .iter()
-        .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
-        .collect();
+    let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
+    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let conditions = &campaign.conditions;
+    let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
+    survey.mean_temperatures = temperatures.collect();
+    survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
     survey.is_difference = is_difference;
     Ok(survey)

@@ -60,26 +60,8 @@ pub(super) struct Terms {
     /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
     variables: usize,
-    conditions: ConditionColumns,
-}
-
-/// Places of the conditions that effects read among those of the campaign; none where they are not known.
-#[derive(Debug, Clone)]
-struct ConditionColumns {
-    time: Option<usize>,
-    /// By variable.
-    side: Vec<Option<usize>>,
-    /// By term: of its site where that is measured.
-    temperature: Vec<Option<usize>>,
-}
-
-impl ConditionColumns {
-    fn new(model: &Model, campaign: &Campaign, terms: &[Term]) -> Self {
-        let place = |name: &str| campaign.conditions.get_index_of(name);
-        let side = model.variables.iter().map(|variable| place(&format!("approach.{}", variable.name)));
-        let temperature = |term: &Term| term.site.temperature_columns().iter().find_map(|name| place(name));
-        Self { time: place("time"), side: side.collect(), temperature: terms.iter().map(temperature).collect() }
-    }
+    /// By term: which of the temperatures of frames is its site's; none where it has that of the surroundings.
+    site_temperature: Vec<Option<usize>>,
 }
 
 /// Workspace for one thread.
@@ -105,9 +87,12 @@ impl Terms {
         let columns = terms.iter().map(|term| term.parameters.len()).sum();
         let slots = slots_changed(model, &terms);
         let loads = JointLoadPlan::new(mechanics, measured_frames(model, campaign), &slots);
-        let (variables, conditions) = (model.variables.len(), ConditionColumns::new(model, campaign, &terms));
+        let variables = model.variables.len();
+        let own_temperature =
+            |term: &Term| campaign.conditions.site_temperatures.get_index_of(&model.frames[term.site.frame].name);
+        let site_temperature = terms.iter().map(own_temperature).collect();
         let is_difference = campaign.observes.is_difference();
-        Self { terms, columns, first, is_difference, loads, slots, variables, conditions }
+        Self { terms, columns, first, is_difference, loads, slots, variables, site_temperature }
     }
 
     /// Workspace for one thread.
@@ -129,24 +114,25 @@ impl Terms {
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
         let TermWorkspace { loads, side, changes, columns } = out;
         self.loads.load(at.state, at.point, loads);
-        let all = &at.campaign.conditions;
-        let condition = |place: Option<usize>| all.get_index(place?).map(|(_, values)| values[at.index]);
-        for (side, place) in side.iter_mut().zip(&self.conditions.side) {
-            *side = condition(*place).unwrap_or(0.0);
+        let conditions = &at.campaign.conditions;
+        for (variable, side) in side.iter_mut().enumerate() {
+            *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
         }
+        let time = conditions.time.as_ref().map(|all| all[at.index]);
         let base = at.mechanics.geometry.base();
         let position = (base * Point3::from(at.point.position)).coords;
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
-        for ((term, &first), &temperature) in self.terms.iter().zip(&self.first).zip(&self.conditions.temperature) {
+        for ((term, &first), site) in self.terms.iter().zip(&self.first).zip(&self.site_temperature) {
+            let own = site.and_then(|site| conditions.site_temperatures.get_index(site)).map(|(_, all)| all);
             let context = ReadingContext {
                 q: &at.state.q,
                 joints: &at.state.placements.joints,
                 load: &loads.total,
                 own_load: &loads.own,
                 side,
-                time: condition(self.conditions.time),
-                temperature: condition(temperature),
+                time,
+                temperature: own.or(conditions.temperature.as_ref()).map(|all| all[at.index]),
                 position,
                 base: base.translation.vector,
                 deflection: base.rotation * by_wrench.displacement,

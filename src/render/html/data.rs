@@ -208,9 +208,12 @@ fn rows(report: &Report) -> Value {
         if !report.readings.pattern.is_empty() {
             value["pattern"] = json!(length(&report.readings.pattern, index));
         }
-        if !campaign.conditions.is_empty() {
-            value["conditions"] =
-                campaign.conditions.iter().map(|(n, all)| (n.clone(), json!(all[index]))).collect::<Map<_, _>>().into();
+        let name = |variable: usize| report.model.variables[variable].name.as_str();
+        let conditions =
+            campaign.conditions.columns().map(|(condition, all)| (condition.column(name), json!(all[index])));
+        let conditions: Map<_, _> = conditions.collect();
+        if !conditions.is_empty() {
+            value["conditions"] = conditions.into();
         }
         value
     };
