@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::super::parameters::Owner;
 use crate::diagnostic::{Code, Diagnostic, Place};
 
 /// Says where a path of the file stands (keys from the top, list positions as numbers).
@@ -71,14 +72,12 @@ impl<'a> Collector<'a> {
             "section" => &["sections"],
             "material" => &["materials"],
             "actuator" => &["actuators"],
-            "parameter" => &["frames", "actuators", "markers", "springs", "joint_stiffness"],
             _ => &[],
         };
-        let owner = if kind == "parameter" { name.rsplit_once('.').map_or(name, |(owner, _)| owner) } else { name };
-        let owner_of = |section: &str| {
-            if section == "joint_stiffness" { owner.trim_start_matches("joint") } else { owner }
-        };
-        if sections.iter().any(|section| self.is_faulty(section, owner_of(section))) {
+        let owners = if kind == "parameter" { Owner::possible(name) } else { Vec::new() };
+        if sections.iter().any(|section| self.is_faulty(section, name))
+            || owners.iter().any(|owner| matches!(*owner.path(), [section, entry] if self.is_faulty(section, entry)))
+        {
             return;
         }
         let diagnostic =
