@@ -2,9 +2,12 @@
 
 mod calibration;
 mod collector;
+mod couplings;
+mod drivers;
 mod elastic;
 mod elastic_values;
 mod fuzzy;
+mod loops;
 mod motion;
 mod sizes;
 mod tree;
@@ -101,7 +104,7 @@ fn tool(raw: &RawRobot, tree: &Tree, names: &[String], diagnostics: &mut Collect
         let choices: Vec<&str> = leaves.iter().map(|&i| names[i].as_str()).collect();
         let choices = if choices.is_empty() { String::new() } else { format!(", one of {}", choices.join(", ")) };
         let message = format!("the tool's frame is not clear: {} frames carry nothing", leaves.len());
-        diagnostics.error(&["tool"], message).remedy = Some(format!("add `tool: {{frame: ...}}`{choices}"));
+        diagnostics.reject(&["tool"], message, format!("add `tool: {{frame: ...}}`{choices}"));
     }
     let default = leaves.first().copied().unwrap_or(frames.len() - 1);
     let frame = frame_of(&["tool", "frame"], raw.tool.frame.as_deref(), names, default, diagnostics);
@@ -131,20 +134,19 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
         for &name in names {
             let path = [section, name.as_str()];
             if !name.chars().all(|c| c.is_alphanumeric() || "_'-/".contains(c)) || name.is_empty() {
-                diagnostics.error(&path, format!("`{name}` cannot be a name")).remedy =
-                    Some("use letters, digits, `_`, `-`, `/` and `'`".into());
+                diagnostics.reject(
+                    &path,
+                    format!("`{name}` cannot be a name"),
+                    "use letters, digits, `_`, `-`, `/` and `'`",
+                );
             }
             if matches!(name.as_str(), "base" | "tool" | "instrument") {
-                diagnostics.error(&path, format!("`{name}` is a reserved name")).remedy = Some("choose another".into());
+                diagnostics.reject(&path, format!("`{name}` is a reserved name"), "choose another");
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
-                let first = diagnostics.place(&[other, name]);
-                let diagnostic =
-                    Diagnostic::error(format!("`{name}` names two things; parameters could not be told apart"))
-                        .at(diagnostics.place(&path))
-                        .related(first, "already named here")
-                        .remedy("give one of them another name");
-                diagnostics.diagnostics.push(diagnostic);
+                let message = format!("`{name}` names two things; parameters could not be told apart");
+                let first = (vec![*other, name.as_str()], "already named here");
+                diagnostics.conflict(&path, message, first, "give one of them another name");
             }
             seen.push((section, name));
         }
