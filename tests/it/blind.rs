@@ -60,7 +60,7 @@ fn scored(score: &serde_json::Value) -> Vec<String> {
 /// The fixed set whose score README shows: drawn again, it has the truths that were sealed, and what is diagnosed is what
 /// was recorded (`blind score F --format json --output tests/data/blind/score.json`).
 #[test]
-fn the_fixed_set_is_told_as_recorded() {
+fn the_fixed_set_is_diagnosed_as_recorded() {
     const DRAWN: usize = 10;
     let folder = tempfile::tempdir().expect("a folder");
     let into = folder.path().join("sealed").display().to_string();

@@ -1,4 +1,4 @@
-//! One binary for all integration tests; the file names say what kind of test is inside.
+//! One binary for all integration tests; the file names tell the kind of test.
 
 mod architecture;
 mod blind;
@@ -9,7 +9,6 @@ mod derivatives;
 mod diagnosis;
 mod diagnostics;
 mod docs;
-mod doubts;
 mod dual;
 mod effects;
 mod elastic_campaigns;
@@ -31,6 +30,8 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod mistakes;
+mod observation;
 mod orthonormal;
 mod planning;
 mod process;

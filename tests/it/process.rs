@@ -1,4 +1,4 @@
-//! The elastic strip against published solutions of the elastica, and the arm in equilibrium with what pushes back.
+//! The elastic strip against published solutions of the elastica, and the arm in equilibrium with an external process.
 
 use elastogeo::compensation::{Asked, Controller, Desired, Refusal, Settings, compensate, desire, predict_path};
 use elastogeo::description::process::{RawProcess, Theory};
@@ -114,7 +114,7 @@ fn gradients_of_the_push_are_those_of_differences() {
 }
 
 #[test]
-fn places_that_the_strip_does_not_have_are_told() {
+fn places_that_the_strip_does_not_have_are_refused() {
     let process = strip(Theory::Large, 0.0);
     let push = |along, depth| process.push(&place(&process, along, depth), &Vector3::zeros());
     assert!(matches!(push(0.585, 0.2), Err(ProcessError::Off { .. })));
@@ -132,7 +132,7 @@ joint_stiffness:
   1: {kar: {value: 1e5}}
 ";
 
-/// A lever of 1 m on a torsional spring of 1e5 N.m/rad, at rest along x: 1e5 N/m in y at its end.
+/// A lever of 1 m on a torsional spring of 1e5 N.m/rad, unloaded along x: 1e5 N/m in y at its end.
 fn lever(spring: f64) -> Result<(f64, f64), Refusal> {
     let model = model_of(PRESS);
     let process = Process {
@@ -158,7 +158,7 @@ fn arm_and_process_share_the_load_or_buckle() {
 }
 
 /// Section 4 of the IR663 paper. What its robot misses by grows from 0.4 to 1.5 mm along the path, 3.75 times; the strip
-/// alone, of known section and alloy, says by how much the force grows.
+/// alone, of known section and alloy, determines by how much the force grows.
 #[test]
 fn the_force_of_the_forming_path_grows_as_the_papers_deviations() {
     let process = strip(Theory::Large, 0.0);
@@ -258,7 +258,7 @@ fn deviations_by_the_strip_are_as_recorded() {
 
 /// The table of docs/compensation.md: a machine whose springs are 17 and 19 % off the description forms the strip.
 #[test]
-fn a_strip_is_formed_by_an_arm_that_gives_otherwise() {
+fn a_strip_is_formed_by_an_arm_of_other_stiffness() {
     let folder = tempfile::tempdir().expect("a folder");
     let ran = |arguments: &[&str]| {
         let ran = run(folder.path(), arguments);

@@ -6,7 +6,7 @@ use elastogeo::math::median;
 
 use crate::figures::recorded;
 
-/// The folder of a set of measurements, or `None` with a word.
+/// The folder of a set of measurements, or `None`.
 fn folder(name: &str) -> Option<String> {
     let root =
         std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
@@ -22,14 +22,14 @@ fn folder(name: &str) -> Option<String> {
 fn calibrated(name: &str) -> Option<Calibration> {
     let loaded = load_campaign(&folder(name)?, None)
         .unwrap_or_else(|diagnostics| panic!("{}", elastogeo::render::diagnostics::render(&diagnostics, false)));
-    let aside = split(&loaded.campaign, 0.25, 1);
+    let held_out = split(&loaded.campaign, 0.25, 1);
     Some(
-        calibrate(&loaded.robot.model, &loaded.campaign, &aside, &Settings::default(), &mut |_| {})
+        calibrate(&loaded.robot.model, &loaded.campaign, &held_out, &Settings::default(), &mut |_| {})
             .expect("calibrated"),
     )
 }
 
-/// Holds the record of an arm: its error (m) on readings set aside, registered and calibrated.
+/// Holds the record of an arm: its error (m) on held-out readings, registered and calibrated.
 fn kept(arm: &str, what: &str, [registered, calibrated]: [f64; 2]) {
     let found = format!("{arm}: {what} {:.4} mm registered, {:.4} mm calibrated", 1e3 * registered, 1e3 * calibrated);
     recorded(&format!("measured-{arm}"), "cargo test real_data", &[found]);
@@ -83,9 +83,9 @@ fn ur5_from_twenty_training_poses() {
             fit.shuffle(&mut elastogeo::simulation::generator(seed));
             fit.truncate(20);
             let few = loaded.campaign.select(|i, _| check[i] || fit.contains(&i));
-            let aside = split(&few, 0.25, 1);
+            let held_out = split(&few, 0.25, 1);
             let found =
-                calibrate(&loaded.robot.model, &few, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+                calibrate(&loaded.robot.model, &few, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
             found.after.check.distance[0]
         })
         .collect();

@@ -1,32 +1,9 @@
-//! The elastic keys and the effects of a description: names, ranges and completeness.
+//! The elastic keys of a description: names, ranges and completeness.
 
 use super::super::elastic::own_axis;
 use super::super::parameters::{JOINT, MATERIAL, PEDESTAL, POISSON, SECTION, section_symbols};
 use super::super::raw::{JointKind, RawRobot, RawSection, RawStiffness, SectionShape};
 use super::collector::Collector;
-
-/// Effects of the catalogue and the kinds of site they can sit at.
-pub const EFFECTS: [(&str, &str); 19] = [
-    ("geometry", "frame"),
-    ("joint-offset", "joint"),
-    ("gear-ratio", "joint"),
-    ("transmission-error", "joint"),
-    ("joint-coupling", "joint"),
-    ("backlash", "joint"),
-    ("joint-compliance", "joint"),
-    ("joint-stiffening", "joint"),
-    ("bearing-compliance", "joint"),
-    ("link-compliance", "link"),
-    ("actuator-compliance", "actuator"),
-    ("gravity-compensator", "joint"),
-    ("link-weight", "link"),
-    ("payload", "tool"),
-    ("base-compliance", "base"),
-    ("thermal-expansion", "link"),
-    ("frame-drift", "base"),
-    ("instrument-scale", "instrument"),
-    ("outliers", "instrument"),
-];
 
 pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
     let is_frame = |name: &str| frames.iter().any(|known| known == name);
@@ -124,7 +101,6 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) 
         stiffness(diagnostics, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
     }
     springs(raw, frames, diagnostics);
-    effects(raw, frames, diagnostics);
 }
 
 fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
@@ -341,53 +317,6 @@ fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
         }
         if spring.preload.is_some() != spring.preload_length.is_some() {
             diagnostics.error(&["springs", name], "`preload` and `preload_length` go together");
-        }
-    }
-}
-
-fn effects(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
-    for (position, effect) in raw.effects.iter().enumerate() {
-        let position = position.to_string();
-        let path = |key: &'static str| ["effects", position.as_str(), key];
-        for (name, value) in &effect.parameters {
-            if !value.is_finite() {
-                let path = ["effects", &position, "parameters", name];
-                diagnostics.error(&path, format!("`{value}` where a finite number is needed"));
-            }
-        }
-        let Some(name) = effect.effect.as_deref() else {
-            diagnostics.lacking(&["effects", &position], "effect", "an effect lacks its name, `effect`");
-            continue;
-        };
-        let Some((_, kind)) = EFFECTS.iter().find(|(known, _)| *known == name) else {
-            diagnostics.unknown(&path("effect"), "effect", name, EFFECTS.iter().map(|(known, _)| *known));
-            continue;
-        };
-        let Some(site) = effect.site.as_deref() else {
-            diagnostics.lacking(&["effects", &position], "site", format!("effect `{name}` lacks its `site`"));
-            continue;
-        };
-        let (found, owner) = site.split_once(':').unwrap_or((site, ""));
-        if found != *kind {
-            diagnostics.reject(
-                &path("site"),
-                format!("effect `{name}` cannot sit at `{site}`"),
-                if matches!(*kind, "base" | "tool" | "instrument") {
-                    format!("write `{kind}`")
-                } else {
-                    format!("write `{kind}:<name>`")
-                },
-            );
-            continue;
-        }
-        match *kind {
-            "frame" | "joint" | "link" if !frames.iter().any(|known| known == owner) => {
-                diagnostics.unknown(&path("site"), "frame", owner, frames.iter().map(String::as_str));
-            }
-            "actuator" if !raw.actuators.contains_key(owner) => {
-                diagnostics.unknown(&path("site"), "actuator", owner, raw.actuators.keys().map(String::as_str));
-            }
-            _ => {}
         }
     }
 }

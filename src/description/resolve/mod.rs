@@ -13,7 +13,6 @@ mod sizes;
 mod tree;
 
 pub use collector::{Explained, GREATEST, Locate};
-pub use elastic::EFFECTS;
 pub use sizes::doubtful_sizes;
 
 use super::frame::FrameIndex;
