@@ -10,13 +10,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::elastics::{ElasticColumns, Elastics, Load, LoadCase, Response, Statics, spatial};
 use elastogeo::elements::{PerLength, Properties, beam_axes, properties};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::{Model, Spot};
+use elastogeo::observation::DEFLECTION;
 use elastogeo::parameter::{Group, Kind, Slot};
 use elastogeo::simulation::{Plan, draw_errors, generator, simulate};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3, Vector6};
@@ -81,7 +82,7 @@ impl Case {
             configurations,
             markers: vec![model.marker("wrist")],
             repeats: 1,
-            observes: Observes::Deflection,
+            observes: DEFLECTION,
             sigma: 35e-6,
             sigma_orientation: 0.0,
             estimate: [false, false],

@@ -4,11 +4,12 @@
 
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -35,7 +36,7 @@ fn compared(case: &str, model: &Model) {
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 5e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],

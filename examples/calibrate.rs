@@ -41,7 +41,8 @@ pub fn report(campaign: &str) -> Result<String, elastogeo::Error> {
     }
     let kept = found.identifiability.kept.len();
     let _ = writeln!(text, "{kept} of {} parameters are identifiable", found.slots.len());
-    for estimate in found.estimates.iter().filter(|estimate| estimate.identifiable) {
+    for estimate in &found.estimates {
+        let Some(half_width) = estimate.ci95 else { continue };
         let parameter = &model.registry[estimate.slot];
         // Inside, every quantity is SI.
         let (size, unit) = match parameter.kind {
@@ -49,7 +50,7 @@ pub fn report(campaign: &str) -> Result<String, elastogeo::Error> {
             Kind::Angle => (1f64.to_radians(), "deg"),
             kind => (1.0, kind.unit()),
         };
-        let [value, width, nominal] = [estimate.value, estimate.ci95, estimate.nominal].map(|value| value / size);
+        let [value, width, nominal] = [estimate.value, half_width, estimate.nominal].map(|value| value / size);
         let _ = writeln!(text, "{:12} {value:>11.5} +- {width:.5} {unit:4} (described {nominal:.5})", parameter.name);
     }
     Ok(text)

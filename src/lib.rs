@@ -50,6 +50,7 @@ pub mod kinematics;
 pub mod least_squares;
 pub mod math;
 pub mod model;
+pub mod observation;
 pub mod parameter;
 pub mod planning;
 pub mod prediction;

@@ -1,6 +1,5 @@
 //! Draws a machine, causes whose gap after calibration has a given size, and two campaigns of it.
 
-use indexmap::IndexMap;
 use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -12,10 +11,11 @@ use super::ground::{Ground, each_shows};
 use super::plant::Plant;
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
-use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::effects::Form;
+use crate::description::campaign::{Campaign, Conditions, Reading};
+use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::observation::{DEFLECTION, POSITION};
 use crate::prediction::PredictionError;
 use crate::simulation::{draw_configurations, draw_errors};
 
@@ -78,9 +78,9 @@ pub fn draw(
     // What the campaign does not calibrate is as described, so that a null is one.
     let (geometry, elastic) = if deflection { (0.0, 1.0) } else { (1.0, 0.0) };
     let mut values = draw_errors(model, geometry, elastic, random);
-    if let Some(effect) = crate::effects::by_name("joint-compliance") {
+    if let Some(effect) = model.catalogue.get("joint-compliance") {
         let calibrated: Vec<usize> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
+            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
         for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
             values[slot] = model.registry[slot].nominal;
         }
@@ -207,7 +207,7 @@ fn plan(
     let configurations = draw_configurations(&geometry, poses, 0.8, random)?;
     let mut campaign = Campaign {
         name: String::new(),
-        observes: if deflection { Observes::Deflection } else { Observes::Position },
+        observes: if deflection { DEFLECTION } else { POSITION },
         sigma: Some([sigma; 3]),
         sigma_orientation: None,
         estimate_base: !deflection,
@@ -223,10 +223,10 @@ fn plan(
         variables: model.variables.len(),
         joints: Vec::new(),
         readings: Vec::new(),
-        conditions: IndexMap::new(),
+        conditions: Conditions::default(),
     };
     let none = [[0.0; 6]];
-    let mut conditions: IndexMap<String, Vec<f64>> = IndexMap::new();
+    let mut conditions = Conditions { approach: vec![None; model.variables.len()], ..Conditions::default() };
     for (pose, q) in configurations.iter().enumerate() {
         let time = (300.0 * (pose as f64 + late)).round();
         let share = time / (300.0 * poses as f64);
@@ -240,10 +240,10 @@ fn plan(
                 campaign.readings.push(Reading { row, pose, marker, measured: [0.0; 6], anchor: 0, wrench, check });
                 campaign.joints.extend_from_slice(q);
                 if !deflection {
-                    conditions.entry("time".into()).or_default().push(time);
-                    conditions.entry("temperature".into()).or_default().push((warm * 100.0).round() / 100.0);
-                    for (variable, side) in model.variables.iter().zip(&sides) {
-                        conditions.entry(format!("approach.{}", variable.name)).or_default().push(*side);
+                    conditions.time.get_or_insert_default().push(time);
+                    conditions.temperature.get_or_insert_default().push((warm * 100.0).round() / 100.0);
+                    for (column, side) in conditions.approach.iter_mut().zip(&sides) {
+                        column.get_or_insert_default().push(*side);
                     }
                 }
             }

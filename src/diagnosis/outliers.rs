@@ -2,16 +2,12 @@
 //!
 //! Source: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*, sec. 5.1 (median absolute deviation).
 
-use indexmap::IndexMap;
-
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{LinearFit, entry};
 use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
-use crate::description::raw::RawEffect;
-use crate::effects::by_name;
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::{least_squares, median};
 use crate::prediction::{Linearised, Predictor};
@@ -94,23 +90,23 @@ pub fn cause(
     if value < inputs.settings.outliers.least_shrinkage {
         return Ok(None);
     }
-    let effect = by_name("outliers");
+    let effect = inputs.model.catalogue.get("outliers");
     Ok(Some(Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
         probability: None,
-        parameters: vec![CauseParameter { name: "count".into(), unit: "1", value: count as f64, ci95: Some(0.0) }],
+        parameters: vec![CauseParameter {
+            name: "count".into(),
+            unit: "1",
+            value: (count as f64).into(),
+            ci95: Some(0.0),
+        }],
         rms_before,
         rms_after,
         shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
         rivals: Vec::new(),
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
-        entry: RawEffect {
-            effect: Some("outliers".into()),
-            site: Some("instrument".into()),
-            parameters: IndexMap::new(),
-        },
-        further: Vec::new(),
+        entries: Vec::new(),
     }))
 }

@@ -5,13 +5,10 @@
 //! the record `tests/data/blind/score.json` is made anew with the change.
 
 use crate::description::campaign::Campaign;
-use crate::effects::{Effect, catalogue};
 
-/// Settings of a diagnosis.
+/// Settings of a diagnosis. The effects that it tries are those of the model's catalogue.
 #[derive(Clone)]
 pub struct Settings {
-    /// Effects that compete.
-    pub effects: Vec<&'static dyn Effect>,
     /// Names of the effects that are calibrated with every hypothesis; by default those that the campaign lists.
     pub known: Vec<String>,
     /// Seed of folds, bootstrap, permutations and proposals.
@@ -45,10 +42,9 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The catalogue against a campaign.
+    /// The defaults for a campaign.
     pub fn new(campaign: &Campaign, seed: u64) -> Self {
         Self {
-            effects: catalogue(),
             known: campaign.calibrate.clone(),
             seed,
             draws: 1000,

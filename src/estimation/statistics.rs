@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::math::mean_rms_max;
 
 /// Errors over a set of readings, m (rad for orientations).
@@ -24,10 +24,10 @@ pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) ->
     let chosen: Vec<&[f64]> =
         residual.chunks(components).enumerate().filter(|(i, _)| among(*i)).map(|(_, r)| r).collect();
     let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let position = components.min(3);
+    let position = campaign.observes.length_rows();
     let coordinate = mean_rms_max(chosen.iter().flat_map(|r| r[..position].iter().copied()));
     let orientation =
-        (campaign.observes == Observes::Pose).then(|| mean_rms_max(chosen.iter().map(|r| norm(&r[3..6]))));
+        campaign.observes.sees_orientation().then(|| mean_rms_max(chosen.iter().map(|r| norm(&r[position..]))));
     Errors {
         readings: chosen.len(),
         distance: mean_rms_max(chosen.iter().map(|r| norm(&r[..position]))),

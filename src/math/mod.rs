@@ -7,5 +7,5 @@ mod se3;
 mod summary;
 
 pub use orthonormal::{independent, joined, least_squares, orthonormal, project_off};
-pub use se3::left_jacobian;
+pub use se3::{left_jacobian, rotation_vector};
 pub use summary::{mean_rms_max, median};

@@ -1,6 +1,11 @@
 //! Rigid motions: derivatives of the exponential map.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+/// Rotation vector of a rotation (rad), accurate for small angles and near half a turn.
+pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
+}
 
 /// Left Jacobian of the rotation group: d(exp phi) exp(-phi) = J dphi, with phi a rotation vector (rad).
 ///

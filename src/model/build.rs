@@ -1,21 +1,24 @@
 //! Compiles a resolved robot.
 
+use std::sync::Arc;
+
 use super::fault::Fault;
 use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
-use super::{Actuator, Frame, Marker, Model};
+use super::{Actuator, Catalogue, Frame, Marker, Model};
 use crate::description::parameters::{BASE, FRAME, MARKER, Owner, SLIDER_CRANK};
 use crate::description::raw::JointKind;
 use crate::description::robot::{Motion, Placement, Robot};
 use crate::diagnostic::Diagnostic;
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
 
-/// Compiles a resolved robot.
+/// Compiles a resolved robot, with the effects that its description may switch on.
 ///
 /// # Errors
 /// Every fault found: joints that depend on each other in a circle through loops, a loop that has more passive joints
-/// than its closure can find, a frame that stands before the frame it is coaxial with.
-pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
+/// than its closure can find, a frame that stands before the frame it is coaxial with; an effect that the catalogue or the
+/// robot does not know.
+pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Model, Vec<Fault>> {
     let mut registry = Registry::default();
     let mut add = |name: String, kind: Kind, group: Group, nominal: f64| -> Slot {
         let calibration = &robot.calibration;
@@ -111,6 +114,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         markers,
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
+        catalogue: catalogue.into(),
         effects: Vec::new(),
         fuzzy: robot.fuzzy.clone(),
         registry,
@@ -123,8 +127,14 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         model.registry.all_mut()[slot].closing = true;
     }
     model.structure = super::assemble::assemble(robot, &mut model)?;
-    robot.effects.iter().for_each(|entry| model.switch_on(entry.clone()));
-    Ok(model)
+    let mut faults = Vec::new();
+    for (k, raw) in robot.effects.iter().enumerate() {
+        match model.resolve_effect(raw) {
+            Ok(entry) => model.switch_on(entry),
+            Err(fault) => faults.push(fault.within(&["effects", &k.to_string()])),
+        }
+    }
+    if faults.is_empty() { Ok(model) } else { Err(faults) }
 }
 
 fn add_placement(

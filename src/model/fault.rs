@@ -15,4 +15,10 @@ impl Fault {
     pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
         Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
     }
+
+    /// The same fault, its path starting further up.
+    pub(super) fn within(mut self, above: &[&str]) -> Self {
+        self.path.splice(0..0, above.iter().map(ToString::to_string));
+        self
+    }
 }

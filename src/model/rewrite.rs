@@ -36,9 +36,9 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         key.write(&mut written, parameter.shown(value) / raw.units.of(kind), kind);
     }
     for (effect, entry) in model.effects.iter().zip(&mut written.effects) {
-        for (symbol, &slot) in &effect.slots {
-            if let Some(value) = changed(slot) {
-                entry.parameters.insert(symbol.clone(), value);
+        for (parameter, slot) in effect.parameters.iter().zip(&effect.slots) {
+            if let Some(value) = slot.and_then(changed) {
+                entry.parameters.insert(parameter.symbol.clone(), value.into());
             }
         }
     }

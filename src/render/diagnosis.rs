@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::plots::bars;
 use super::table::{Screen, mm};
-use crate::diagnosis::{Autocorrelation, Cause, Diagnosis, EffectAtSite, NoiseSource, Verdict};
+use crate::description::raw::RawAmount;
+use crate::diagnosis::{Autocorrelation, Cause, CauseParameter, Diagnosis, EffectAtSite, NoiseSource, Verdict};
 use crate::model::Model;
 
 /// JSON of `diagnose`; lengths in mm.
@@ -121,13 +122,14 @@ pub fn diagnosis_text(name: &str, found: &Diagnosis, screen: Screen) -> String {
             100.0 * cause.shrinkage.value,
         );
         let _ = writeln!(out, "   pattern   {}", cause.signature);
-        for p in &cause.parameters {
-            if p.name == "count" {
-                let _ = writeln!(out, "   {:<9} {:.0}", p.name, p.value);
-                continue;
-            }
-            let width = p.ci95.map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {}", p.unit));
-            let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
+        for CauseParameter { name, unit, value, ci95 } in &cause.parameters {
+            let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
+            let value = match value {
+                RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
+                RawAmount::Number(value) => format!("{value:+.4e}"),
+                RawAmount::Name(word) => word.clone(),
+            };
+            let _ = writeln!(out, "   {name:<9} {value}{width}");
         }
         if !cause.rivals.is_empty() {
             let rivals: Vec<String> =

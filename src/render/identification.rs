@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 use super::plots::{bars, histogram};
 use super::springs::{any_value, equivalence_json, equivalence_text, insensitive, insensitive_text};
 use super::table::{Screen, deg, mm, number, unit};
-use crate::description::campaign::{Campaign, Observes};
-use crate::estimation::{Calibration, Comparison, Errors, Estimate, Figures};
+use crate::description::campaign::Campaign;
+use crate::estimation::{Calibration, Comparison, Errors, Estimate, Figures, PredictedError};
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -180,16 +180,12 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
             let parameter = &model.registry[estimate.slot];
             let (unit, size) = unit(parameter.shown_kind());
             let shown = |value: f64| parameter.shown(value) / size;
-            let ci95 = if estimate.identifiable {
-                json!(parameter.shown_width(estimate.value, estimate.ci95) / size)
-            } else {
-                Value::Null
-            };
+            let ci95 = estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size);
             let mut entry = json!({"name": parameter.name, "unit": unit, "nominal": shown(estimate.nominal),
-                                   "value": shown(estimate.value), "ci95": ci95, "identifiable": estimate.identifiable,
+                                   "value": shown(estimate.value), "ci95": ci95, "identifiable": estimate.identifiable(),
                                    "at_bound": estimate.at_bound});
-            if estimate.moves.is_finite() {
-                entry["moves"] = json!(mm(estimate.moves));
+            if let Some(moves) = estimate.moves {
+                entry["moves"] = json!(mm(moves));
                 entry["insensitive"] = json!(insensitive(campaign, estimate));
             }
             entry
@@ -205,7 +201,7 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
         "check_after": errors_json(&found.after.check),
     });
     map.insert("residuals".into(), residuals);
-    let predicted = found.predicted.map(|[parameters, all]| json!({"parameters_rms": mm(parameters), "with_noise_rms": mm(all), "observed_rms": mm(found.after.check.distance[1])}));
+    let predicted = found.predicted.map(|p| json!({"parameters_rms": mm(p.parameters), "with_noise_rms": mm(p.with_noise), "observed_rms": mm(found.after.check.distance[1])}));
     map.insert("predicted_error".into(), json!(predicted));
     map.insert("noise_ratio".into(), json!(campaign.sigma.map(|_| found.noise_ratio)));
     map.insert("direction_noise".into(), json!(found.direction_noise.map(mm)));
@@ -219,15 +215,15 @@ pub fn calibration_json(model: &Model, campaign: &Campaign, found: &Calibration,
     );
     map.insert("unit".into(), json!("mm"));
     map.insert("iterations".into(), json!(found.iterations));
-    map.insert("ending".into(), json!(found.ending));
-    map.insert("converged".into(), json!(found.converged));
+    map.insert("ending".into(), json!(found.ending.to_string()));
+    map.insert("converged".into(), json!(found.converged()));
     map.insert("seconds".into(), json!(seconds));
     Value::Object(map)
 }
 
 /// Whether base or tool have a say in the readings: not in deflections.
 fn registers(campaign: &Campaign) -> bool {
-    campaign.observes != Observes::Deflection
+    !campaign.observes.is_difference()
 }
 
 /// Text of `identify`.
@@ -260,7 +256,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration,
     out += "\n";
     out += &steps(campaign, found, screen);
     out += "\n";
-    if let Some([parameters, all]) = found.predicted {
+    if let Some(PredictedError { parameters, with_noise: all }) = found.predicted {
         let _ = writeln!(
             out,
             "position error foretold by the parameters' covariance {:.4} mm, with the residual noise {:.4} mm; observed {:.4} mm (rms, check)",
@@ -283,12 +279,12 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration,
     out += "\n";
     out += &screen.table(
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
-        found.estimates.iter().filter(|e| e.identifiable).map(|estimate| {
+        found.estimates.iter().filter(|e| e.identifiable()).map(|estimate| {
             let parameter = &model.registry[estimate.slot];
             let kind = parameter.shown_kind();
             let shown = |value: f64| number(kind, parameter.shown(value));
             let change = parameter.shown(estimate.value) - parameter.shown(estimate.nominal);
-            let merged = found.equivalences.iter().any(|group| group.members[0].0 == estimate.slot);
+            let merged = found.equivalences.iter().any(|group| group.springs.members[0].0 == estimate.slot);
             let diagnostic = match (estimate.at_bound, merged) {
                 _ if insensitive(campaign, estimate) => any_value(parameter, estimate),
                 (true, _) => "at its bound".to_string(),
@@ -301,7 +297,9 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration,
                 shown(estimate.nominal),
                 shown(estimate.value),
                 number(kind, change),
-                number(kind, parameter.shown_width(estimate.value, estimate.ci95)),
+                estimate
+                    .ci95
+                    .map_or_else(String::new, |ci95| number(kind, parameter.shown_width(estimate.value, ci95))),
                 diagnostic,
             ]
         }),
@@ -317,7 +315,7 @@ pub fn calibration_text(model: &Model, campaign: &Campaign, found: &Calibration,
         "{} iterations; ended by: {}{}",
         found.iterations,
         found.ending,
-        if found.converged { "" } else { " (NOT converged)" }
+        if found.converged() { "" } else { " (NOT converged)" }
     );
     out
 }
@@ -332,21 +330,18 @@ fn steps(campaign: &Campaign, found: &Calibration, screen: Screen) -> String {
         rows.push(row("registration only", of(&found.registration)));
     }
     rows.push(row("calibrated", of(&found.after)));
-    if let Some(sigma) = campaign.sigma.filter(|_| campaign.observes != Observes::Distance) {
-        rows.push(row("stated noise", sigma.iter().map(|s| s * s).sum::<f64>().sqrt()));
+    let lengths = campaign.observes.length_rows();
+    if campaign.sigma.is_some() {
+        let sigmas = campaign.observes.sigmas(&campaign.noise());
+        rows.push(row("stated noise", sigmas[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt()));
     }
     let which = if seen { "fitted readings" } else { "readings the fit did not see" };
     let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
-    // Of poses, every other triple is rotations.
-    let stride = match campaign.observes {
-        Observes::Pose => 6,
-        Observes::Distance => 1,
-        _ => 3,
-    };
-    let left: Vec<f64> = found.residual.chunks(stride).flat_map(|reading| reading.iter().take(3)).copied().collect();
+    let readings = found.residual.chunks(campaign.components());
+    let left: Vec<f64> = readings.flat_map(|reading| &reading[..lengths]).copied().collect();
     let drawn = histogram(&left, screen);
     if !drawn.is_empty() {
-        let what = if campaign.observes == Observes::Distance { "distances" } else { "coordinates" };
+        let what = campaign.observes.residuals_named();
         let _ = write!(out, "\n{what} of all readings after calibration, number by error\n{drawn}");
     }
     out
@@ -369,12 +364,14 @@ pub fn comparison_text(model: &Model, found: &Comparison, screen: Screen) -> Str
     let _ = writeln!(out, "residual noise by direction: x {x:.1} um, y {y:.1} um, z {z:.1} um\n");
     out += &screen.table(
         &["parameter", "unit", "OLS", "+-", "WLS", "+-"],
-        found.ols.estimates.iter().zip(&found.wls.estimates).filter(|(o, w)| o.identifiable && w.identifiable).map(
+        found.ols.estimates.iter().zip(&found.wls.estimates).filter(|(o, w)| o.identifiable() && w.identifiable()).map(
             |(o, w)| {
                 let parameter = &model.registry[o.slot];
                 let kind = parameter.shown_kind();
                 let shown = |e: &Estimate| number(kind, parameter.shown(e.value));
-                let width = |e: &Estimate| number(kind, parameter.shown_width(e.value, e.ci95));
+                let width = |e: &Estimate| {
+                    e.ci95.map_or_else(String::new, |ci95| number(kind, parameter.shown_width(e.value, ci95)))
+                };
                 vec![parameter.name.clone(), unit(kind).0.into(), shown(o), width(o), shown(w), width(w)]
             },
         ),

@@ -4,29 +4,24 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, predict_path};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
+use elastogeo::observation::POSE;
 use elastogeo::prediction::SinglePredictor;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
-use indexmap::IndexMap;
 use nalgebra::{Rotation3, Vector3, Vector6};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
 use crate::figures::recorded;
-use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path};
+use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path, switch_on};
 
 fn heavy() -> Model {
     let folder = tempfile::tempdir().expect("a folder");
     load_robot(&heavy_kr270(folder.path(), KR270_MASSES)).expect("a robot").model
-}
-
-fn effect(name: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
-    let parameters: IndexMap<String, f64> = parameters.iter().map(|(k, v)| ((*k).to_string(), *v)).collect();
-    RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters }
 }
 
 const WRENCH: [f64; 6] = [300.0, -500.0, -1500.0, 100.0, -50.0, 80.0];
@@ -40,7 +35,7 @@ fn measured(model: &Model, values: &[f64], count: usize, seed: u64) -> Campaign 
         configurations: draw_configurations(&geometry, count, 0.5, &mut random).expect("drawn"),
         markers: vec![None, Some(0)],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -51,10 +46,10 @@ fn measured(model: &Model, values: &[f64], count: usize, seed: u64) -> Campaign 
 /// Robots with what each could have: errors, load, own weight, a base elsewhere, effects.
 fn cases() -> Vec<(Model, Vec<f64>)> {
     let mut kr270 = heavy();
-    kr270.switch_on(effect("gear-ratio", "joint:3", &[("ratio", 4e-4)]));
-    kr270.switch_on(effect("backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]));
+    switch_on(&mut kr270, "gear-ratio", "joint:3", &[("ratio", 4e-4)]);
+    switch_on(&mut kr270, "backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]);
     let mut ir663 = bundled("kuka-ir663");
-    ir663.switch_on(effect("thermal-expansion", "link:3", &[("expansion", 2e-5)]));
+    switch_on(&mut ir663, "thermal-expansion", "link:3", &[("expansion", 2e-5)]);
     [kr270, ir663]
         .into_iter()
         .map(|model| {
@@ -176,7 +171,10 @@ fn true_arm(mut model: Model, truth: &Path) -> Model {
         model.registry.all_mut()[slot].nominal = value["true"].as_f64().expect("a number");
     }
     let effects: Vec<RawEffect> = serde_json::from_value(truth["effects"].clone()).expect("effects");
-    effects.into_iter().for_each(|entry| model.switch_on(entry));
+    for raw in &effects {
+        let entry = model.resolve_effect(raw).expect("an effect of this robot");
+        model.switch_on(entry);
+    }
     model
 }
 
@@ -190,7 +188,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     for k in 0..campaign.variables {
         let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
         let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
-        campaign.conditions.insert(format!("approach.{}", arm.variables[k].name), sides);
+        campaign.conditions.set_sides(k, sides);
     }
     let desired: Vec<Result<Desired, Refusal>> = targets
         .iter()

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::description::raw::RawEffect;
+use elastogeo::description::campaign::Campaign;
 use elastogeo::diagnosis::{Diagnosis, NoiseSource, Settings, Verdict, diagnose};
 use elastogeo::estimation::CalibrationError;
 use elastogeo::files::{LoadedCampaign, load_campaign};
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::{DEFLECTION, Observes, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::render::diagnosis::diagnosis_json;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -16,7 +16,7 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
-use super::support::bundled;
+use super::support::{bundled, switch_on};
 
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
@@ -183,7 +183,7 @@ fn noise_after_calibrated_geometry_is_no_gap() {
         let values = draw_errors(&model, 0.5, 0.0, &mut random);
         let geometry = Geometry::new(&model, &values).expect("assembled");
         let drawn = draw_configurations(&geometry, 45, 0.3, &mut random).expect("drawn");
-        let campaign = simulate(&model, &values, &plan(drawn, Observes::Position, 4e-5), &mut random).expect("made");
+        let campaign = simulate(&model, &values, &plan(drawn, POSITION, 4e-5), &mut random).expect("made");
         let found = diagnosed(&model, &campaign).expect("diagnosed");
         if found.verdict != Verdict::NoGap {
             named.push((seed, found.causes));
@@ -290,11 +290,7 @@ type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
 fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
     for (effect, site, parameters) in effects {
-        model.switch_on(RawEffect {
-            effect: Some((*effect).into()),
-            site: Some((*site).into()),
-            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-        });
+        switch_on(&mut model, effect, site, parameters);
     }
     let mut found = Linearised::default();
     let predictor = Predictor::new(&model, campaign, Vec::new()).expect("predictable");
@@ -312,8 +308,7 @@ fn declared_effects_predict_what_they_say() {
     let moved = |change: &dyn Fn(&mut Vec<f64>)| {
         let mut reached = commanded.clone();
         reached.iter_mut().for_each(change);
-        let made =
-            simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+        let made = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
         Campaign { joints: commanded.concat(), ..made.expect("made") }
     };
     let still = moved(&|_| {});
@@ -326,18 +321,17 @@ fn declared_effects_predict_what_they_say() {
     let mut drifting = still.clone();
     let times: Vec<f64> = (0..20).map(|k| 60.0 * f64::from(k)).collect();
     drifting.readings.iter_mut().zip(&times).for_each(|(reading, time)| reading.measured[1] += 2e-7 * time);
-    drifting.conditions.insert("time".into(), times.clone());
+    drifting.conditions.time = Some(times.clone());
     let mut jumping = still.clone();
     jumping.readings.iter_mut().skip(11).for_each(|reading| reading.measured[2] -= 3e-4);
-    jumping.conditions.insert("time".into(), times);
+    jumping.conditions.time = Some(times);
     let mut sided = moved(&|_| {});
     let sides: Vec<f64> = (0..20).map(|k| if k % 3 == 0 { 1.0 } else { -1.0 }).collect();
     let mut reached = commanded.clone();
     reached.iter_mut().zip(&sides).for_each(|(q, side)| q[2] += 1e-4 * side);
-    let played =
-        simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+    let played = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
     sided.readings = played.expect("made").readings;
-    sided.conditions.insert("approach.q3".into(), sides);
+    sided.conditions.set_sides(2, sides);
     type Case<'a> = (Campaign, &'a str, &'a str, &'a [(&'a str, f64)]);
     let cases: &[Case] = &[
         (moved(&|q| q[2] *= 1.0 + 1e-4), "gear-ratio", "joint:3", &[("ratio", 1e-4)]),
@@ -374,7 +368,7 @@ fn declared_compliance_predicts_the_deflection() {
     let geometry = Geometry::nominal(model).expect("assembled");
     let drawn = draw_configurations(&geometry, 10, 0.5, &mut generator(2)).expect("drawn");
     let loads = vec![[0.0, 0.0, -1500.0, 0.0, 0.0, 0.0]];
-    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, Observes::Deflection, 0.0) };
+    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, DEFLECTION, 0.0) };
     let campaign = simulate(model, &values, &plan, &mut generator(2)).expect("made");
     assert!(residual(model, &campaign, &[]) > 1e-4);
     let declared = ("joint-compliance", "joint:2", &[("joint2.kar", 2e-7)][..]);
@@ -393,7 +387,7 @@ fn an_effect_of_ones_own_competes() {
     assert_eq!((beside.verdict, beside.causes.len()), (Verdict::Explained, 1));
     let found = &cause.parameters[0];
     let ci95 = found.ci95.expect("a fitted parameter");
-    assert!((found.value - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
+    assert!((found.value.number().expect("a number") - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
 }
 
 /// Where no noise is stated, repeated readings determine it.
@@ -410,7 +404,7 @@ fn noise_is_taken_from_repeats() {
             .expect("drawn"),
         markers: vec![None],
         repeats: 4,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma,
         sigma_orientation: 0.0,
         estimate: [true, false],

@@ -1,8 +1,9 @@
 //! Springs that readings see as one, against sums known beforehand; and springs that they do not see.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::render::identification::{calibration_json, calibration_text};
 use elastogeo::render::table::Screen;
 use elastogeo::simulation::{Plan, generator, simulate};
@@ -32,7 +33,7 @@ fn deflections(model: &Model, truth: &[(&str, f64)], along: &[usize], sigma: f64
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k)]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma,
@@ -76,11 +77,15 @@ fn a_spring_parallel_to_a_drive_is_one_with_it() {
         let sum = square / (0..readings.len()).map(|i| forces(i) * readings[i]).sum::<f64>();
         for split in [Split::Prior, Split::MinimumNorm] {
             let found = fitted(&model, &campaign, split);
-            assert!(found.converged, "{}", found.ending);
+            assert!(found.converged(), "{}", found.ending);
             let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-            assert_eq!(group.together, Together::Parallel);
-            assert_eq!(group.members.len(), 2);
-            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+            assert_eq!(group.springs.together, Together::Parallel);
+            assert_eq!(group.springs.members.len(), 2);
+            assert!(
+                group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6),
+                "{:?}",
+                group.springs.members
+            );
             assert!((group.value / sum - 1.0).abs() < 1e-6, "{} {sum}", group.value);
             assert!((group.value - ka - rate).abs() < group.ci95 * 1.5, "{} +- {}", group.value, group.ci95);
             let degrees = 3.0 * readings.len() as f64 - 1.0;
@@ -118,7 +123,7 @@ springs:
     let (campaign, _) = deflections(&model, &[("a.stiffness", 2.2e5), ("b.stiffness", 0.5e5)], &[1], 1e-6);
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Parallel);
+    assert_eq!(group.springs.together, Together::Parallel);
     assert!((group.value - 2.7e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
     let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
     assert!((value("b.stiffness") / value("a.stiffness") - 3.0).abs() < 1e-9, "in the description's proportion");
@@ -148,8 +153,8 @@ joint_stiffness:
     let (campaign, _) = deflections(&model, &truth, &[1], 1e-6);
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Parallel, "{:?}", group.members);
-    assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+    assert_eq!(group.springs.together, Together::Parallel, "{:?}", group.springs.members);
+    assert!(group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.springs.members);
     assert!((group.value - 1e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
 }
 
@@ -171,7 +176,7 @@ joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k), 0.05]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma: 1e-6,
@@ -182,7 +187,7 @@ joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5
     let campaign = simulate(&model, &values, &plan, &mut generator(3)).expect("simulated");
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Series);
+    assert_eq!(group.springs.together, Together::Series);
     assert!((group.value - 1.0 / 3e5 - 1.0 / 9e5).abs() < 1.5 * group.ci95, "{}", group.value);
 }
 

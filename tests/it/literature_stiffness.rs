@@ -1,11 +1,12 @@
 //! Springs of the IR663 as its calibration paper identifies them (sec. 3.3.1, Table 3, eq. (65)-(69)).
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::elastics::{Elastics, Response, Statics, shares, spatial};
 use elastogeo::estimation::{Together, calibrate, observe};
 use elastogeo::identifiability::{Criterion, Scaling, Why};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::simulation::{Plan, generator, simulate};
 use nalgebra::{Vector3, Vector6};
 
@@ -30,7 +31,7 @@ fn readings(model: &Model, values: &[f64]) -> Campaign {
         configurations: grid_63(&geometry),
         markers: vec![model.marker("wrist")],
         repeats: 1,
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -84,11 +85,15 @@ fn seven_springs_have_rank_four_and_two_groups_in_series() {
         .equivalences
         .iter()
         .map(|group| {
-            assert_eq!(group.together, Together::Series);
+            assert_eq!(group.springs.together, Together::Series);
             // Eq. (68), (69): compliances add up, each with weight one.
-            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9), "{:?}", group.members);
+            assert!(
+                group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9),
+                "{:?}",
+                group.springs.members
+            );
             let mut names: Vec<&str> =
-                group.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
+                group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
             names.sort_unstable();
             names
         })

@@ -31,6 +31,7 @@ mod literature_nist;
 mod literature_stiffness;
 mod loaded;
 mod mistakes;
+mod observation;
 mod orthonormal;
 mod planning;
 mod process;

@@ -1,12 +1,12 @@
 //! Planned measurements against random ones, against their own prediction, and against published intervals.
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::estimation::{Settings, What, calibrate, errors_of};
 use elastogeo::files::load_robot;
 use elastogeo::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::math::median;
 use elastogeo::model::Model;
+use elastogeo::observation::{POSE, POSITION};
 use elastogeo::parameter::{Group, Kind};
 use elastogeo::planning::{Optimality, Request, Sight, plan};
 use elastogeo::prediction::{Linearised, Predictor};
@@ -24,7 +24,7 @@ fn request(model: &Model, count: usize) -> Request {
     Request {
         count,
         what: GEOMETRIC,
-        observes: Observes::Position,
+        observes: POSITION,
         markers: vec![None],
         loads: Vec::new(),
         repeats: 1,
@@ -133,7 +133,7 @@ fn twenty_planned_do_as_well_as_forty_random() {
         (
             Request {
                 tests: work(&ir663, &IR663, 200, 77),
-                observes: Observes::Pose,
+                observes: POSE,
                 estimate: [false, false],
                 ..request(&ir663, 20)
             },
@@ -185,7 +185,7 @@ fn the_promise_is_that_of_the_covariance() {
         repeats: 1,
         wrenches: Vec::new(),
         conditions: false,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -1,10 +1,11 @@
 //! Autocorrelation of residuals: found where it is, not found in noise.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::diagnosis::{Autocorrelation, AutocorrelationSettings, Settings, Verdict, autocorrelation, diagnose};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 use nalgebra::DVector;
 use rand::seq::SliceRandom;
@@ -23,7 +24,7 @@ fn campaign(model: &Model) -> Campaign {
         configurations: draw_configurations(&geometry, 60, 0.6, &mut random).expect("drawn"),
         markers: vec![Some(0), Some(1)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -71,7 +72,7 @@ fn noise_is_not_autocorrelated() {
 fn planted_autocorrelation_is_found() {
     let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
-    let times = &campaign.conditions["time"];
+    let times = campaign.conditions.time.as_ref().expect("recorded");
     let last = times.iter().copied().fold(0.0, f64::max);
     let planted = |of: &dyn Fn(usize) -> f64| {
         let mut left = noise(3 * campaign.readings.len(), 9);
@@ -122,7 +123,7 @@ fn unstated_noise_does_not_hide_a_gap() {
         configurations: draw_configurations(&geometry, 150, 0.2, &mut random).expect("drawn"),
         markers: vec![None],
         repeats: 2,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 3e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -3,16 +3,29 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Refusal};
-use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::description::{raw::RawRobot, resolve::resolve};
+use elastogeo::description::campaign::Campaign;
+use elastogeo::description::{
+    raw::{RawEffect, RawRobot},
+    resolve::resolve,
+};
+use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
+use elastogeo::observation::POSE;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
     let (robot, diagnostics) = resolve(&raw, &|_| None);
-    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model")
+    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model")
+}
+
+/// Switches an effect on as an entry of a description does.
+pub fn switch_on(model: &mut Model, effect: &str, site: &str, parameters: &[(&str, f64)]) {
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), (*value).into())).collect();
+    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters };
+    let entry = model.resolve_effect(&raw).expect("an effect of this robot");
+    model.switch_on(entry);
 }
 
 pub fn bundled(name: &str) -> Model {
@@ -65,7 +78,7 @@ pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Ve
         configurations: configurations.to_vec(),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],

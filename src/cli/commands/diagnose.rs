@@ -7,10 +7,10 @@ use super::identify::left_to_fit;
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::{Output, Session};
-use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::model::with_values;
+use crate::observation::Purpose;
 use crate::render::diagnosis::{diagnosis_json, diagnosis_text};
 
 pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
@@ -36,7 +36,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         diagnosis_json(model, &found, seconds),
     );
     output.diagnostics = loaded.diagnostics;
-    if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
+    if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(
             Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
                 "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
@@ -45,10 +45,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-            raw.effects.push(cause.entry.clone());
-            raw.effects.extend(cause.further.iter().cloned());
-        }
+        raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());

@@ -10,7 +10,7 @@ use super::schema::file_name;
 use crate::Error;
 use crate::cli::args::{Identify, PlacementName, SchemaOf};
 use crate::cli::{Output, Session};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
@@ -66,7 +66,7 @@ pub fn run(
     session: &Session,
 ) -> Result<Output, Error> {
     let model = &loaded.robot.model;
-    if campaign.observes != Observes::Deflection {
+    if !campaign.observes.is_difference() {
         return Err(Error::input(
             "rules are fitted to deflections, and the campaign observes something else",
             "measure loaded minus unloaded positions (`observes: deflection`)",

@@ -74,7 +74,7 @@ pub fn run(command: &Report, session: &Session) -> Result<Output, Error> {
             shot(&scene, &geometry, &pose.q, format!("{}: {separates}", k + 1), Vec::new())
         })
         .collect();
-    let converged = calibration.as_ref().map_or(true, |(found, _)| found.converged);
+    let converged = calibration.as_ref().map_or(true, |(found, _)| found.converged());
     let mut given = command.campaign.clone();
     given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     given += &if seed == 1 { String::new() } else { format!(" --seed {seed}") };

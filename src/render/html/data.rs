@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::drawing::Shot;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::model::Model;
@@ -84,7 +84,7 @@ pub fn report_json(report: &Report) -> Value {
     let given = &report.given;
     json!({
         "campaign": {
-            "name": campaign.name, "robot": model.name, "observes": observes(campaign.observes),
+            "name": campaign.name, "robot": model.name, "observes": campaign.observes.name(),
             "readings": campaign.readings.len(), "poses": poses(campaign),
             "set_aside": report.aside.iter().filter(|aside| **aside).count(),
             "sigma": campaign.sigma.map(|sigma| sigma.map(mm)), "unit": "mm", "calibrate": campaign.calibrate, "without": campaign.without,
@@ -110,15 +110,6 @@ pub fn report_json(report: &Report) -> Value {
         },
         "readings": rows(report),
     })
-}
-
-fn observes(observes: Observes) -> &'static str {
-    match observes {
-        Observes::Position => "position",
-        Observes::Pose => "pose",
-        Observes::Deflection => "deflection",
-        Observes::Distance => "distance",
-    }
 }
 
 fn poses(campaign: &Campaign) -> usize {
@@ -217,9 +208,12 @@ fn rows(report: &Report) -> Value {
         if !report.readings.pattern.is_empty() {
             value["pattern"] = json!(length(&report.readings.pattern, index));
         }
-        if !campaign.conditions.is_empty() {
-            value["conditions"] =
-                campaign.conditions.iter().map(|(n, all)| (n.clone(), json!(all[index]))).collect::<Map<_, _>>().into();
+        let name = |variable: usize| report.model.variables[variable].name.as_str();
+        let conditions =
+            campaign.conditions.columns().map(|(condition, all)| (condition.column(name), json!(all[index])));
+        let conditions: Map<_, _> = conditions.collect();
+        if !conditions.is_empty() {
+            value["conditions"] = conditions.into();
         }
         value
     };

@@ -8,9 +8,9 @@ use std::path::Path;
 use imports::{Imports, circles};
 
 /// Floors from the ground up; modules on one floor do not know each other. The same picture is in `docs/design.md`.
-const FLOORS: &[&[&str]] = &[
+pub const FLOORS: &[&[&str]] = &[
     &["math", "parameter", "diagnostic"],
-    &["least_squares"],
+    &["least_squares", "observation"],
     &["description"],
     &["elements"],
     &["model", "process"],
