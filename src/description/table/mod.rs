@@ -5,6 +5,7 @@
 mod cell;
 mod header;
 mod source;
+mod write;
 
 use crate::diagnostic::{Diagnostic, Place};
 use cell::Data;
@@ -13,6 +14,8 @@ use header::Header;
 use source::{LONGEST_ROW, Row, Source};
 use std::collections::BTreeMap;
 use std::io::Read;
+
+pub use write::Sheet;
 
 /// Most faults shown of one file; the others are counted.
 const MOST_SHOWN: usize = 20;
