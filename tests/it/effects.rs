@@ -44,7 +44,7 @@ fn every_effect_has_its_section() {
         let name = if kind == "actuator" { "name" } else { "n" };
         let said = if is_named { format!("Site: `{kind}:<{name}>`") } else { format!("Site: `{kind}`") };
         assert!(section.contains(&said), "{}: {said}", effect.name());
-        for part in ["* Looks like:", "* Told from", "* On the machine:"] {
+        for part in ["* Pattern:", "* Separate from", "* On the machine:"] {
             assert!(section.contains(part), "{}: {part}", effect.name());
         }
         for parameter in effect.nonlinear_parameters() {
