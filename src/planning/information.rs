@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::criterion::Target;
+use super::criterion::{Optimality, Target};
+use super::error::PlanningError;
 use super::place::Station;
-use super::{Optimality, PlanningError, Request};
+use super::request::Request;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};

@@ -4,20 +4,18 @@ use nalgebra::DMatrix;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-use super::Request;
 use super::criterion::{Target, join};
+use super::error::PlanningError;
 use super::exchange::{Candidate, Design};
 use super::information::Information;
 use super::place::{Rules, Station};
 use super::refine::refine;
+use super::request::Request;
+use super::result::{Bought, Planned, SETS};
 use crate::description::campaign::Campaign;
-use crate::estimation::CalibrationError;
-use crate::identifiability::Identifiability;
-use crate::kinematics::{AssemblyError, Geometry, Placements};
+use crate::kinematics::{Geometry, Placements};
 use crate::math::median;
 use crate::model::Model;
-use crate::parameter::Slot;
-use crate::prediction::PredictionError;
 use crate::simulation::{Loaded, draw_in_box, generator};
 
 /// Configurations drawn to choose from.
@@ -28,106 +26,6 @@ const STARTS: u64 = 8;
 const ROUNDS: u32 = 8;
 /// Test poses drawn where none are given.
 const TESTS: usize = 100;
-/// Random sets with which a planned one is compared.
-pub const SETS: u64 = 20;
-
-/// Why nothing is planned.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanningError {
-    /// The parameters cannot be estimated from any such readings.
-    #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-    /// A configuration cannot be predicted.
-    #[error(transparent)]
-    Prediction(#[from] PredictionError),
-    /// Nothing can be assembled in the box.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// A test configuration cannot be assembled.
-    #[error("test pose {row}: {source}")]
-    Test {
-        /// Counted from 1.
-        row: usize,
-        /// Why.
-        source: AssemblyError,
-    },
-    /// The rules leave too little room.
-    #[error("only {found} of {tried} configurations drawn keep the limits, the workspace and the line of sight")]
-    NoRoom {
-        /// How many were found.
-        found: usize,
-        /// How many were drawn.
-        tried: usize,
-    },
-    /// The box of the test poses holds none that the robot can take.
-    #[error("none of {tried} test poses drawn can be taken")]
-    NoTest {
-        /// How many were drawn.
-        tried: usize,
-    },
-    /// No parameter shows in the readings.
-    #[error("no parameter shows in such readings")]
-    NothingSeen,
-    /// The least distance leaves no room for so many.
-    #[error("only {found} of {count} configurations find room {apart} m apart")]
-    TooNear {
-        /// How many found room.
-        found: usize,
-        /// How many were asked for.
-        count: usize,
-        /// Least distance, m.
-        apart: f64,
-    },
-    /// Too few to tell the parameters apart.
-    #[error("{count} configurations cannot tell {parameters} parameters apart; it takes at least {least}")]
-    TooFew {
-        /// How many were asked for.
-        count: usize,
-        /// Number of identifiable parameters.
-        parameters: usize,
-        /// Least number that would do.
-        least: usize,
-    },
-}
-
-/// What a number of configurations buys.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bought {
-    /// Number of configurations added.
-    pub count: usize,
-    /// Root mean square position error at the test poses when they are planned, m.
-    pub planned: f64,
-    /// The same when they are drawn at random: median of [`SETS`] sets.
-    pub random: f64,
-}
-
-/// A plan.
-#[derive(Debug, Clone)]
-pub struct Planned {
-    /// Stations in the order in which they should be measured.
-    pub stations: Vec<Station>,
-    /// The campaign that they make.
-    pub campaign: Campaign,
-    /// Parameters by column, and what of them can be told apart by any such readings.
-    pub slots: Vec<Slot>,
-    /// Reduction on the planned (and already made) readings alone.
-    pub identifiability: Identifiability,
-    /// Kept parameters and one sigma of each, SI.
-    pub deviations: Vec<(Slot, f64)>,
-    /// Root mean square position error at the test poses that the parameters' covariance leaves, m: with what is measured
-    /// already alone (where that tells them apart), and with the plan.
-    pub before: Option<f64>,
-    /// With the plan.
-    pub error: f64,
-    /// What other numbers of configurations would buy.
-    pub bought: Vec<Bought>,
-    /// How many random configurations (median of [`SETS`] sets) do as well; none if more than there are candidates.
-    pub random_equal: Option<usize>,
-    /// Fewest configurations that tell the parameters apart.
-    pub least: usize,
-    /// Candidates that the rules left.
-    pub candidates: usize,
-}
 
 /// Plans measurements. `progress` hears the share that is done.
 ///
