@@ -24,7 +24,7 @@ pub enum PlanningError {
         /// Why.
         source: AssemblyError,
     },
-    /// The rules leave too little room.
+    /// Too few configurations keep the rules.
     #[error("only {found} of {tried} configurations drawn keep the limits, the workspace and the line of sight")]
     NoRoom {
         /// How many were found.
@@ -41,17 +41,17 @@ pub enum PlanningError {
     /// No parameter shows in the readings.
     #[error("no parameter shows in such readings")]
     NothingSeen,
-    /// The least distance leaves no room for so many.
+    /// The least distance excludes so many.
     #[error("only {found} of {count} configurations find room {apart} m apart")]
     TooNear {
-        /// How many found room.
+        /// How many keep the distance.
         found: usize,
         /// How many were asked for.
         count: usize,
         /// Least distance, m.
         apart: f64,
     },
-    /// Too few to tell the parameters apart.
+    /// Too few to separate the parameters.
     #[error("{count} configurations cannot tell {parameters} parameters apart; it takes at least {least}")]
     TooFew {
         /// How many were asked for.

@@ -48,14 +48,14 @@ impl<'a> Rules<'a> {
         Self { request, geometry, disturbed: (0..count).filter_map(off).collect() }
     }
 
-    /// The same for configurations that are not measured: line of sight and workspace left aside.
+    /// The same for configurations that are not measured: without line of sight and workspace.
     pub fn seen_from_anywhere(&self, q: &[f64], placements: &Placements) -> bool {
         within_limits(self.geometry.model, placements) && self.is_sturdy(q)
     }
 
     fn is_sturdy(&self, q: &[f64]) -> bool {
-        let mut room = Placements::default();
-        self.disturbed.iter().all(|geometry| geometry.place(q, &mut room).is_ok())
+        let mut placements = Placements::default();
+        self.disturbed.iter().all(|geometry| geometry.place(q, &mut placements).is_ok())
     }
 
     /// What can be measured at placed frames; nothing where a rule is broken.

@@ -34,7 +34,7 @@ impl Sight {
 pub struct Request {
     /// Configurations to add.
     pub count: usize,
-    /// Which parameters are estimated beside base and tool.
+    /// Which parameters are estimated in addition to base and tool.
     pub what: What,
     /// What a reading is.
     pub observes: Observes,
