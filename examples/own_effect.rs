@@ -80,10 +80,9 @@ pub fn diagnosed(pull: f64) -> [Diagnosis; 2] {
 
 #[allow(dead_code)] // the tests take this file in
 fn main() {
+    let model = load_robot("universal-ur5").expect("bundled").model;
     for found in diagnosed(3e-4) {
-        println!(
-            "{}",
-            elastogeo::render::diagnosis::diagnosis_text("UR5 with a hose package", &found, Default::default())
-        );
+        let result = elastogeo::results::Diagnosis::new(&model, "UR5 with a hose package", &found, 0.0);
+        println!("{}", elastogeo::render::diagnosis::diagnosis(&result, Default::default()));
     }
 }

@@ -12,7 +12,7 @@ use crate::compensation::predict_path;
 use crate::description::campaign::Observes;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
-use crate::render::table::mm;
+use crate::results::units::mm;
 use crate::simulation::{Plan, measure};
 
 /// The robot and the command, as far as `simulate` has them.
