@@ -1,15 +1,16 @@
 //! Compensated points per second, one thread: KR-270 with masses (elastic, own weight, wrench) and IR663 (loop, beams,
-//! springs, own weight, wrench), beside the same inverse written naively: Newton with a new Jacobian by central differences
+//! springs, own weight, wrench), compared with the same inverse written naively: Newton with a new Jacobian by central differences
 //! at every step, solved by a general LU. Geometry and springs are off nominal, so that everything is corrected.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use elastogeo::compensation::{Desired, Settings, correct};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::Model;
+use elastogeo::observation::POSE;
 use elastogeo::prediction::{SinglePredictor, SingleWork};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use nalgebra::{Matrix6, Vector6};
@@ -158,7 +159,7 @@ fn path(model: &Model, configurations: &[Vec<f64>]) -> Campaign {
         configurations: configurations.to_vec(),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],

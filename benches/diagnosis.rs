@@ -1,17 +1,18 @@
-//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, beside
-//! the same competition held naively: every (effect, site, form) calibrated anew on every fold. The naive one is timed on
+//! Diagnosis of 135 readings over the whole catalogue, with cross-validation and 1000 bootstraps, on two threads, compared
+//! with the naive competition: every (effect, site, nonlinear parameter) calibrated anew on every fold. That one is timed on
 //! every 20th hypothesis and scaled to all.
 
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::diagnosis::{Diagnosis, Settings, diagnose, nuisance};
-use elastogeo::effects::{Effect, Form, Site, catalogue};
+use elastogeo::effects::EffectEntry;
 use elastogeo::estimation::{self, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::survey;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -66,7 +67,10 @@ fn made() -> (Model, Campaign) {
     let geometry = Geometry::new(&model, &values).expect("assembled");
     let configurations = draw_configurations(&geometry, 45, 0.8, &mut random).expect("drawn");
     let mut with = model.clone();
-    with.switch_on(entry("transmission-error", "joint:2", &[("cos", 2e-4), ("sin", 1e-4), ("order", 2.0)]));
+    let parameters = [("cos", 2e-4), ("sin", 1e-4), ("order", 2.0)];
+    let parameters = parameters.map(|(name, value)| (name.to_string(), value.into())).into_iter().collect();
+    let raw = RawEffect { effect: Some("transmission-error".into()), site: Some("joint:2".into()), parameters };
+    with.switch_on(model.resolve_effect(&raw).expect("an effect of this robot"));
     values = with.completed(&values);
     let plan = Plan {
         wrenches: Vec::new(),
@@ -74,7 +78,7 @@ fn made() -> (Model, Campaign) {
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 5e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],
@@ -83,28 +87,23 @@ fn made() -> (Model, Campaign) {
     (model, campaign)
 }
 
-fn entry(effect: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
-    let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect();
-    RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters }
-}
-
 fn diagnosed(model: &Model, campaign: &Campaign) -> Diagnosis {
-    let aside = vec![false; campaign.readings.len()];
-    diagnose(model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
+    let held_out = vec![false; campaign.readings.len()];
+    diagnose(model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed")
 }
 
-type Hypothesis = (&'static dyn Effect, Site, Form);
-
-/// Every form of every effect at every site that is not calibrated anyway.
-fn hypotheses(model: &Model, campaign: &Campaign) -> Vec<Hypothesis> {
+/// Every candidate of every effect at every site that is not calibrated anyway.
+fn hypotheses(model: &Model, campaign: &Campaign) -> Vec<EffectEntry> {
     let geometry = Geometry::nominal(model).expect("assembled");
     let offered = survey(&geometry, campaign).expect("placed");
     let mut all = Vec::new();
-    for effect in catalogue().into_iter().filter(|e| !campaign.calibrate.iter().any(|name| name == e.name())) {
+    for effect in model.catalogue.iter().filter(|e| !campaign.calibrate.iter().any(|name| name == e.name())) {
         for site in effect.sites(model) {
-            for form in effect.forms(model, &site, &offered) {
-                if !effect.parameters(model, &site, &form).is_empty() {
-                    all.push((effect, site.clone(), form));
+            for nonlinear in effect.candidates(model, &site, &offered) {
+                let parameters = effect.parameters(model, &site, &nonlinear);
+                if !parameters.is_empty() {
+                    let amounts = parameters.into_iter().map(|parameter| (parameter.symbol, 0.0)).collect();
+                    all.push(EffectEntry { effect: effect.clone(), site: site.clone(), nonlinear, amounts });
                 }
             }
         }
@@ -113,17 +112,13 @@ fn hypotheses(model: &Model, campaign: &Campaign) -> Vec<Hypothesis> {
 }
 
 /// One hypothesis fitted with everything else, fold by fold.
-fn refitted(model: &Model, campaign: &Campaign, (effect, site, form): &Hypothesis) {
+fn refitted(model: &Model, campaign: &Campaign, entry: &EffectEntry) {
     let mut with = model.clone();
     let mut slots: Vec<Slot> = nuisance(model, campaign, &campaign.calibrate);
-    let constants = effect.constants(model, site, form);
+    let constants = entry.effect.constants(model, &entry.site, &entry.nonlinear);
     if constants.is_empty() {
-        let parameters = effect.parameters(model, site, form);
-        let mut given: Vec<(&str, f64)> = parameters.iter().map(|p| (p.symbol.as_str(), 0.0)).collect();
-        given.extend((!form.symbol.is_empty()).then_some((form.symbol, form.value)));
-        with.switch_on(entry(effect.name(), &site.name, &given));
-        let own = with.effects.last().expect("switched on");
-        slots.extend(parameters.iter().filter_map(|p| own.slots.get(&p.symbol).copied()));
+        with.switch_on(entry.clone());
+        slots.extend(with.effects.last().expect("switched on").slots.iter().flatten());
     } else {
         slots.extend(constants);
     }
@@ -131,8 +126,8 @@ fn refitted(model: &Model, campaign: &Campaign, (effect, site, form): &Hypothesi
     slots.dedup();
     let asked = estimation::Settings { only: Some(slots), ..estimation::Settings::default() };
     for fold in 0..FOLDS {
-        let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
+        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.pose % FOLDS == fold).collect();
         // A hypothesis that cannot be fitted costs the time of finding out.
-        let _ = std::hint::black_box(calibrate(&with, campaign, &aside, &asked, &mut |_| {}));
+        let _ = std::hint::black_box(calibrate(&with, campaign, &held_out, &asked, &mut |_| {}));
     }
 }

@@ -1,22 +1,23 @@
-//! Deflection of the IR663: condensed compliance with the derivatives by all springs, sections and moduli, beside the same from a dense
+//! Deflection of the IR663: condensed compliance with the derivatives by all springs, sections and moduli, compared with the same from a dense
 //! assembled stiffness of 66 degrees of freedom (nalgebra's Cholesky, penalty numbers, central differences); deflection of
 //! the tip, assembly of the linkage included, with derivatives by its seven springs and by every elastic parameter there
 //! is (own weight counted); identification of seven springs from 126 readings. One thread.
 //!
 //! Its beams and hinges, joints rigid, are also given to PyNite (`pip install PyNiteFEA scipy`; ELASTOGEO_PYTHON names the
-//! interpreter, `python3` unless said otherwise), and the two times stand beside each other. Where PyNite is not
+//! interpreter, `python3` by default), and the two times are printed next to each other. Where PyNite is not
 //! installed that row says so.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::elastics::{ElasticColumns, Elastics, Load, LoadCase, Response, Statics, spatial};
 use elastogeo::elements::{PerLength, Properties, beam_axes, properties};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::{Model, Spot};
+use elastogeo::observation::DEFLECTION;
 use elastogeo::parameter::{Group, Kind, Slot};
 use elastogeo::simulation::{Plan, draw_errors, generator, simulate};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3, Vector6};
@@ -35,7 +36,7 @@ fn main() {
     };
     let row = |name: &str, here: f64, naive: f64| row_of(name, here, "dense", naive);
     println!();
-    let name = format!("compliance and {} derivatives of it/ir663", case.giving.len());
+    let name = format!("compliance and {} derivatives of it/ir663", case.compliances.len());
     row(&name, time(case.derivatives()), time(case.dense_derivatives()));
     row("compliance/ir663", time(case.compliance()), time(case.dense()));
     let tip = |slots: &[Slot], weight: bool| time(case.tip(&case.model.registry.nominal(), slots, weight));
@@ -49,7 +50,7 @@ fn main() {
     );
     match case.pynite() {
         Ok((here, there)) => row_of("tip deflection of its beams/ir663", here, "PyNite", there),
-        Err(why) => println!("beside PyNite: skipped, {why}"),
+        Err(why) => println!("compared with PyNite: skipped, {why}"),
     }
     println!("identification from 126 readings: {:.2} ms (target 30)", time(case.identification()) * 1e-3);
 }
@@ -61,10 +62,10 @@ struct Case {
     model: Model,
     q: Vec<f64>,
     slots: Vec<Slot>,
-    /// Every parameter of what gives and what loads it.
+    /// Every parameter of compliance and load.
     all: Vec<Slot>,
     /// Those of them that the declared compliance depends on: springs, sections, moduli.
-    giving: Vec<Slot>,
+    compliances: Vec<Slot>,
     campaign: Campaign,
 }
 
@@ -81,7 +82,7 @@ impl Case {
             configurations,
             markers: vec![model.marker("wrist")],
             repeats: 1,
-            observes: Observes::Deflection,
+            observes: DEFLECTION,
             sigma: 35e-6,
             sigma_orientation: 0.0,
             estimate: [false, false],
@@ -92,12 +93,12 @@ impl Case {
         let registry = model.registry.all().iter().enumerate();
         let all: Vec<Slot> =
             registry.filter(|(_, parameter)| parameter.group == Group::Elastic).map(|(slot, _)| slot).collect();
-        let gives = |slot: &&Slot| {
+        let is_compliance = |slot: &&Slot| {
             let parameter = &model.registry[**slot];
             parameter.nominal != 0.0 && parameter.kind != Kind::Other("kg/m3")
         };
-        let giving = all.iter().filter(gives).copied().collect();
-        Self { giving, all, model, q: vec![0.3, 0.85, 0.77, 0.0, 0.0, 0.0], slots, campaign }
+        let compliances = all.iter().filter(is_compliance).copied().collect();
+        Self { compliances, all, model, q: vec![0.3, 0.85, 0.77, 0.0, 0.0, 0.0], slots, campaign }
     }
 
     fn placed(&self) -> (Geometry<'_>, Placements) {
@@ -125,11 +126,11 @@ impl Case {
 
     fn derivatives(&self) -> impl FnMut() -> f64 {
         let (_, placements) = self.placed();
-        let elastics = Elastics::new(&self.model, &self.model.registry.nominal(), &self.giving);
-        let columns = ElasticColumns::new(&elastics, &self.giving);
+        let elastics = Elastics::new(&self.model, &self.model.registry.nominal(), &self.compliances);
+        let columns = ElasticColumns::new(&elastics, &self.compliances);
         let mut statics = Statics::new(false);
         let mut response = Response::new(&elastics, self.model.structure.carrier(self.wrist(), &Vector3::zeros()));
-        let mut out = vec![Vector6::zeros(); self.giving.len()];
+        let mut out = vec![Vector6::zeros(); self.compliances.len()];
         move || {
             elastics.prepare(black_box(&placements), &mut statics).expect("no mechanism");
             response.evaluate(&elastics, &mut statics);
@@ -215,7 +216,7 @@ impl Case {
         let here = response.displacement(&end, &LOAD, &Vector3::zeros(), false).0;
         let apart = (here - Vector3::from_vec(moved)).norm() / here.norm();
         assert!(apart < 1e-8, "PyNite's tip moves otherwise: {apart:e} of {here}");
-        let there = found["seconds"].as_f64().ok_or("PyNite told no time")?;
+        let there = found["seconds"].as_f64().ok_or("PyNite printed no time")?;
         Ok((time(self.tip(&values, &[], false)), there * 1e6))
     }
 
@@ -226,9 +227,9 @@ impl Case {
     }
 
     fn identification(&self) -> impl FnMut() -> f64 {
-        let aside = vec![false; self.campaign.readings.len()];
+        let held_out = vec![false; self.campaign.readings.len()];
         move || {
-            let found = calibrate(&self.model, &self.campaign, &aside, &Settings::default(), &mut |_| {});
+            let found = calibrate(&self.model, &self.campaign, &held_out, &Settings::default(), &mut |_| {});
             found.expect("calibrated").noise_ratio
         }
     }
@@ -244,7 +245,7 @@ impl Case {
         let mut values = self.model.registry.nominal();
         move || {
             let mut sum = self.assembled(black_box(&values), &placements)[(0, 0)];
-            for &slot in &self.giving {
+            for &slot in &self.compliances {
                 let (nominal, step) = (values[slot], 1e-3 * values[slot]);
                 values[slot] = nominal + step;
                 let up = self.assembled(&values, &placements);
@@ -361,14 +362,14 @@ fn run_pynite(frame: &Value) -> Result<Value, String> {
         .spawn()
         .map_err(|error| format!("`{python}` does not start: {error}"))?;
     let mut input = child.stdin.take().ok_or("no way to tell it the frame")?;
-    // One that ended before it read says why itself.
+    // A child that ended before it read its input explains itself on stderr.
     let _ = input.write_all(frame.to_string().as_bytes());
     drop(input);
     let output = child.wait_with_output().map_err(|error| error.to_string())?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    match said.lines().last() {
+    let printed = String::from_utf8_lossy(&output.stderr);
+    match printed.lines().last() {
         Some(last) if !output.status.success() => Err(format!(
-            "`{python}` says: {last} (pip install PyNiteFEA scipy, and name its interpreter in ELASTOGEO_PYTHON)"
+            "`{python}`: {last} (pip install PyNiteFEA scipy, and name its interpreter in ELASTOGEO_PYTHON)"
         )),
         _ => serde_json::from_slice(&output.stdout).map_err(|error| error.to_string()),
     }

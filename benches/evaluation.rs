@@ -1,4 +1,4 @@
-//! How long the forward model and the error Jacobian take, beside the same thing written naively: 4x4 `DMatrix` products
+//! How long the forward model and the error Jacobian take, compared with a naive version: 4x4 `DMatrix` products
 //! and central finite differences. Answers are asserted to agree before anything is timed. Everything runs on one thread.
 //!
 //! After divan's own table (`cargo bench`), a second one shows the time of each, of its naive counterpart, and their
@@ -8,6 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use elastogeo::description::{raw::RawRobot, resolve::resolve};
+use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, rotation_vector};
 use elastogeo::model::{Model, build};
 use nalgebra::{DMatrix, Matrix3, Rotation3};
@@ -44,7 +45,8 @@ impl Case {
         let path = format!("{}/robots/{name}.yaml", env!("CARGO_MANIFEST_DIR"));
         let raw: RawRobot = serde_yaml::from_str(&std::fs::read_to_string(path).expect("a file")).expect("readable");
         let (robot, diagnostics) = resolve(&raw, &|_| None);
-        let model = build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model");
+        let model =
+            build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model");
         let q = if model.actuators.is_empty() {
             vec![0.4, -1.2, 1.3, -0.7, 0.9, 0.2]
         } else {

@@ -1,14 +1,15 @@
-//! Identification of 33 parameters of the KR-270 from 1000 positions, with own weight and without, on one thread, beside
+//! Identification of 33 parameters of the KR-270 from 1000 positions, with own weight and without, on one thread, compared with
 //! the same least squares written with nalgebra's dynamic matrices and a central-difference Jacobian. Prints milliseconds
 //! and the ratio.
 
 use std::time::Instant;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -35,7 +36,7 @@ fn compared(case: &str, model: &Model) {
         configurations,
         markers: vec![Some(0), Some(1), Some(2)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 5e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],
@@ -43,8 +44,8 @@ fn compared(case: &str, model: &Model) {
     // One marker a configuration, in turns.
     let campaign = simulate(model, &values, &plan, &mut random).expect("simulated");
     let campaign = campaign.select(|_, reading| reading.marker == markers[reading.pose]);
-    let aside = vec![false; campaign.readings.len()];
-    let run = || calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let run = || calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     let found = run();
     let kept: Vec<Slot> = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
     let mut times: Vec<f64> = (0..7).map(|_| timed(run).1).collect();

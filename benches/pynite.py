@@ -3,7 +3,7 @@
     pip install PyNiteFEA scipy
 
 SI units. A member's local z is the stated vector made square to it, as in tests/data/pynite/make.py; `hinges` says at
-which of its ends it turns freely about that z. The best of several analyses is told: assembly, solution and the
+which of its ends it turns freely about that z. The best of several analyses is printed: assembly, solution and the
 displacement, the model being built already.
 """
 

@@ -1,14 +1,14 @@
 //! Campaigns made by the model itself: prediction plus noise, for planning and for checks whose truth is known.
 
 use indexmap::IndexMap;
-use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::kinematics::{AssemblyError, Geometry, Placements, rotation_vector};
+use crate::description::campaign::{Campaign, Reading};
+use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::model::Model;
+use crate::observation::{MOST_ROWS, Noise, Observes, Purpose};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// What is measured, where and how well.
@@ -137,6 +137,15 @@ pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaC
     values
 }
 
+/// Effects that a campaign of this kind of readings usually re-fits with whatever is tried, as `calibrate:` names them.
+pub fn usually_calibrated(observes: Observes) -> Vec<String> {
+    let effects: &[&str] = match observes.purpose() {
+        Purpose::Geometry => &["geometry", "joint-offset"],
+        Purpose::Stiffness => &["joint-compliance"],
+    };
+    effects.iter().map(ToString::to_string).collect()
+}
+
 /// A plan as a campaign in which nothing is measured yet.
 pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
     let mut campaign = Campaign {
@@ -146,10 +155,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         sigma_orientation: (plan.sigma_orientation > 0.0).then_some(plan.sigma_orientation),
         estimate_base: plan.estimate[0],
         estimate_tool: plan.estimate[1],
-        calibrate: match plan.observes {
-            Observes::Deflection => vec!["joint-compliance".into()],
-            _ => vec!["geometry".into(), "joint-offset".into()],
-        },
+        calibrate: usually_calibrated(plan.observes),
         without: Vec::new(),
         anchors: model.anchors.clone(),
         poses: Vec::new(),
@@ -160,7 +166,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
     };
     let unloaded = [[0.0; 6]];
     let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };
-    let anchors = if plan.observes == Observes::Distance { campaign.anchors.len().max(1) } else { 1 };
+    let anchors = campaign.anchors_per_point();
     for (pose, q) in plan.configurations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for _ in 0..plan.repeats {
@@ -218,16 +224,12 @@ pub fn measure(
     sigma: [f64; 2],
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
-    campaign.readings.iter_mut().for_each(|reading| reading.measured = [0.0; 6]);
-    // Measured less predicted, nothing being measured yet, is less the prediction.
+    let noise = Noise { position: [sigma[0]; 3], orientation: sigma[1] };
     let mut found = Linearised::default();
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
-    let components = campaign.components();
-    for (reading, left) in campaign.readings.iter_mut().zip(found.residual.chunks(components)) {
-        for (measured, left) in reading.measured.iter_mut().zip(left) {
-            *measured = -left;
-        }
-        disturb(&mut reading.measured, campaign.observes, sigma, random);
+    for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {
+        reading.measured = value;
+        campaign.observes.disturb(&mut reading.measured, &noise, &mut || StandardNormal.sample(random));
     }
     Ok(campaign)
 }
@@ -254,17 +256,4 @@ fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
 
 /// A reading of nothing.
 pub const BLANK: Reading =
-    Reading { row: 0, pose: 0, marker: None, measured: [0.0; 6], anchor: 0, wrench: [0.0; 6], check: None };
-
-fn disturb(measured: &mut [f64; 6], observes: Observes, sigma: [f64; 2], random: &mut ChaCha8Rng) {
-    let mut normal = || -> f64 { StandardNormal.sample(random) };
-    let components = if observes == Observes::Distance { 1 } else { 3 };
-    for value in &mut measured[..components] {
-        *value += sigma[0] * normal();
-    }
-    if observes == Observes::Pose {
-        let noise = Vector3::from_fn(|_, _| sigma[1] * normal());
-        let turn = Rotation3::new(noise) * Rotation3::new(Vector3::new(measured[3], measured[4], measured[5]));
-        measured[3..].copy_from_slice(rotation_vector(&turn).as_slice());
-    }
-}
+    Reading { row: 0, pose: 0, marker: None, measured: [0.0; MOST_ROWS], anchor: 0, wrench: [0.0; 6], check: None };

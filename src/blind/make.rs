@@ -12,10 +12,11 @@ use super::ground::{Ground, each_shows};
 use super::plant::Plant;
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
-use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::effects::Form;
+use crate::description::campaign::{Campaign, Reading};
+use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::observation::{DEFLECTION, POSITION};
 use crate::prediction::PredictionError;
 use crate::simulation::{draw_configurations, draw_errors};
 
@@ -78,9 +79,9 @@ pub fn draw(
     // What the campaign does not calibrate is as described, so that a null is one.
     let (geometry, elastic) = if deflection { (0.0, 1.0) } else { (1.0, 0.0) };
     let mut values = draw_errors(model, geometry, elastic, random);
-    if let Some(effect) = crate::effects::by_name("joint-compliance") {
+    if let Some(effect) = model.catalogue.get("joint-compliance") {
         let calibrated: Vec<usize> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
+            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
         for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
             values[slot] = model.registry[slot].nominal;
         }
@@ -207,7 +208,7 @@ fn plan(
     let configurations = draw_configurations(&geometry, poses, 0.8, random)?;
     let mut campaign = Campaign {
         name: String::new(),
-        observes: if deflection { Observes::Deflection } else { Observes::Position },
+        observes: if deflection { DEFLECTION } else { POSITION },
         sigma: Some([sigma; 3]),
         sigma_orientation: None,
         estimate_base: !deflection,

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::shapes::{Shape, Situation};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
 use crate::elastics::Elastics;
@@ -72,7 +72,7 @@ impl Plant<'_> {
         for reading in &mut truly.readings {
             reading.wrench = reading.wrench.map(|w| w * gain);
         }
-        let difference = campaign.observes == Observes::Deflection;
+        let difference = campaign.observes.is_difference();
         let deflections = Deflections::new(model, &values, &truly, &[]);
         let mut elastic = deflections.work();
         let weights = masses(model, &values);

@@ -150,11 +150,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
         Predictor::new(model, fresh, Vec::new())?.linearise(values, false, &mut out)?;
         Ok(errors_of(fresh, &out.residual, |_| true).distance[1])
     };
-    let mut diagnosed = model.clone();
-    for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-        diagnosed.switch_on(cause.entry.clone());
-        cause.further.iter().for_each(|entry| diagnosed.switch_on(entry.clone()));
-    }
+    let diagnosed = found.applied(model);
     let fresh = [left(model, &plain.values)?, left(&diagnosed, &diagnosed.completed(&found.values))?];
     let named = found.causes.iter().filter(|cause| cause.effect != "outliers").map(|cause| Named {
         effect: cause.effect.clone(),

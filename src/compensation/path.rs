@@ -8,7 +8,7 @@ use super::coupling::{Balance, settle};
 use super::{Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
-use crate::model::Model;
+use crate::model::{Condition, Model};
 use crate::prediction::{Seen, SinglePredictor, SingleWork};
 use crate::process::Process;
 
@@ -95,10 +95,11 @@ pub fn compensate(
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
         // Only an effect that looks at the side makes another round worth while.
-        let settled = !derived || !model.effects.iter().any(|e| e.entry.effect.as_deref() == Some("backlash")) || {
-            derive_sides(model, &found, &own, &mut path);
-            path.conditions == before
-        };
+        let settled =
+            !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
+                derive_sides(model, &found, &own, &mut path);
+                path.conditions == before
+            };
         if settled || round == ROUNDS {
             sides = if settled { sides } else { Sides::Unsettled };
             return Ok(Outcome { points, sides, left_out });

@@ -1,10 +1,11 @@
-//! Second age of the elastic keys of a description: SI units, names resolved to indices.
+//! The elastic part of a resolved description: SI units, names resolved to indices.
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-use super::raw::{BeamTheory, LoadPath, SectionShape, SpringAction, Support};
-use super::robot::FrameIndex;
+use super::frame::FrameIndex;
+use super::raw::{BeamTheory, JointKind, LoadPath, SectionShape, SpringAction, Support};
+use crate::parameter::Kind;
 
 /// What gives under load, and what loads it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,7 +25,7 @@ pub struct Elastic {
     /// Springs of joints.
     pub joints: Vec<JointStiffness>,
     /// Springs of the pedestal along and about x, y, z; rigid where absent.
-    pub base: Option<[Option<Stiffness>; 6]>,
+    pub base: [Option<Stiffness>; 6],
     /// Springs between bodies.
     pub springs: Vec<Spring>,
     /// Axial springs of actuators, by index in [`super::robot::Robot::actuators`].
@@ -69,20 +70,8 @@ pub enum Shear {
 pub struct Section {
     /// Shape; by A, Iy, Iz, J where there is none.
     pub shape: Option<SectionShape>,
-    /// Symbol and value of each number that describes it, in the order of [`section_symbols`].
+    /// Symbol and value of each number that describes it, in the order of the file's keys.
     pub values: Vec<(&'static str, f64)>,
-}
-
-/// Symbols by which a section of a shape is declared.
-pub fn section_symbols(shape: Option<SectionShape>) -> &'static [&'static str] {
-    match shape {
-        Some(SectionShape::Box) => &["width", "height", "wall"],
-        Some(SectionShape::Tube) => &["diameter", "wall"],
-        Some(SectionShape::Rectangle) => &["width", "height"],
-        Some(SectionShape::Rod) => &["diameter"],
-        Some(SectionShape::I) => &["width", "height", "wall", "flange"],
-        None => &["area", "iy", "iz", "j"],
-    }
 }
 
 /// A node: a point of a body.
@@ -128,26 +117,40 @@ pub struct JointStiffness {
     pub frame: FrameIndex,
     /// Node at which the joint sits on the moving body, if it is not the frame's origin.
     pub at: Option<usize>,
-    /// ka, kr, kar, krr; `None` where not given.
+    /// Along and across the axis, about it and about what lies across it; `None` where not given.
     pub springs: [Option<Stiffness>; 4],
 }
 
-/// Symbols of [`JointStiffness::springs`].
-pub const JOINT_SYMBOLS: [&str; 4] = ["ka", "kr", "kar", "krr"];
+/// Which of [`JointStiffness::springs`] acts along the joint's own motion.
+pub fn own_axis(joint: JointKind) -> usize {
+    if joint == JointKind::Prismatic { 0 } else { 2 }
+}
+
 /// Symbols of [`Elastic::base`].
 pub const BASE_SYMBOLS: [&str; 6] = ["kx", "ky", "kz", "krx", "kry", "krz"];
 
-/// A stiffness as declared, SI.
+/// A stiffness as declared, held as the model computes with it: a compliance (0 is rigid) where it is in series with
+/// others, a stiffness (0 is free) where it acts in parallel with a joint. Inverted here, once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stiffness {
-    /// m/N or rad/(N.m); 0 is rigid, infinite is free.
-    pub compliance: f64,
+    /// Whether `nominal` is a stiffness or a compliance, of a translation or a rotation.
+    pub kind: Kind,
+    /// N/m, N.m/rad, m/N or rad/(N.m).
+    pub nominal: f64,
     /// Whether measurements may change it.
     pub identifiable: bool,
-    /// Bounds of the compliance.
+    /// Least and greatest value of `nominal`.
     pub bounds: [f64; 2],
-    /// Declared as a compliance, and reported as one.
-    pub as_compliance: bool,
+    /// Declared, and reported, as the inverse of `nominal`.
+    pub inverted: bool,
+}
+
+impl Stiffness {
+    /// Of what no file declares: a rigid compliance, reported as a stiffness, or a stiffness of zero.
+    pub fn undeclared(kind: Kind) -> Self {
+        let inverted = matches!(kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+        Self { kind, nominal: 0.0, identifiable: false, bounds: [0.0, f64::INFINITY], inverted }
+    }
 }
 
 /// A spring between points of two bodies.

@@ -6,8 +6,10 @@
 pub mod campaign;
 pub mod coupling;
 pub mod elastic;
+pub mod frame;
 pub mod fuzzy;
 pub mod limits;
+pub(crate) mod parameters;
 pub mod path;
 pub mod process;
 pub mod raw;

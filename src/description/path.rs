@@ -1,11 +1,12 @@
 //! Paths: where a robot should pass, under what, read from a table with a campaign's columns.
 
 use super::campaign::raw::RawCampaign;
-use super::campaign::{Campaign, Observes, resolve};
+use super::campaign::{Campaign, resolve};
 use super::robot::Robot;
 use super::table::{ColumnKind, ExpectedColumn, Table};
 use super::units::Units;
 use crate::diagnostic::Diagnostic;
+use crate::observation::POSE;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const ORIENTATION: [&str; 3] = ["rx", "ry", "rz"];
@@ -70,7 +71,7 @@ pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Diag
             diagnostics.push(Diagnostic::error(message).at(table.place(row, &name)));
         }
     }
-    let raw = RawCampaign { units, observes: Some(Observes::Pose), ..RawCampaign::default() };
+    let raw = RawCampaign { units, observes: Some(POSE), ..RawCampaign::default() };
     match resolve(&raw, &|_| None, robot, std::slice::from_ref(table)) {
         Ok((campaign, _)) if diagnostics.is_empty() => Ok(Path { campaign, joints, position, orientation }),
         Ok(_) => Err(diagnostics),

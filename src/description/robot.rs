@@ -1,13 +1,17 @@
-//! Second age of a robot description: SI units, names resolved to indices, every fault already told.
+//! A resolved robot description: SI units, names resolved to indices, every fault already reported.
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::elastic::Elastic;
-use super::raw::{JointKind, LoopKind, Meet, RawEffect};
+pub use super::frame::{Constants, Frame, FrameIndex, Motion, branches};
+use super::parameters::{self, symbols};
+use super::raw::{LoopKind, Meet, RawEffect};
 
-/// Index of a frame in [`Robot::frames`]; 0 is the base.
-pub type FrameIndex = usize;
+/// Symbols of a frame's constants, in the order of their transforms.
+pub const FRAME_SYMBOLS: [&str; 7] = symbols(&parameters::FRAME);
+/// Symbols of a pose.
+pub const PLACEMENT_SYMBOLS: [&str; 6] = symbols(&parameters::BASE);
 
 /// A robot as declared. Lengths in m, angles in rad.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,67 +57,6 @@ pub struct Variable {
     pub limits: Option<[f64; 2]>,
 }
 
-/// A frame in its antecedent.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
-    /// Name.
-    pub name: String,
-    /// The frame it is placed in (meaningless for the base).
-    pub antecedent: FrameIndex,
-    /// Kind of joint.
-    pub joint: JointKind,
-    /// What moves the joint.
-    pub motion: Motion,
-    /// Constants.
-    pub constants: Constants,
-    /// The frame whose beta, gamma, b, alpha and d it shares.
-    pub coaxial: Option<FrameIndex>,
-    /// Calibrated zero of the joint variable, rad or m.
-    pub offset: f64,
-    /// Limits of the joint variable.
-    pub limits: Option<[f64; 2]>,
-}
-
-/// What moves a joint.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
-    /// Nothing.
-    Fixed,
-    /// An actuated variable, counted in a direction of +1 or -1.
-    Variable {
-        /// Index in [`Robot::variables`].
-        index: usize,
-        /// +1 or -1.
-        direction: f64,
-    },
-    /// An actuator, by index in [`Robot::actuators`].
-    Actuator(usize),
-    /// A coupling, by index in [`Robot::couplings`].
-    Coupling(usize),
-    /// The closed loop it belongs to.
-    Passive,
-}
-
-/// Constants that place a frame in its antecedent: Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r). Angles in
-/// radians, lengths in metres.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Constants {
-    /// Rotation about the antecedent's y, applied first.
-    pub beta: f64,
-    /// Rotation about z.
-    pub gamma: f64,
-    /// Translation along z.
-    pub b: f64,
-    /// Rotation about x.
-    pub alpha: f64,
-    /// Translation along x.
-    pub d: f64,
-    /// Rotation about the new z.
-    pub theta: f64,
-    /// Translation along the new z.
-    pub r: f64,
-}
-
 /// `joint = sum of factor * joint`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupling {
@@ -154,9 +97,6 @@ pub struct SliderCrank {
     /// Zero of the stroke, kappa, lambda, l1, l3.
     pub constants: [f64; 5],
 }
-
-/// Symbols of [`SliderCrank::constants`], in their order.
-pub const SLIDER_CRANK_SYMBOLS: [&str; 5] = ["stroke", "kappa", "lambda", "l1", "l3"];
 
 /// A pose: position (m) and rotation vector (rad).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -204,39 +144,9 @@ pub struct Calibration {
     pub bounds: IndexMap<String, [f64; 2]>,
 }
 
-/// Symbols of a frame's constants, in the order of their transforms.
-pub const FRAME_SYMBOLS: [&str; 7] = ["beta", "gamma", "b", "alpha", "d", "theta", "r"];
-/// Symbols of a pose.
-pub const PLACEMENT_SYMBOLS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
-
-/// Whether a symbol of a frame, a slider-crank or a pose is an angle (else a length).
-pub fn is_angle(symbol: &str) -> bool {
-    matches!(symbol, "beta" | "gamma" | "alpha" | "theta" | "kappa" | "lambda" | "rx" | "ry" | "rz")
-}
-
 impl Robot {
     /// Index of a frame by name.
     pub fn frame(&self, name: &str) -> Option<FrameIndex> {
         self.frames.iter().position(|frame| frame.name == name)
     }
-}
-
-/// Frames between two frames and their common ancestor (itself apart), from the ancestor on: those towards `a`, then
-/// those towards `b`.
-pub fn branches(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> [Vec<FrameIndex>; 2] {
-    let up = |mut index: FrameIndex| {
-        let mut path = vec![index];
-        while index != 0 {
-            index = frames[index].antecedent;
-            path.push(index);
-        }
-        path
-    };
-    let (up_a, up_b) = (up(a), up(b));
-    let side = |own: &[FrameIndex], other: &[FrameIndex]| {
-        let mut side: Vec<FrameIndex> = own.iter().copied().take_while(|index| !other.contains(index)).collect();
-        side.reverse();
-        side
-    };
-    [side(&up_a, &up_b), side(&up_b, &up_a)]
 }

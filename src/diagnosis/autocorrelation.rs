@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::result::Autocorrelation;
 use super::settings::AutocorrelationSettings;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::simulation::generator;
 
@@ -179,12 +179,7 @@ impl Residuals<'_> {
         }
         let is_free = |i: usize, j: usize| {
             let [a, b] = [i, j].map(|index| &campaign.readings[index]);
-            match campaign.observes {
-                Observes::Deflection => a.marker != b.marker,
-                // A distance's direction is its anchor's.
-                Observes::Distance => a.anchor == b.anchor,
-                _ => true,
-            }
+            campaign.observes.is_comparable(a.marker == b.marker, a.anchor == b.anchor)
         };
         let mut pairs = Vec::new();
         for own in by_pose.values() {

@@ -4,20 +4,19 @@ use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::competition::Competition;
 use super::inputs::Inputs;
-use super::linear_fit::{LinearFit, entry, with_nonlinear};
+use super::linear_fit::{FittedParameter, LinearFit, entry, reported};
 use super::location::sites;
 use super::next_poses::next_poses;
 use super::outliers;
 use super::refit::refit;
 use super::regions::{excess_compliance, regions};
-use super::result::{
-    Autocorrelation, Cause, CauseParameter, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Shrinkage, Verdict,
-};
+use super::result::{Autocorrelation, Cause, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Shrinkage, Verdict};
 use super::rivals::{Rival, look_alikes, rejected, rivals};
 use super::selection::Selector;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::estimation::CalibrationError;
 use crate::math::{mean_rms_max, orthonormal, project_off};
+use crate::model::Model;
 use crate::prediction::PredictionError;
 
 /// Concludes a competition that was held without the readings marked as outliers.
@@ -48,28 +47,21 @@ pub fn conclude(
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
-    let rivals_of: Vec<Vec<Rival>> = judgement.steps.last().map_or_else(Vec::new, |last| {
-        (0..members.len()).map(|at| rivals(&selector, &last.subset, at, per_pose, &settings.rivals)).collect()
-    });
-    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals_of };
-    let mut causes = merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(step, own)));
     let last = members.len();
+    let rivals = rivals(&selector, &judgement.steps[last].subset, per_pose, &settings.rivals);
+    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals };
+    let mut causes =
+        merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
     let rows: Vec<usize> =
         inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r.row).collect();
-    let mut verdict = verdict;
-    if !rows.is_empty() {
-        let cause = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
-        // A few readings just beyond what noise does are reported; they explain no gap.
-        if cause.shrinkage.value >= settings.outliers.least_shrinkage {
-            causes.push(cause);
-            verdict = if verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
-        }
-    }
+    let outliers = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
+    let verdict = if outliers.is_some() && verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
+    causes.extend(outliers);
     let (rejected, rms_with_none) = rejected(&selector, members);
     let next_poses = if settings.propose && verdict != Verdict::NoGap {
         progress("proposing configurations");
-        next_poses(inputs, competition, members, &rivals_of)
+        next_poses(inputs, competition, members, &rivals)
     } else {
         Vec::new()
     };
@@ -151,7 +143,7 @@ impl Explanation<'_> {
     }
 
     /// The cause that enters at a step.
-    fn cause(&self, step: usize, parameters: Vec<CauseParameter>) -> Cause {
+    fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter]) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
         let hypothesis = &hypotheses[self.judgement.members()[step]];
         let EffectAtSite { effect, site } = hypothesis.named();
@@ -161,15 +153,14 @@ impl Explanation<'_> {
             effect,
             site,
             probability: Some(1.0 / (1.0 + weights)),
-            entry: entry(hypothesis, &parameters),
-            parameters: with_nonlinear(hypothesis, parameters),
+            entries: vec![entry(hypothesis, fitted)],
+            parameters: reported(model, hypothesis, fitted),
             rms_before: self.judgement.steps[step].rms,
             rms_after: self.judgement.steps[step + 1].rms,
             shrinkage: self.shrinkage(step, step + 1),
             rivals: self.rivals[step].iter().map(|rival| hypotheses[rival.hypothesis].named()).collect(),
             signature: hypothesis.effect.signature(),
             remedy: hypothesis.effect.remedy(),
-            further: Vec::new(),
         }
     }
 }
@@ -181,7 +172,7 @@ fn merged(causes: impl Iterator<Item = Cause>) -> Vec<Cause> {
         match out.iter_mut().find(|known| known.effect == cause.effect && known.site == cause.site) {
             Some(known) => {
                 known.parameters.extend(cause.parameters);
-                known.further.push(cause.entry);
+                known.entries.extend(cause.entries);
                 known.rms_after = cause.rms_after;
                 known.shrinkage.value = 1.0 - known.rms_after / known.rms_before;
                 let value = known.shrinkage.value;

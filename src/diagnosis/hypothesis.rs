@@ -1,23 +1,25 @@
-//! Hypotheses: every effect at every site of the robot with every value of its nonlinear parameter.
+//! Hypotheses: every effect at every site of the robot with every value of its nonlinear parameters.
+
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
 use super::result::EffectAtSite;
 use super::settings::Settings;
-use crate::effects::{Effect, EffectParameter, Form, Site, Survey};
+use crate::effects::{Effect, EffectParameter, Nonlinear, Site, Survey};
 use crate::math::independent;
 use crate::model::Model;
 use crate::parameter::Slot;
 
-/// An effect at a site with a value of its nonlinear parameter, and its columns in the linear problem.
+/// An effect at a site with values of its nonlinear parameters, and its columns in the linear problem.
 #[derive(Clone)]
 pub struct Hypothesis {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: Arc<dyn Effect>,
     /// The site.
     pub site: Site,
-    /// The nonlinear parameter.
-    pub form: Form,
+    /// Values of its nonlinear parameters.
+    pub nonlinear: Nonlinear,
     /// Constants of the model that it frees, if it is nothing else.
     pub constants: Vec<Slot>,
     /// Names, units and scales of its parameters.
@@ -32,7 +34,7 @@ pub struct Hypothesis {
 
 impl std::fmt::Debug for Hypothesis {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({} {})", self.label(), self.form.symbol, self.form.value)
+        write!(f, "{} {:?}", self.label(), self.nonlinear.values())
     }
 }
 
@@ -69,7 +71,7 @@ impl Hypothesis {
 
     /// Whether another frees other constants of the same effect, or is the very same: the two cannot go together.
     pub fn excludes(&self, other: &Self) -> bool {
-        self.is_same(other) && (!self.constants.is_empty() || self.form == other.form)
+        self.is_same(other) && (!self.constants.is_empty() || self.nonlinear == other.nonlinear)
     }
 }
 
@@ -84,13 +86,13 @@ pub fn hypotheses(
 ) -> Vec<Hypothesis> {
     let is_rigid = |slot: &Slot| model.registry[*slot].bounds[0] == 0.0 && values[*slot] == 0.0;
     let mut found = Vec::new();
-    for &effect in &settings.effects {
+    for effect in model.catalogue.iter() {
         let is_known = settings.known.iter().any(|name| name == effect.name());
         for site in effect.sites(model) {
-            let forms = effect.forms(model, &site, survey);
-            for form in &forms {
-                let constants = effect.constants(model, &site, form);
-                let parameters = effect.parameters(model, &site, form);
+            let candidates = effect.candidates(model, &site, survey);
+            for nonlinear in &candidates {
+                let constants = effect.constants(model, &site, nonlinear);
+                let parameters = effect.parameters(model, &site, nonlinear);
                 let is_calibrated = !constants.is_empty() && constants.iter().all(|slot| nuisance.contains(slot));
                 let is_positive = !constants.is_empty() && constants.iter().all(is_rigid);
                 // Known are the compliances that the description has: a joint that it has rigid is not among them.
@@ -104,14 +106,14 @@ pub fn hypotheses(
                     let chosen_parameters = parameters.iter().enumerate().filter(|(k, _)| is_chosen(*k));
                     let chosen_constants = constants.iter().enumerate().filter(|(k, _)| is_chosen(*k));
                     found.push(Hypothesis {
-                        effect,
+                        effect: effect.clone(),
                         site: site.clone(),
-                        form: *form,
+                        nonlinear: nonlinear.clone(),
                         constants: chosen_constants.map(|(_, slot)| *slot).collect(),
                         parameters: chosen_parameters.map(|(_, parameter)| parameter.clone()).collect(),
                         columns: DMatrix::zeros(0, 0),
                         is_positive,
-                        variants: forms.len() * selections,
+                        variants: candidates.len() * selections,
                     });
                 }
             }

@@ -1,15 +1,29 @@
 //! Parameters of the members of a subset with their intervals, fitted to first order with the nuisance, and as they are
 //! written into a description.
 
-use indexmap::IndexMap;
 use nalgebra::DVector;
 
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::result::CauseParameter;
-use crate::description::raw::RawEffect;
-use crate::estimation::cofactor;
-use crate::math::{NORMAL95, least_squares};
+use crate::effects::EffectEntry;
+use crate::math::least_squares;
+use crate::math::linear::cofactor;
+use crate::math::quantiles::normal95;
+use crate::model::Model;
+
+/// A fitted parameter of a hypothesis, SI.
+#[derive(Debug, Clone)]
+pub struct FittedParameter {
+    /// Name.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value; of a constant of the model: its change.
+    pub value: f64,
+    /// Half width of its 95 % interval.
+    pub ci95: f64,
+}
 
 /// Nuisance and members fitted to all readings.
 pub struct LinearFit<'a> {
@@ -29,44 +43,45 @@ impl<'a> LinearFit<'a> {
         let residual = &problem.residual - &design * &x;
         let freedom = (problem.rows() as f64 - design.ncols() as f64).max(1.0);
         let scale = (residual.norm_squared() / freedom).sqrt().max(noise);
-        let half_widths = cofactor(&design).diagonal().map(|v| NORMAL95 * scale * v.max(0.0).sqrt());
+        let half_widths = cofactor(&design).diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
         Self { problem, members, x, half_widths }
     }
 
     /// Parameters of a member.
-    pub fn parameters(&self, step: usize) -> Vec<CauseParameter> {
+    pub fn parameters(&self, step: usize) -> Vec<FittedParameter> {
         let hypothesis = |member: usize| &self.problem.hypotheses[member];
         let before: usize = self.members[..step].iter().map(|&member| hypothesis(member).columns.ncols()).sum();
         let first = self.problem.nuisance.ncols() + before;
-        let parameter = |(k, parameter): (usize, &crate::effects::EffectParameter)| CauseParameter {
+        let parameter = |(k, parameter): (usize, &crate::effects::EffectParameter)| FittedParameter {
             name: parameter.symbol.clone(),
             unit: parameter.unit,
             value: self.x[first + k],
-            ci95: Some(self.half_widths[first + k]),
+            ci95: self.half_widths[first + k],
         };
         hypothesis(self.members[step]).parameters.iter().enumerate().map(parameter).collect()
     }
 }
 
-/// The parameters, and the nonlinear one of the hypothesis if there is any.
-pub fn with_nonlinear(hypothesis: &Hypothesis, mut parameters: Vec<CauseParameter>) -> Vec<CauseParameter> {
-    if !hypothesis.form.symbol.is_empty() {
-        let (name, value) = (hypothesis.form.symbol.to_string(), hypothesis.form.value);
-        parameters.push(CauseParameter { name, unit: "", value, ci95: None });
-    }
-    parameters
+/// The fitted parameters and the values of the nonlinear ones, as they are reported.
+pub fn reported(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> Vec<CauseParameter> {
+    let fitted = fitted.iter().map(|FittedParameter { name, unit, value, ci95 }| CauseParameter {
+        name: name.clone(),
+        unit,
+        value: (*value).into(),
+        ci95: Some(*ci95),
+    });
+    let nonlinear = hypothesis.nonlinear.written(&model.variable_names()).into_iter();
+    fitted
+        .chain(nonlinear.map(|(name, unit, value)| CauseParameter { name: name.into(), unit, value, ci95: None }))
+        .collect()
 }
 
-/// As it is written into a description.
-pub fn entry(hypothesis: &Hypothesis, parameters: &[CauseParameter]) -> RawEffect {
-    let mut all: IndexMap<String, f64> =
-        parameters.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect();
-    if !hypothesis.form.symbol.is_empty() {
-        all.insert(hypothesis.form.symbol.into(), hypothesis.form.value);
-    }
-    RawEffect {
-        effect: Some(hypothesis.effect.name().into()),
-        site: Some(hypothesis.site.name.clone()),
-        parameters: all,
+/// A hypothesis with its amounts, as it is switched on or written into a description.
+pub fn entry(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> EffectEntry {
+    EffectEntry {
+        effect: hypothesis.effect.clone(),
+        site: hypothesis.site.clone(),
+        nonlinear: hypothesis.nonlinear.clone(),
+        amounts: fitted.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect(),
     }
 }

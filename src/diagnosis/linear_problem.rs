@@ -61,7 +61,7 @@ impl LinearProblem {
                 hypothesis.columns = columns_of(&hypothesis.constants);
             }
         }
-        let terms = laws.iter().map(|law| Term::new(model, law.effect, law.site.clone(), law.form)).collect();
+        let terms = laws.iter().map(|law| Term::new(model, &law.effect, &law.site, &law.nonlinear)).collect();
         let (all, width) = effect_columns(model, campaign, values, terms)?;
         let mut first = 0;
         for law in laws {

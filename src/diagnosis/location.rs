@@ -7,11 +7,10 @@ use rand::RngExt;
 use super::bootstrap::interval95;
 use super::competition::Competition;
 use super::inputs::Inputs;
-use super::probe::PROBES;
+use super::probe::probes;
 use super::result::SiteShare;
-use crate::effects::{Form, sites_of};
 use crate::math::{orthonormal, project_off};
-use crate::prediction::{PredictionError, Term, effect_columns};
+use crate::prediction::{PredictionError, effect_columns};
 use crate::simulation::generator;
 
 /// Squares of one configuration under one load.
@@ -33,8 +32,7 @@ pub fn sites(
     noise: f64,
 ) -> Result<Vec<SiteShare>, PredictionError> {
     let (model, problem) = (inputs.model, &competition.problem);
-    let sites = PROBES.iter().flat_map(|&probe| sites_of(model, probe.sits_at()).into_iter().map(move |s| (probe, s)));
-    let terms: Vec<Term> = sites.map(|(probe, site)| Term::new(model, probe, site, Form::ONLY)).collect();
+    let terms = probes(model);
     let names: Vec<(String, usize)> =
         terms.iter().map(|term| (term.site.name.clone(), term.parameters.len())).collect();
     let (all, width) = effect_columns(model, &competition.campaign, &competition.values, terms)?;

@@ -1,16 +1,17 @@
 //! Nuisance parameters: what is calibrated with every hypothesis.
 
-use crate::description::campaign::{Campaign, Observes};
-use crate::effects::Form;
+use crate::description::campaign::Campaign;
+use crate::effects::Nonlinear;
 use crate::model::Model;
+use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
 
 /// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all their sites.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
     let mut slots = Vec::new();
-    for effect in known.iter().filter_map(|name| crate::effects::by_name(name)) {
+    for effect in known.iter().filter_map(|name| model.catalogue.get(name)) {
         let mut own: Vec<Slot> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Form::ONLY)).collect();
+            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
         // Where a description has some of them compliant, those are meant.
         let is_compliant = |slot: &Slot| model.registry[*slot].nominal != 0.0;
         if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && is_compliant(slot)) {
@@ -21,7 +22,7 @@ pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slo
     if known.iter().any(|name| name == "geometry") {
         slots.extend(model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry));
     }
-    if campaign.observes == Observes::Deflection {
+    if campaign.observes.purpose() == Purpose::Stiffness {
         slots.retain(|slot| model.registry[*slot].group == Group::Elastic);
     }
     slots.sort_unstable();

@@ -2,16 +2,12 @@
 //!
 //! Source: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*, sec. 5.1 (median absolute deviation).
 
-use indexmap::IndexMap;
-
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{LinearFit, entry};
 use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
-use crate::description::raw::RawEffect;
-use crate::effects::by_name;
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::{least_squares, median};
 use crate::prediction::{Linearised, Predictor};
@@ -66,7 +62,8 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     (distances, sigma)
 }
 
-/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m).
+/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m). `None` where there is
+/// no outlier, or where they are just beyond what noise does and explain no gap.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -76,7 +73,10 @@ pub fn cause(
     members: &[usize],
     count: usize,
     rms_after: f64,
-) -> Result<Cause, CalibrationError> {
+) -> Result<Option<Cause>, CalibrationError> {
+    if count == 0 {
+        return Ok(None);
+    }
     let fitted = LinearFit::new(&competition.problem, members, 1.0);
     let mut model = inputs.model.clone();
     for (step, &member) in members.iter().enumerate() {
@@ -87,23 +87,26 @@ pub fn cause(
     Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
     let rms_before = errors_of(inputs.campaign, &found.residual, |_| true).distance[1].max(rms_after);
     let value = 1.0 - rms_after / rms_before;
-    let effect = by_name("outliers");
-    Ok(Cause {
+    if value < inputs.settings.outliers.least_shrinkage {
+        return Ok(None);
+    }
+    let effect = inputs.model.catalogue.get("outliers");
+    Ok(Some(Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
         probability: None,
-        parameters: vec![CauseParameter { name: "count".into(), unit: "1", value: count as f64, ci95: Some(0.0) }],
+        parameters: vec![CauseParameter {
+            name: "count".into(),
+            unit: "1",
+            value: (count as f64).into(),
+            ci95: Some(0.0),
+        }],
         rms_before,
         rms_after,
         shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
         rivals: Vec::new(),
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
-        entry: RawEffect {
-            effect: Some("outliers".into()),
-            site: Some("instrument".into()),
-            parameters: IndexMap::new(),
-        },
-        further: Vec::new(),
-    })
+        entries: Vec::new(),
+    }))
 }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
-use crate::effects::Form;
+use crate::effects::Nonlinear;
 use crate::math::{orthonormal, project_off};
 use crate::prediction::{PredictionError, Term, effect_columns};
 
@@ -21,20 +21,21 @@ pub fn refine(
     unused: &[bool],
 ) -> Result<bool, PredictionError> {
     let settings = &inputs.settings.selection;
-    let continuous: Vec<usize> = members.iter().copied().filter(|&h| problem.hypotheses[h].form.continuous).collect();
+    let center = |problem: &LinearProblem, h: usize| problem.hypotheses[h].nonlinear.continuous();
+    let continuous: Vec<(usize, f64)> = members.iter().filter_map(|&h| Some((h, center(problem, h)?))).collect();
     let rows: Vec<usize> = (0..problem.rows()).filter(|&row| !unused[problem.reading[row]]).collect();
     let residual = problem.residual.select_rows(&rows);
-    for &h in &continuous {
+    for &(h, center) in &continuous {
         let hypothesis = &problem.hypotheses[h];
         let steps = -settings.refinements..=settings.refinements;
-        let value = |k: i32| hypothesis.form.value * settings.refinement_ratio.powi(k);
-        let forms: Vec<Form> = steps.map(|k| Form { value: value(k), ..hypothesis.form }).collect();
-        let term = |form: &Form| Term::new(inputs.model, hypothesis.effect, hypothesis.site.clone(), *form);
-        let terms = forms.iter().map(term).collect();
+        let value = |k: i32| center * settings.refinement_ratio.powi(k);
+        let tried: Vec<Nonlinear> = steps.map(|k| hypothesis.nonlinear.clone().with_continuous(value(k))).collect();
+        let term = |own: &Nonlinear| Term::new(inputs.model, &hypothesis.effect, &hypothesis.site, own);
+        let terms = tried.iter().map(term).collect();
         let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;
         let count = hypothesis.parameters.len();
-        let mut best: Option<(f64, Form, DMatrix<f64>)> = None;
-        for (k, form) in forms.into_iter().enumerate() {
+        let mut best: Option<(f64, Nonlinear, DMatrix<f64>)> = None;
+        for (k, nonlinear) in tried.into_iter().enumerate() {
             let columns = DMatrix::from_fn(problem.rows(), count, |row, c| {
                 all[row * width + k * count + c] / problem.sigmas[row]
             });
@@ -42,11 +43,11 @@ pub fn refine(
             let span = orthonormal(&problem.design(members).select_rows(&rows), None);
             let squares = project_off(&residual, &span).norm_squared();
             if best.as_ref().is_none_or(|known| squares < known.0) {
-                best = Some((squares, form, columns));
+                best = Some((squares, nonlinear, columns));
             }
         }
-        if let Some((_, form, columns)) = best {
-            problem.hypotheses[h].form = form;
+        if let Some((_, nonlinear, columns)) = best {
+            problem.hypotheses[h].nonlinear = nonlinear;
             problem.hypotheses[h].columns = columns;
         }
     }

@@ -2,8 +2,7 @@
 
 use super::competition::Competition;
 use super::inputs::Inputs;
-use super::linear_fit::{LinearFit, entry};
-use super::result::CauseParameter;
+use super::linear_fit::{FittedParameter, LinearFit, entry};
 use crate::estimation::{Settings, calibrate};
 use crate::parameter::Slot;
 
@@ -12,7 +11,7 @@ pub struct Refit {
     /// Values of the model without the causes.
     pub values: Vec<f64>,
     /// Parameters of each cause.
-    pub parameters: Vec<Vec<CauseParameter>>,
+    pub parameters: Vec<Vec<FittedParameter>>,
 }
 
 /// Calibrates nuisance and members together, from their linear fit; the linear fit where that cannot be done.
@@ -31,8 +30,7 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
         let hypothesis = &competition.problem.hypotheses[member];
         if hypothesis.constants.is_empty() {
             model.switch_on(entry(hypothesis, &linear.parameters(step)));
-            let own = &model.effects.last()?.slots;
-            slots.push(hypothesis.parameters.iter().filter_map(|p| own.get(&p.symbol).copied()).collect());
+            slots.push(model.effects.last()?.slots.iter().copied().flatten().collect());
         } else {
             slots.push(hypothesis.constants.clone());
         }

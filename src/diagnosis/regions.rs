@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::result::{ExcessCompliance, Region};
 use super::settings::LocationSettings;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::math::mean_rms_max;
 use crate::model::Model;
 
@@ -150,7 +150,7 @@ pub fn excess_compliance(
     errors: &[Vector3<f64>],
     settings: &LocationSettings,
 ) -> Option<ExcessCompliance> {
-    if campaign.observes != Observes::Deflection {
+    if !campaign.observes.is_difference() {
         return None;
     }
     // Error along the prediction, and the square of the prediction.

@@ -1,12 +1,12 @@
 //! Noise of repeated readings.
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::estimation::row_sigmas;
 
 /// Noise over the sigmas of the rows, from readings of one point at one configuration under one load and from one side of
 /// approach; `None` where they have fewer than `least` degrees of freedom.
 pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
-    let components = if campaign.observes == Observes::Distance { 1 } else { 3 };
+    let components = campaign.observes.length_rows();
     let sigmas = row_sigmas(campaign);
     let sides: Vec<&Vec<f64>> =
         campaign.conditions.iter().filter(|(name, _)| name.starts_with("approach.")).map(|(_, all)| all).collect();

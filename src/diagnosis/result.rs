@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::description::raw::RawEffect;
+use crate::description::raw::RawAmount;
+use crate::effects::EffectEntry;
+use crate::model::Model;
 
 /// The answer of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -44,15 +46,15 @@ pub struct EffectAtSite {
     pub site: String,
 }
 
-/// A fitted parameter of a cause, SI.
+/// A parameter of a cause: fitted, SI, or nonlinear and chosen.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CauseParameter {
     /// Name.
     pub name: String,
-    /// SI unit.
+    /// Unit; empty where it has none.
     pub unit: &'static str,
     /// Value; of a constant of the model: its change.
-    pub value: f64,
+    pub value: RawAmount,
     /// Half width of its 95 % interval; `None` for a value that was chosen and not fitted.
     pub ci95: Option<f64>,
 }
@@ -76,7 +78,7 @@ pub struct Cause {
     /// Probability among the hypotheses that would do in its place; `None` where no hypothesis competes with it
     /// (outliers).
     pub probability: Option<f64>,
-    /// Fitted parameters, and the nonlinear one if there is any.
+    /// Fitted parameters and nonlinear ones.
     pub parameters: Vec<CauseParameter>,
     /// Root mean square error before it was added, m, cross-validated.
     pub rms_before: f64,
@@ -90,10 +92,9 @@ pub struct Cause {
     pub signature: &'static str,
     /// What to do on the machine.
     pub remedy: &'static str,
-    /// As it is written into a description.
-    pub entry: RawEffect,
-    /// Further entries of the same effect at the same site.
-    pub further: Vec<RawEffect>,
+    /// The effect with its amounts, as it is switched on and written into a description; several where it was found with
+    /// different nonlinear values, none of outliers.
+    pub entries: Vec<EffectEntry>,
 }
 
 /// A hypothesis that was not selected.
@@ -239,4 +240,19 @@ pub struct Diagnosis {
     pub hypotheses: usize,
     /// Where the noise comes from.
     pub noise_source: NoiseSource,
+}
+
+impl Diagnosis {
+    /// Entries of all causes: what a description has to switch on.
+    pub fn entries(&self) -> impl Iterator<Item = &EffectEntry> {
+        self.causes.iter().flat_map(|cause| &cause.entries)
+    }
+
+    /// The model with all causes switched on; [`Model::completed`] extends [`Diagnosis::values`] to it.
+    #[must_use]
+    pub fn applied(&self, model: &Model) -> Model {
+        let mut with = model.clone();
+        self.entries().for_each(|entry| with.switch_on(entry.clone()));
+        with
+    }
 }

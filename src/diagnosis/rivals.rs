@@ -15,9 +15,13 @@ pub struct Rival {
     pub loss: f64,
 }
 
-/// Rivals of one member of a subset whatever their amounts, the nearest first, each effect at each site once.
-/// `per_pose` are the rows of one configuration.
-pub fn rivals(selector: &Selector, fit: &Subset, at: usize, per_pose: f64, settings: &RivalSettings) -> Vec<Rival> {
+/// Rivals of every member of a subset whatever their amounts, the nearest first, each effect at each site once. `per_pose`
+/// are the rows of one configuration.
+pub fn rivals(selector: &Selector, fit: &Subset, per_pose: f64, settings: &RivalSettings) -> Vec<Vec<Rival>> {
+    (0..fit.members.len()).map(|at| rivals_of(selector, fit, at, per_pose, settings)).collect()
+}
+
+fn rivals_of(selector: &Selector, fit: &Subset, at: usize, per_pose: f64, settings: &RivalSettings) -> Vec<Rival> {
     let hypotheses = &selector.projection.problem.hypotheses;
     let (own, others) = (fit.members[at], fit.without(at));
     let before = selector.fit(&others);

@@ -1,23 +1,20 @@
 //! Settings of a diagnosis: every threshold with what it does, where its value comes from, and when to leave it alone.
 //!
-//! "Sealed campaigns" are those of `blind make`: generated with other shapes than the catalogue has, their causes
-//! withheld. Values calibrated on them trade missed causes against false ones; the record is `tests/data/blind`. Change
-//! such a value only together with a new record.
+//! Values without another source were calibrated on sealed campaigns, those of `blind make`: generated with other shapes
+//! than the catalogue has, their causes withheld. They balance missed causes against false ones. Leave them alone unless
+//! the record `tests/data/blind/score.json` is made anew with the change.
 
 use crate::description::campaign::Campaign;
-use crate::effects::{Effect, catalogue};
 
-/// Settings of a diagnosis.
+/// Settings of a diagnosis. The effects that it tries are those of the model's catalogue.
 #[derive(Clone)]
 pub struct Settings {
-    /// Effects that compete.
-    pub effects: Vec<&'static dyn Effect>,
     /// Names of the effects that are calibrated with every hypothesis; by default those that the campaign lists.
     pub known: Vec<String>,
     /// Seed of folds, bootstrap, permutations and proposals.
     pub seed: u64,
-    /// Bootstrap draws of the intervals. 1000 leave 5 % of their width to chance (Efron and Tibshirani, *An Introduction
-    /// to the Bootstrap*, sec. 13.3).
+    /// Bootstrap draws of the intervals. 1000 for percentiles: Efron and Tibshirani, *An Introduction to the Bootstrap*,
+    /// sec. 19.3.
     pub draws: usize,
     /// Whether configurations are proposed that would distinguish rivals.
     pub propose: bool,
@@ -45,10 +42,9 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The catalogue against a campaign.
+    /// The defaults for a campaign.
     pub fn new(campaign: &Campaign, seed: u64) -> Self {
         Self {
-            effects: catalogue(),
             known: campaign.calibrate.clone(),
             seed,
             draws: 1000,
@@ -70,26 +66,26 @@ impl Settings {
 /// Selection of the hypotheses that explain the residuals together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelectionSettings {
-    /// Most effects named together. No sealed campaign has more than 3.
+    /// Most effects named together: one more than any sealed campaign has.
     pub most: usize,
     /// An effect is selected below this probability of its gain by chance, times the number of hypotheses (Bonferroni).
-    /// One false cause in 200 campaigns without any.
+    /// 1 false cause in 200 campaigns without any.
     pub chance: f64,
-    /// Subsets of each size that are extended further. More cost time in proportion and changed no sealed campaign.
+    /// Subsets of each size that are extended further; the time of the search is in proportion.
     pub beam: usize,
-    /// Passes in which single members of a subset are exchanged for better ones; it ends earlier when none is.
+    /// Passes in which single members of a subset are exchanged for better ones.
     pub exchanges: usize,
     /// Bayesian information criterion that a subset must gain if no smaller one was accepted. 10 is very strong evidence
     /// (Kass and Raftery, *Bayes factors*, J. Am. Stat. Assoc. 90, 1995).
     pub hidden_margin: f64,
     /// Cosine, nuisance projected off, above which two effects at one site are laws of the same thing and do not go
-    /// together. Calibrated on sealed campaigns.
+    /// together.
     pub alike: f64,
-    /// No parameter of a cause exceeds this many times its common size. Calibrated on sealed campaigns and shuffled
-    /// readings; raise it for a robot whose faults are greater than the tolerances of its description.
+    /// No parameter of a cause exceeds this many times its common size, so that readings that make no sense are not
+    /// explained by amounts that make none. Raise it for faults far beyond the tolerances of the description.
     pub greatest_amount: f64,
-    /// Least root mean square contribution of an effect over the rows, in sigmas of the residuals. Calibrated on sealed
-    /// campaigns: smaller contributions are significant with many readings, and negligible.
+    /// Least root mean square contribution of an effect over the rows, in sigmas of the residuals. Smaller ones are
+    /// significant with many readings, and negligible.
     pub least_contribution: f64,
     /// Values tried on either side of a continuous nonlinear parameter, in a second pass.
     pub refinements: i32,
@@ -141,14 +137,14 @@ pub struct OutlierSettings {
     /// In each pass only readings beyond this share of the greatest residual are marked: those that they pull along are
     /// judged again without them.
     pub worst_first: f64,
-    /// Greatest share of the readings that can be outliers. Calibrated on sealed campaigns, whose share reaches 5 %.
+    /// Greatest share of the readings that can be outliers.
     pub most: f64,
-    /// Most passes over the readings; it ends earlier when the marks no longer change.
+    /// Most passes over the readings.
     pub passes: usize,
     /// Most competitions held anew without the outliers found.
     pub competitions: usize,
     /// Where the gap is not explained, outliers lie at least this many times further off than all other readings:
-    /// otherwise they are the tail of what is not explained. Calibrated on sealed campaigns.
+    /// otherwise they are the tail of what is not explained.
     pub apart: f64,
     /// Share of the error that outliers must make up to be named as a cause.
     pub least_shrinkage: f64,
@@ -168,7 +164,7 @@ impl Default for OutlierSettings {
     }
 }
 
-/// Verdict. An excess is the variance above that of the noise, over it. Calibrated on sealed campaigns with known noise.
+/// Verdict. An excess is the variance above that of the noise, over it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerdictSettings {
     /// A cause must reduce the cross-validated error to less than this share.
@@ -181,7 +177,7 @@ pub struct VerdictSettings {
     pub near: f64,
     /// Standard deviations of the excess (sqrt(2 / freedom)) that are taken for noise.
     pub excess_sigmas: f64,
-    /// Excess taken for noise in addition: noise is stated to 1.5 %.
+    /// Excess taken for noise in addition: that of a noise stated 1.5 % too small.
     pub excess_floor: f64,
 }
 

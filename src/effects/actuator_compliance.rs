@@ -1,7 +1,6 @@
 //! `actuator-compliance`: axial spring of a ball screw, so that the joint's stiffness changes with the pose.
 
-use super::{Effect, Form, Site, SiteKind, named};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,7 +23,7 @@ impl Effect for ActuatorCompliance {
         "identify the axial stiffness; preload or replace nut and bearing"
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
-        named(model, [format!("{}.axial", model.actuators[site.actuator].name)])
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
+        model.slots_named([format!("{}.axial", model.actuators[site.actuator].name)])
     }
 }

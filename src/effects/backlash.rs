@@ -1,12 +1,32 @@
 //! `backlash`: lost motion of a joint, by the side of approach or by the sign of the load.
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use std::sync::Arc;
 
-/// Form: the joint lies on the flank it came from.
-const BY_SIDE: f64 = 0.0;
-/// Other forms: the load presses it on a flank, the sooner the smaller this load; as shares of the greatest.
-const SOFT: [f64; 4] = [0.01, 0.02, 0.04, 0.07];
+use crate::model::{
+    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
+};
+
+const APPROACH: &str = "approach";
+const LOAD: &str = "load";
+static BY: NonlinearParameter = NonlinearParameter {
+    name: "by",
+    kind: NonlinearKind::Choice(&[APPROACH, LOAD]),
+    default: Some(NonlinearValue::Choice(APPROACH)),
+    only_with: None,
+    meaning: "`by`: the joint lies on the flank from which it approached, or on the one to which the load presses it",
+};
+static CHANGES_AT: NonlinearParameter = NonlinearParameter {
+    name: "changes_at",
+    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true },
+    default: None,
+    only_with: Some(("by", LOAD)),
+    meaning: "`changes_at`: the load at which the joint has crossed to the other flank, N.m or N",
+};
+
+/// Loads at which the joint is tried to cross, as shares of the greatest: far below it, where a joint changes its flank
+/// near balance.
+const SHARES: [f64; 4] = [0.01, 0.02, 0.04, 0.07];
 
 /// See the module.
 pub struct Backlash;
@@ -28,34 +48,38 @@ impl Effect for Backlash {
         "approach from one side only; readjust the gear or belt"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["changes_at"]
+    fn reads(&self) -> &'static [Condition] {
+        &[Condition::Approach]
     }
 
-    fn forms(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Form> {
-        let mut forms = Vec::new();
-        let mut add = |value: f64| forms.push(Form { symbol: "changes_at", value, continuous: value > 0.0 });
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&BY, &CHANGES_AT]
+    }
+
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let mut candidates = Vec::new();
         if survey.sides.get(site.variable) == Some(&true) && !survey.is_difference {
-            add(BY_SIDE);
+            candidates.push(Nonlinear::new([(&BY, NonlinearValue::Choice(APPROACH))]));
         }
         if let Some(&load) = survey.greatest_load.get(site.variable).filter(|load| **load > 0.0) {
-            SOFT.iter().for_each(|share| add(share * load));
+            let by_load = (&BY, NonlinearValue::Choice(LOAD));
+            let at = |share: f64| Nonlinear::new([by_load, (&CHANGES_AT, NonlinearValue::Real(share * load))]);
+            candidates.extend(SHARES.map(at));
         }
-        forms
+        candidates
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "half_width".into(), unit: "rad", scale: 3e-4, is_positive: false }]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("half_width", "rad", 3e-4)]
     }
 
-    fn changes(&self, site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
         let v = site.variable;
-        if form.value == BY_SIDE {
-            out.push((0, Change::Joint(v, moment.side[v])));
-        } else {
-            let sign = |load: f64| (load / form.value).tanh();
-            let rest = if moment.is_difference { sign(moment.own_load[v]) } else { 0.0 };
-            out.push((0, Change::Yield(v, sign(moment.load[v]) - rest)));
+        match nonlinear.values()[..] {
+            [_, NonlinearValue::Real(at)] => Arc::new(move |context, out| {
+                out.push((0, Change::Deflection(v, context.of_load(v, |load| (load / at).tanh()))));
+            }),
+            _ => Arc::new(move |context, out| out.push((0, Change::Joint(v, context.side[v])))),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! `base-compliance`: the pedestal rocks or yields under load.
 
-use super::{Effect, Form, Site, SiteKind, named};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,7 +23,7 @@ impl Effect for BaseCompliance {
         "tighten or stiffen the pedestal; measure it with an indicator under load"
     }
 
-    fn constants(&self, model: &Model, _site: &Site, _form: &Form) -> Vec<Slot> {
-        named(model, ["krx", "kry", "krz", "kz"].map(|symbol| format!("base.{symbol}")))
+    fn constants(&self, model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
+        model.slots_named(["krx", "kry", "krz", "kz"].map(|symbol| format!("base.{symbol}")))
     }
 }

@@ -1,7 +1,6 @@
 //! `bearing-compliance`: tilt and radial compliance across a joint's axis.
 
-use super::{Effect, Form, Site, SiteKind, named};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,8 +23,8 @@ impl Effect for BearingCompliance {
         "inspect and preload the bearing; identify kr and krr"
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let joint = &model.frames[site.frame].name;
-        named(model, ["krr", "kr"].map(|symbol| format!("joint{joint}.{symbol}")))
+        model.slots_named(["krr", "kr"].map(|symbol| format!("joint{joint}.{symbol}")))
     }
 }

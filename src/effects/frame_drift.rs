@@ -1,12 +1,35 @@
 //! `frame-drift`: the measurement frame moves with time, or jumps.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use crate::model::{
+    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
+};
 
-/// Most places of a jump that are tried.
-const PLACES: usize = 24;
+const STEADY: &str = "steady";
+const JUMP: &str = "jump";
+static COURSE: NonlinearParameter = NonlinearParameter {
+    name: "course",
+    kind: NonlinearKind::Choice(&[STEADY, JUMP]),
+    default: Some(NonlinearValue::Choice(STEADY)),
+    only_with: None,
+    meaning: "`course`: the frame moves steadily, or all at once",
+};
+static JUMP_AT: NonlinearParameter = NonlinearParameter {
+    name: "jump_at",
+    kind: NonlinearKind::Real { unit: "s", is_continuous: false },
+    default: None,
+    only_with: Some(("course", JUMP)),
+    meaning: "`jump_at`: the time of the jump, s",
+};
+
+/// Most times of a jump that are tried.
+const MOST_TIMES: usize = 24;
+/// Configurations before and after a jump, at least: fewer than three are outliers.
+const LEAST_BEFORE: usize = 3;
 
 /// See the module.
 pub struct FrameDrift;
@@ -25,59 +48,66 @@ impl Effect for FrameDrift {
     }
 
     fn signature(&self) -> &'static str {
-        "all readings move together with time, steadily or at one moment, whatever the posture"
+        "all readings move together with time, steadily or at one time, whatever the posture"
     }
 
     fn remedy(&self) -> &'static str {
         "fasten tracker and robot; measure a fixed target between poses"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["jump_at"]
+    fn reads(&self) -> &'static [Condition] {
+        &[Condition::Time]
     }
 
-    fn forms(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Form> {
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&COURSE, &JUMP_AT]
+    }
+
+    fn candidates(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let (Some(&first), Some(&last)) = (survey.times.first(), survey.times.last()) else { return Vec::new() };
         if survey.is_difference || last <= first {
             return Vec::new();
         }
-        // Steady drift, then jumps between two configurations. A negative time stands for no jump.
-        let mut forms = vec![Form { symbol: "jump_at", value: -1.0, continuous: false }];
-        let count = survey.times.len();
-        for k in 1..=PLACES.min(count.saturating_sub(6)) {
-            let at = 3 + (count - 6) * k / (PLACES.min(count - 6) + 1);
-            let value = 0.5 * (survey.times[at - 1] + survey.times[at]);
-            forms.push(Form { symbol: "jump_at", value, continuous: false });
-        }
-        forms
+        // Steady drift, then jumps between two configurations.
+        let steady = Nonlinear::new([(&COURSE, NonlinearValue::Choice(STEADY))]);
+        let between = survey.times.len().saturating_sub(2 * LEAST_BEFORE);
+        let most = MOST_TIMES.min(between);
+        let jumps = (1..=most).map(|k| {
+            let after = LEAST_BEFORE + between * k / (most + 1);
+            let at = 0.5 * (survey.times[after - 1] + survey.times[after]);
+            Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))])
+        });
+        std::iter::once(steady).chain(jumps).collect()
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, form: &Form) -> Vec<EffectParameter> {
-        let steady = form.value < 0.0;
-        let parameter = |symbol: &str, turn: bool| EffectParameter {
-            symbol: symbol.into(),
-            unit: match (steady, turn) {
-                (true, false) => "m/s",
-                (true, true) => "rad/s",
-                (false, false) => "m",
-                (false, true) => "rad",
-            },
-            scale: if steady { 1e-8 } else { 1e-4 },
-            is_positive: false,
+    fn parameters(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        let (length, angle, scale) = match jump_at(nonlinear) {
+            None => ("m/s", "rad/s", 1e-8),
+            Some(_) => ("m", "rad", 1e-4),
         };
-        [("x", false), ("y", false), ("z", false), ("rx", true), ("ry", true), ("rz", true)]
-            .map(|(symbol, turn)| parameter(symbol, turn))
-            .to_vec()
+        let units = [("x", length), ("y", length), ("z", length), ("rx", angle), ("ry", angle), ("rz", angle)];
+        units.map(|(symbol, unit)| EffectParameter::new(symbol, unit, scale)).to_vec()
     }
 
-    fn changes(&self, _site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        let Some(time) = moment.time else { return };
-        let amount = if form.value < 0.0 { time } else { f64::from(u8::from(time >= form.value)) };
-        for k in 0..3 {
-            let mut axis = Vector3::zeros();
-            axis[k] = amount;
-            out.push((k, Change::Point(axis, Vector3::zeros())));
-            out.push((k + 3, Change::Point(axis.cross(&(moment.position - moment.base)), axis)));
-        }
+    fn changes(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let jump_at = jump_at(nonlinear);
+        Arc::new(move |context, out| {
+            let Some(time) = context.time else { return };
+            let amount = jump_at.map_or(time, |at| f64::from(u8::from(time >= at)));
+            for k in 0..3 {
+                let mut axis = Vector3::zeros();
+                axis[k] = amount;
+                out.push((k, Change::Point(axis, Vector3::zeros())));
+                out.push((k + 3, Change::Point(axis.cross(&(context.position - context.base)), axis)));
+            }
+        })
+    }
+}
+
+/// Time of the jump, s; none of a steady drift.
+fn jump_at(nonlinear: &Nonlinear) -> Option<f64> {
+    match nonlinear.values()[..] {
+        [_, NonlinearValue::Real(at)] => Some(at),
+        _ => None,
     }
 }

@@ -1,7 +1,8 @@
 //! `gear-ratio`: the joint moves in proportion more or less than commanded.
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind};
-use crate::model::Model;
+use std::sync::Arc;
+
+use crate::model::{Change, Changes, Effect, EffectParameter, Model, Nonlinear, Site, SiteKind};
 
 /// See the module.
 pub struct GearRatio;
@@ -23,11 +24,12 @@ impl Effect for GearRatio {
         "check the gear ratio in the controller; scale the joint"
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "ratio".into(), unit: "1", scale: 1e-3, is_positive: false }]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("ratio", "1", 1e-3)]
     }
 
-    fn changes(&self, site: &Site, _form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        out.push((0, Change::Joint(site.variable, moment.joints[site.frame])));
+    fn changes(&self, _model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Changes {
+        let (variable, joint) = (site.variable, site.frame);
+        Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.joints[joint]))))
     }
 }

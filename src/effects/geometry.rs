@@ -1,7 +1,6 @@
 //! `geometry`: constant Khalil-Kleinfinger parameters of a frame off nominal.
 
-use super::{Effect, Form, Site, SiteKind};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,7 +23,7 @@ impl Effect for Geometry {
         "calibrate the geometry (list `geometry` under `calibrate:`) and load the calibrated values"
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let own = model.frames[site.frame].slots;
         let offset = model.frames[site.frame].moving_slot();
         let moves = model.frames[site.frame].moves();

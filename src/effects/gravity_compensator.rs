@@ -1,10 +1,24 @@
 //! `gravity-compensator`: a spring to the previous link unloads a joint and adds stiffness that changes with its angle.
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use std::sync::Arc;
 
-/// Own weight on a joint that is worth a compensator, as a share of that on the most loaded joint.
-const WORTH: f64 = 0.25;
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+static HARMONICS: NonlinearParameter = NonlinearParameter {
+    name: "harmonics",
+    kind: NonlinearKind::Count(MOST_HARMONICS),
+    default: None,
+    only_with: None,
+    meaning: "`harmonics`: how many harmonics of the joint's angle its compliance has, 1 or 2",
+};
+/// Two harmonics follow the stiffness of a spring between two links to within a few per cent.
+const MOST_HARMONICS: usize = 2;
+/// Least load of own weight on a joint that has a compensator, as a share of that on the most loaded joint: builders
+/// balance the joints that carry the arm, and no others.
+const LEAST_SHARE: f64 = 0.25;
 
 /// See the module.
 pub struct GravityCompensator;
@@ -26,38 +40,43 @@ impl Effect for GravityCompensator {
         "describe the compensator (`springs:`) and identify it (`compensator`)"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["harmonics"]
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&HARMONICS]
     }
 
-    fn forms(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Form> {
-        // Nobody balances a joint that own weight hardly loads.
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let most = survey.greatest_own_load.iter().copied().fold(0.0, f64::max);
-        if survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < WORTH * most) {
+        if survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < LEAST_SHARE * most) {
             return Vec::new();
         }
-        let form = |value: f64| Form { symbol: "harmonics", value, continuous: false };
-        if survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0) {
-            vec![form(1.0), form(2.0)]
-        } else {
-            Vec::new()
-        }
+        let is_loaded = survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0);
+        let counts = if is_loaded { 1..=MOST_HARMONICS } else { 1..=0 };
+        counts.map(|count| Nonlinear::new([(&HARMONICS, NonlinearValue::Count(count))])).collect()
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, form: &Form) -> Vec<EffectParameter> {
+    fn parameters(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         // Change of compliance over the joint's angle: the stiffness K a L eta(q) of a spring to the previous link, by
         // its first harmonics (its constant part is a joint compliance).
-        let parameter = |symbol: String| EffectParameter { symbol, unit: "rad/(N.m)", scale: 3e-8, is_positive: false };
-        (1..=form.value as usize).flat_map(|k| [format!("cos{k}"), format!("sin{k}")]).map(parameter).collect()
+        let symbols = (1..=harmonics(nonlinear)).flat_map(|k| [format!("cos{k}"), format!("sin{k}")]);
+        symbols.map(|symbol| EffectParameter::new(symbol, "rad/(N.m)", 3e-8)).collect()
     }
 
-    fn changes(&self, site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        let v = site.variable;
-        let load = moment.load[v] - if moment.is_difference { moment.own_load[v] } else { 0.0 };
-        for k in 0..form.value as usize {
-            let (sine, cosine) = ((k + 1) as f64 * moment.joints[site.frame]).sin_cos();
-            out.push((2 * k, Change::Yield(v, load * cosine)));
-            out.push((2 * k + 1, Change::Yield(v, load * sine)));
-        }
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let (v, joint, count) = (site.variable, site.frame, harmonics(nonlinear));
+        Arc::new(move |context, out| {
+            let load = context.of_load(v, |load| load);
+            for k in 0..count {
+                let (sine, cosine) = ((k + 1) as f64 * context.joints[joint]).sin_cos();
+                out.push((2 * k, Change::Deflection(v, load * cosine)));
+                out.push((2 * k + 1, Change::Deflection(v, load * sine)));
+            }
+        })
+    }
+}
+
+fn harmonics(nonlinear: &Nonlinear) -> usize {
+    match nonlinear.values()[..] {
+        [NonlinearValue::Count(count)] => count,
+        _ => 1,
     }
 }

@@ -1,9 +1,10 @@
 //! `instrument-scale`: the instrument's length scale is off.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind};
-use crate::model::Model;
+use crate::model::{Change, Changes, Effect, EffectParameter, Model, Nonlinear, Site, SiteKind};
 
 /// See the module.
 pub struct InstrumentScale;
@@ -25,12 +26,14 @@ impl Effect for InstrumentScale {
         "check the instrument on a scale bar; enter temperature and pressure"
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "scale".into(), unit: "1", scale: 5e-3, is_positive: false }]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("scale", "1", 5e-3)]
     }
 
-    fn changes(&self, _site: &Site, _form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        let length = if moment.is_difference { moment.deflection } else { moment.position };
-        out.push((0, Change::Point(length, Vector3::zeros())));
+    fn changes(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Changes {
+        Arc::new(|context, out| {
+            let length = if context.is_difference { context.deflection } else { context.position };
+            out.push((0, Change::Point(length, Vector3::zeros())));
+        })
     }
 }

@@ -1,7 +1,6 @@
 //! `joint-compliance`: torsional spring about a joint's axis.
 
-use super::{Effect, Form, Site, SiteKind, named};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,9 +23,9 @@ impl Effect for JointCompliance {
         "identify the stiffness (`identify --what elastic`) and compensate; inspect the gear"
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let frame = &model.frames[site.frame];
         let symbol = if frame.joint == crate::description::raw::JointKind::Prismatic { "ka" } else { "kar" };
-        named(model, [format!("joint{}.{symbol}", frame.name)])
+        model.slots_named([format!("joint{}.{symbol}", frame.name)])
     }
 }

@@ -1,7 +1,19 @@
 //! `joint-coupling`: a joint moves with another joint.
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use std::sync::Arc;
+
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+static VARIABLE: NonlinearParameter = NonlinearParameter {
+    name: "variable",
+    kind: NonlinearKind::Variable,
+    default: None,
+    only_with: None,
+    meaning: "`variable`: the one that the joint follows",
+};
 
 /// See the module.
 pub struct JointCoupling;
@@ -23,21 +35,26 @@ impl Effect for JointCoupling {
         "check the coupling matrix of the wrist or linkage in the controller"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["variable"]
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&VARIABLE]
     }
 
-    fn forms(&self, model: &Model, site: &Site, _survey: &Survey) -> Vec<Form> {
+    fn candidates(&self, model: &Model, site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
         let others = (0..model.variables.len()).filter(|&variable| variable != site.variable);
-        others.map(|variable| Form { symbol: "variable", value: variable as f64, continuous: false }).collect()
+        others.map(|variable| Nonlinear::new([(&VARIABLE, NonlinearValue::Variable(variable))])).collect()
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "ratio".into(), unit: "1", scale: 1e-3, is_positive: false }]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("ratio", "1", 1e-3)]
     }
 
-    fn changes(&self, site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        let other = moment.q.get(form.value as usize).copied().unwrap_or_default();
-        out.push((0, Change::Joint(site.variable, other)));
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let variable = site.variable;
+        match nonlinear.values()[..] {
+            [NonlinearValue::Variable(other)] => {
+                Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.q[other]))))
+            }
+            _ => Arc::new(|_, _| {}),
+        }
     }
 }

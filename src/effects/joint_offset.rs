@@ -1,7 +1,6 @@
 //! `joint-offset`: the encoder zero of a joint.
 
-use super::{Effect, Form, Site, SiteKind};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -24,7 +23,7 @@ impl Effect for JointOffset {
         "re-master the joint, or add the offset to the controller"
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let frame = &model.frames[site.frame];
         match model.actuators.iter().find(|actuator| actuator.joint == site.frame) {
             Some(actuator) => vec![actuator.slot],

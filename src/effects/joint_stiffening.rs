@@ -1,9 +1,22 @@
 //! `joint-stiffening`: a joint spring that is not linear in the torque: soft at small loads, stiff once wound up.
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use std::sync::Arc;
 
-/// Loads at which the soft part is wound up, as shares of the greatest.
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
+    name: "wound_up_at",
+    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true },
+    default: None,
+    only_with: None,
+    meaning: "`wound_up_at`: the load at which the soft part is wound up, N.m or N",
+};
+
+/// Loads at which the soft part is tried to be wound up, as shares of the greatest; each about 1.5 times the one before,
+/// so that the diagnosis refines between them.
 const SHARES: [f64; 8] = [0.07, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8, 1.2];
 
 /// See the module.
@@ -26,24 +39,26 @@ impl Effect for JointStiffening {
         "preload the gear; identify at the loads of the process"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["wound_up_at"]
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&WOUND_UP_AT]
     }
 
-    fn forms(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Form> {
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let greatest = survey.greatest_load.get(site.variable).copied().unwrap_or_default();
-        let form = |share: &f64| Form { symbol: "wound_up_at", value: share * greatest, continuous: true };
-        if greatest > 0.0 { SHARES.iter().map(form).collect() } else { Vec::new() }
+        let at = |share: f64| Nonlinear::new([(&WOUND_UP_AT, NonlinearValue::Real(share * greatest))]);
+        if greatest > 0.0 { SHARES.map(at).to_vec() } else { Vec::new() }
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        vec![EffectParameter { symbol: "wind_up".into(), unit: "rad", scale: 3e-4, is_positive: false }]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("wind_up", "rad", 3e-4)]
     }
 
-    fn changes(&self, site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
         let v = site.variable;
-        let shape = |load: f64| (load / form.value.max(f64::MIN_POSITIVE)).tanh();
-        let rest = if moment.is_difference { shape(moment.own_load[v]) } else { 0.0 };
-        out.push((0, Change::Yield(v, shape(moment.load[v]) - rest)));
+        let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+        let at = at.max(f64::MIN_POSITIVE);
+        Arc::new(move |context, out| {
+            out.push((0, Change::Deflection(v, context.of_load(v, |load| (load / at).tanh()))));
+        })
     }
 }

@@ -1,7 +1,6 @@
 //! `link-compliance`: a link bends or twists as a beam.
 
-use super::{Effect, Form, Site, SiteKind, named, sites_with_constants};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -25,11 +24,11 @@ impl Effect for LinkCompliance {
     }
 
     fn sites(&self, model: &Model) -> Vec<Site> {
-        sites_with_constants(self, model)
+        model.sites_with_constants(self)
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let link = &model.frames[site.frame].name;
-        named(model, ["bending_y", "bending_z", "torsion"].map(|symbol| format!("link{link}.{symbol}")))
+        model.slots_named(["bending_y", "bending_z", "torsion"].map(|symbol| format!("link{link}.{symbol}")))
     }
 }

@@ -1,7 +1,6 @@
 //! `link-weight`: mass or centre of mass of a link off nominal.
 
-use super::{Effect, Form, Site, SiteKind, named, sites_with_constants};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -25,11 +24,11 @@ impl Effect for LinkWeight {
     }
 
     fn sites(&self, model: &Model) -> Vec<Site> {
-        sites_with_constants(self, model)
+        model.sites_with_constants(self)
     }
 
-    fn constants(&self, model: &Model, site: &Site, _form: &Form) -> Vec<Slot> {
+    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let link = &model.frames[site.frame].name;
-        named(model, ["mass", "x", "y", "z"].map(|symbol| format!("body{link}.{symbol}")))
+        model.slots_named(["mass", "x", "y", "z"].map(|symbol| format!("body{link}.{symbol}")))
     }
 }

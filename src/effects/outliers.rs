@@ -1,7 +1,6 @@
-//! `outliers`: some readings are simply wrong.
+//! `outliers`: single readings that are wrong.
 
-use super::{Effect, Form, Site, SiteKind, Survey};
-use crate::model::Model;
+use crate::model::{Effect, Model, Nonlinear, Site, SiteKind, Survey};
 
 /// See the module.
 pub struct Outliers;
@@ -23,8 +22,8 @@ impl Effect for Outliers {
         "look at the readings named; repeat them"
     }
 
-    /// Which readings are wrong is found apart, so that it has no form among the others.
-    fn forms(&self, _model: &Model, _site: &Site, _survey: &Survey) -> Vec<Form> {
+    /// Outliers are found after the other effects, from the residuals: they are not among the hypotheses.
+    fn candidates(&self, _model: &Model, _site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
         Vec::new()
     }
 }

@@ -1,15 +1,24 @@
 //! `payload`: mass or centre of mass of what is carried, or the applied wrench, mis-stated.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey, of_slots};
-use crate::model::Model;
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
 use crate::parameter::Slot;
 
-/// Form: what is carried weighs more.
-const MASS: f64 = 0.0;
-/// Form: the wrench is in proportion greater than stated.
-const GAIN: f64 = 1.0;
+const MASS: &str = "mass";
+const WRENCH: &str = "wrench";
+static MISSTATED: NonlinearParameter = NonlinearParameter {
+    name: "misstated",
+    kind: NonlinearKind::Choice(&[MASS, WRENCH]),
+    default: Some(NonlinearValue::Choice(MASS)),
+    only_with: None,
+    meaning: "`misstated`: the mass of what is carried, or the size of the applied wrench",
+};
 
 /// See the module.
 pub struct Payload;
@@ -31,42 +40,41 @@ impl Effect for Payload {
         "weigh the tool; calibrate the load cell or the pulley"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["of_wrench"]
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&MISSTATED]
     }
 
-    fn forms(&self, model: &Model, _site: &Site, survey: &Survey) -> Vec<Form> {
-        let form = |value: f64| Form { symbol: "of_wrench", value, continuous: false };
-        let mut forms = Vec::new();
-        if survey.loaded {
-            forms.push(form(GAIN));
-        }
-        if carried(model).is_some() && !survey.is_difference && survey.greatest_load.iter().any(|load| *load > 0.0) {
-            forms.push(form(MASS));
-        }
-        forms
+    fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let of = |what| Nonlinear::new([(&MISSTATED, NonlinearValue::Choice(what))]);
+        let carries = !self.constants(model, site, &of(MASS)).is_empty();
+        let shows_mass = carries && !survey.is_difference && survey.greatest_load.iter().any(|load| *load > 0.0);
+        let wrench = survey.loaded.then(|| of(WRENCH));
+        wrench.into_iter().chain(shows_mass.then(|| of(MASS))).collect()
     }
 
-    fn constants(&self, model: &Model, _site: &Site, form: &Form) -> Vec<Slot> {
-        let of_mass = |slot: Slot| (slot..slot + 4).collect();
-        if form.value == GAIN { Vec::new() } else { carried(model).map_or_else(Vec::new, of_mass) }
+    fn constants(&self, model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<Slot> {
+        if is_of_wrench(nonlinear) {
+            return Vec::new();
+        }
+        let tool = &model.frames[model.tool.0].name;
+        model.slots_named(["mass", "x", "y", "z"].map(|symbol| format!("body{tool}.{symbol}")))
     }
 
-    fn parameters(&self, model: &Model, site: &Site, form: &Form) -> Vec<EffectParameter> {
-        if form.value == GAIN {
-            return vec![EffectParameter { symbol: "gain".into(), unit: "1", scale: 0.02, is_positive: false }];
+    fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        if is_of_wrench(nonlinear) {
+            return vec![EffectParameter::new("gain", "1", 0.02)];
         }
-        of_slots(model, &self.constants(model, site, form))
+        model.shifts_of(&self.constants(model, site, nonlinear))
     }
 
-    fn changes(&self, _site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        if form.value == GAIN {
-            out.push((0, Change::Point(moment.deflection, Vector3::zeros())));
+    fn changes(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Changes {
+        if !is_of_wrench(nonlinear) {
+            return Arc::new(|_, _| {});
         }
+        Arc::new(|context, out| out.push((0, Change::Point(context.deflection, Vector3::zeros()))))
     }
 }
 
-/// First slot of the mass that the description puts on the tool's frame, if any.
-fn carried(model: &Model) -> Option<usize> {
-    model.registry.slot(&format!("body{}.mass", model.frames[model.tool.0].name))
+fn is_of_wrench(nonlinear: &Nonlinear) -> bool {
+    nonlinear.values()[..] == [NonlinearValue::Choice(WRENCH)]
 }

@@ -1,9 +1,22 @@
 //! `transmission-error`: periodic error of the joint angle (eccentricity, gear mesh).
 
-use super::{Change, Effect, EffectParameter, Form, Moment, Site, SiteKind, Survey};
-use crate::model::Model;
+use std::sync::Arc;
 
-/// Periods in a turn that are tried; gear meshes of high order need readings closer than theirs.
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+static ORDER: NonlinearParameter = NonlinearParameter {
+    name: "order",
+    kind: NonlinearKind::Real { unit: "1", is_continuous: true },
+    default: None,
+    only_with: None,
+    meaning: "`order`: periods in a turn of the joint",
+};
+
+/// Orders that are tried: eccentricities and the wave generator of a strain wave gear (1, 2) to slow meshes (20). Those
+/// of faster meshes would need more configurations than a campaign has.
 const ORDERS: [f64; 14] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 20.0];
 
 /// See the module.
@@ -26,25 +39,27 @@ impl Effect for TransmissionError {
         "measure the joint over a turn and map it in the controller; inspect bearing seats and gear mesh"
     }
 
-    fn form_symbols(&self) -> &'static [&'static str] {
-        &["order"]
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&ORDER]
     }
 
-    fn forms(&self, model: &Model, site: &Site, _survey: &Survey) -> Vec<Form> {
+    fn candidates(&self, model: &Model, site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
         let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
-        let form = |&order: &f64| Form { symbol: "order", value: order, continuous: true };
-        if turns { ORDERS.iter().map(form).collect() } else { Vec::new() }
+        let of = |order: f64| Nonlinear::new([(&ORDER, NonlinearValue::Real(order))]);
+        if turns { ORDERS.map(of).to_vec() } else { Vec::new() }
     }
 
-    fn parameters(&self, _model: &Model, _site: &Site, _form: &Form) -> Vec<EffectParameter> {
-        let parameter =
-            |symbol: &str| EffectParameter { symbol: symbol.into(), unit: "rad", scale: 3e-4, is_positive: false };
-        vec![parameter("cos"), parameter("sin")]
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 3e-4)).to_vec()
     }
 
-    fn changes(&self, site: &Site, form: &Form, moment: &Moment, out: &mut Vec<(usize, Change)>) {
-        let (sine, cosine) = (form.value * moment.joints[site.frame]).sin_cos();
-        out.push((0, Change::Joint(site.variable, cosine)));
-        out.push((1, Change::Joint(site.variable, sine)));
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let (variable, joint) = (site.variable, site.frame);
+        let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+        Arc::new(move |context, out| {
+            let (sine, cosine) = (order * context.joints[joint]).sin_cos();
+            out.push((0, Change::Joint(variable, cosine)));
+            out.push((1, Change::Joint(variable, sine)));
+        })
     }
 }

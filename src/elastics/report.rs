@@ -3,10 +3,9 @@
 use indexmap::IndexMap;
 use nalgebra::Vector6;
 
-use super::at_point;
 use super::compiled::Elastics;
 use super::load_case::{Load, LoadCase};
-use super::response::Response;
+use super::response::{Response, at_point};
 use super::statics::Statics;
 
 /// What each element contributes to a deflection.

@@ -6,11 +6,12 @@
 use nalgebra::{Matrix3, Vector3};
 use num_dual::{Dual64, DualNum};
 
-use super::section::{Properties, properties};
-use super::{
-    Configuration, Direction, ElasticElement, Flexibility, Frames, MotionRate, ParameterUse, PerLength, Placed, Rate,
-    VertexIndex, VertexMotion,
+use super::element::{
+    Configuration, Direction, ElasticElement, Frames, MotionRate, ParameterUse, Placed, Rate, VertexIndex, VertexMotion,
 };
+use super::flexibility::Flexibility;
+use super::per_length::PerLength;
+use super::section::{Properties, properties};
 use crate::description::raw::SectionShape;
 use crate::description::robot::FrameIndex;
 use crate::parameter::Slot;

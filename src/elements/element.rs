@@ -7,7 +7,8 @@ use std::fmt::Debug;
 
 use nalgebra::{IsometryMatrix3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 
-use super::{Flexibility, PerLength};
+use super::flexibility::Flexibility;
+use super::per_length::PerLength;
 use crate::description::robot::FrameIndex;
 use crate::parameter::Slot;
 

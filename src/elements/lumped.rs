@@ -4,11 +4,13 @@
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::beam::{self, Normal};
-use super::screw::ScrewTriangle;
-use super::{
-    BodyPoint, Configuration, Direction, ElasticElement, Flexibility, Frames, Held, MotionRate, ParameterUse,
-    PerLength, Placed, Rate, VertexIndex, VertexMotion,
+use super::element::{
+    BodyPoint, Configuration, Direction, ElasticElement, Frames, Held, MotionRate, ParameterUse, Placed, Rate,
+    VertexIndex, VertexMotion,
 };
+use super::flexibility::Flexibility;
+use super::per_length::PerLength;
+use super::screw::ScrewTriangle;
 use crate::description::robot::FrameIndex;
 use crate::parameter::Slot;
 

@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::Flexibility;
+use super::flexibility::Flexibility;
 
 /// A straight uniform element per metre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -6,10 +6,12 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use num_dual::{Dual64, DualNum};
 
-use super::{
-    Configuration, Direction, ElasticElement, Flexibility, Frames, Motion, MotionRate, ParameterUse, PerLength, Placed,
-    Rate, VertexIndex, VertexMotion,
+use super::element::{
+    Configuration, Direction, ElasticElement, Frames, Motion, MotionRate, ParameterUse, Placed, Rate, VertexIndex,
+    VertexMotion,
 };
+use super::flexibility::Flexibility;
+use super::per_length::PerLength;
 use crate::description::robot::FrameIndex;
 use crate::parameter::Slot;
 

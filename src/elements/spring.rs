@@ -6,10 +6,12 @@
 
 use nalgebra::{IsometryMatrix3, Matrix3, Matrix6, Point3, Vector3, Vector6};
 
-use super::{
-    Configuration, Direction, ElasticElement, Flexibility, Frames, Held, MotionRate, ParameterUse, PerLength, Placed,
-    Rate, VertexIndex, VertexMotion,
+use super::element::{
+    Configuration, Direction, ElasticElement, Frames, Held, MotionRate, ParameterUse, Placed, Rate, VertexIndex,
+    VertexMotion,
 };
+use super::flexibility::Flexibility;
+use super::per_length::PerLength;
 use crate::description::elastic;
 use crate::description::raw::SpringAction;
 use crate::description::robot::FrameIndex;

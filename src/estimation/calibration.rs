@@ -1,365 +1,282 @@
-//! Calibration of a robot's geometry and stiffness from a campaign.
+//! Calibration of a robot's geometry and stiffness from a campaign, stage by stage: base and tool are registered, what the
+//! readings cannot separate is merged, the kept parameters are fitted, and the result is judged on readings held out.
+//!
+//! Sources: IR663 calibration paper (reduction, equivalent springs); KR-270 paper (weights by direction, predicted errors).
 
-use nalgebra::{DMatrix, DVector};
-
-use super::equivalence::{groups, moves};
-use super::least_squares::{self, Bounds, Loss, Problem, Progress};
-use super::observation::{Observation, candidates, reduced};
-use super::problem::{CampaignProblem, row_sigmas};
+use super::covariance::Covariance;
+use super::equivalence::{SpringGroup, moves};
+use super::fit::{Fit, bounds_of, fit};
+use super::problem::{CampaignProblem, Prior, row_sigmas};
 use super::registration::{arrangement, rough};
-use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
-use super::schemes::{alternating, pose_by_pose};
-use super::settings::{Scheme, Settings, Weights, What};
-use super::start::elastic_start;
-use super::statistics::{cofactor, errors_of, t95};
-use crate::description::campaign::{Campaign, Observes};
+use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
+use super::selection::Selection;
+use super::settings::{Scheme, Settings, Weights};
+use super::statistics::errors_of;
+use crate::description::campaign::Campaign;
+use crate::least_squares::{self, Bounds, Loss, Progress};
 use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Linearised, PredictionError, Predictor};
 
-/// Calibrates `model` on the readings of `campaign` that are not set `aside`.
+/// Least standard deviation of a direction (m, rad) that weights are made of: below the resolution of any instrument, so
+/// that simulated readings without noise, whose residuals are rounding, have finite weights.
+const LEAST_SIGMA: f64 = 1e-9;
+
+/// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).
 ///
 /// # Errors
-/// [`CalibrationError`]; a fit that merely converges badly is no error but says so in [`Calibration::ending`].
+/// [`CalibrationError`]; a fit that converges badly is no error but is named in [`Calibration::ending`].
 pub fn calibrate(
     model: &Model,
     campaign: &Campaign,
-    aside: &[bool],
+    held_out: &[bool],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    if aside.len() != campaign.readings.len() {
-        let (found, expected) = (aside.len(), campaign.readings.len());
-        return Err(CalibrationError::Malformed(format!(
-            "{found} marks of readings set aside for {expected} readings"
-        )));
-    }
-    if let Some(name) = settings.hold.iter().find(|name| model.registry.slot(name).is_none()) {
-        return Err(CalibrationError::Malformed(format!("there is no parameter `{name}` to hold")));
-    }
-    if settings.scheme != Scheme::Batch && settings.loss != Loss::Squares {
-        let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
-        return Err(CalibrationError::Malformed(message.into()));
-    }
-    let fit = campaign.select(|i, _| !aside[i]);
-    let nominal = model.registry.nominal();
-    let everything = Predictor::new(model, campaign, Vec::new())?;
-    let figures = |values: &[f64]| -> Result<(Figures, Vec<f64>), CalibrationError> {
-        let mut found = Linearised::default();
-        everything.linearise(values, false, &mut found)?;
-        let fit = errors_of(campaign, &found.residual, |i| !aside[i]);
-        let check = errors_of(campaign, &found.residual, |i| aside[i]);
-        Ok((Figures { fit, check }, found.residual))
-    };
-    let (before, _) = figures(&nominal)?;
+    let task = Task::new(model, campaign, held_out, settings)?;
+    let (before, _) = task.errors(&task.nominal)?;
+    let mut start = task.registered()?;
+    let (registration, registered) = task.errors(&start)?;
+    let selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
+    let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
+    let found = fit(&problem, &bounds, settings, progress)?;
 
-    let sigmas = match settings.weights {
-        Weights::Stated | Weights::Direction => row_sigmas(&fit),
-        // All axes alike; an orientation keeps its own unit's noise.
-        Weights::Equal => {
-            let alike = fit.sigma.map(|axes| [axes.into_iter().fold(f64::INFINITY, f64::min); 3]);
-            row_sigmas(&Campaign { sigma: alike, ..fit.clone() })
-        }
-    };
-    let held: Vec<Slot> = settings.hold.iter().filter_map(|name| model.registry.slot(name)).collect();
-    let arrangement = arrangement(model, &fit);
-    let mut start = rough(model, &fit, &nominal)?;
-    held.iter().for_each(|&slot| start[slot] = nominal[slot]);
-    let moving: Vec<Slot> = arrangement.iter().copied().filter(|slot| !held.contains(slot)).collect();
-    if !moving.is_empty() {
-        let problem =
-            CampaignProblem::new(Predictor::new(model, &fit, moving.clone())?, &start, sigmas.clone(), vec![]);
-        let bounds = Bounds::none(moving.len());
-        let solution = least_squares::minimize(&problem, &vec![0.0; moving.len()], &bounds, &least(settings))?;
-        start = problem.values(&solution.x);
-    }
-    let (registration, registered) = figures(&start)?;
-
-    let what = settings.what.unwrap_or_else(|| What::usual(campaign));
-    let slots = match &settings.only {
-        Some(only) => arrangement_first(model, &fit, only),
-        None => candidates(model, &fit, what)?,
-    };
-    let predictor = Predictor::new(model, &fit, slots)?;
-    if settings.only.is_none() {
-        elastic_start(&predictor, &sigmas, &held, &mut start, &least(settings))?;
-    }
-    let Observation { slots, identifiability } =
-        reduced(&predictor, &start, &sigmas, &held, settings.scaling, settings.criterion)?;
-    let kept: Vec<Slot> = identifiability.kept.iter().map(|&column| slots[column]).collect();
-    let mut equivalences = groups(&predictor, &start, &identifiability)?;
-    // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
-    if !settings.prior && kept.len() >= fit.readings.len() * fit.components() {
-        return Err(CalibrationError::TooFew { rows: fit.readings.len() * fit.components(), parameters: kept.len() });
-    }
-    let priors: Vec<(f64, f64)> = if settings.prior {
-        let prior = |&slot: &Slot| {
-            let parameter = &model.registry[slot];
-            let sigma = if parameter.group == Group::Geometry { parameter.tolerance } else { 1e3 };
-            (nominal[slot] - start[slot], sigma)
-        };
-        kept.iter().map(prior).collect()
-    } else {
-        Vec::new()
-    };
-
-    let sigmas = if settings.weights == Weights::Direction {
-        direction_sigmas(&fit, &first_residual(model, &fit, &kept, &start, sigmas, settings)?)
-    } else {
-        sigmas
-    };
-    let gathered: Vec<(Slot, [f64; 2])> =
-        equivalences.iter().map(|group| (group.members[0].0, group.gather(model, &mut start))).collect();
-    let mut bounds = bounds_of(model, &kept, &start);
-    for (slot, [low, high]) in gathered {
-        if let Some(k) = kept.iter().position(|kept| *kept == slot) {
-            (bounds.lower[k], bounds.upper[k]) = (low - start[slot], high - start[slot]);
-        }
-    }
-    let problem = CampaignProblem::new(Predictor::new(model, &fit, kept.clone())?, &start, sigmas, priors.clone());
-    let outcome = run(&problem, &fit, model, &bounds, settings, progress)?;
-    let mut values = problem.values(&outcome.x);
-
-    let data_rows = fit.readings.len() * fit.components();
-    let weights: Vec<f64> = outcome.weights.iter().copied().collect();
-    let degrees = (weights.iter().take(data_rows).filter(|w| **w > 1e-3).count() as f64 + priors.len() as f64
-        - kept.len() as f64)
-        .max(1.0);
-    let squares: f64 = outcome.residual.iter().zip(&weights).map(|(r, w)| w * r * r).sum();
-    let noise_ratio = (squares / degrees).sqrt();
-    let weighted =
-        DMatrix::from_fn(outcome.jacobian.nrows(), kept.len(), |i, j| outcome.jacobian[(i, j)] * weights[i].sqrt());
-    // Data are as noisy as they show themselves to be, and tolerances, which stand in sigmas, are rescaled with them.
-    let covariance = cofactor(&weighted) * noise_ratio.powi(2);
-    let quantile = t95(degrees);
-    let half_width = |k: usize| quantile * covariance[(k, k)].max(0.0).sqrt();
-    for group in &mut equivalences {
-        if let Some(k) = kept.iter().position(|slot| *slot == group.members[0].0) {
-            group.fitted(model, &values, half_width(k));
-            group.split(model, settings.split, &mut values);
-        }
-    }
-    let (after, residual) = figures(&values)?;
-    let mut last = Linearised::default();
-    predictor.linearise(&values, true, &mut last)?;
-    let moves = moves(&fit, &last.jacobian, &slots, &values);
-    let estimates = slots
-        .iter()
-        .enumerate()
-        .map(|(column, &slot)| {
-            let position = identifiability.kept.binary_search(&column).ok();
-            Estimate {
-                slot,
-                nominal: nominal[slot],
-                value: values[slot],
-                ci95: position.map_or(f64::NAN, half_width),
-                identifiable: position.is_some(),
-                at_bound: position.is_some_and(|k| outcome.at_bound[k]),
-                moves: if model.registry[slot].group == Group::Elastic { moves[column] } else { f64::NAN },
-            }
-        })
-        .collect();
-    let predicted = predicted_error(model, campaign, aside, &kept, &values, &covariance, &residual)?;
+    let covariance = Covariance::new(&found.residual, &found.jacobian, &found.weights, problem.priors());
+    let ci95 = covariance.ci95();
+    let mut values = problem.values(&found.x);
+    let equivalences = selection.groups.iter().cloned().filter_map(|group| {
+        let k = problem.slots().iter().position(|slot| *slot == group.members[0].0)?;
+        Some(group.fitted(model, ci95[k], settings.split, &mut values))
+    });
+    let equivalences = equivalences.collect();
+    let (after, residual) = task.errors(&values)?;
+    let direction_noise = task.direction_noise(&residual);
     Ok(Calibration {
+        estimates: task.estimates(&selection, &values, &ci95, &found)?,
+        predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
+        slots: selection.predictor.slots,
+        identifiability: selection.identifiability,
         values,
-        slots,
-        identifiability,
-        estimates,
         equivalences,
-        correlation: correlation(&covariance),
+        correlation: covariance.correlation(),
         before,
         registration,
         after,
-        predicted,
-        noise_ratio,
-        direction_noise: direction_noise(campaign, &residual, aside),
-        iterations: outcome.iterations,
-        ending: outcome.ending,
-        converged: outcome.converged,
+        noise_ratio: covariance.noise_ratio,
+        direction_noise,
+        iterations: found.iterations,
+        ending: found.status,
         residual,
         registered,
     })
 }
 
-fn arrangement_first(model: &Model, fit: &Campaign, only: &[Slot]) -> Vec<Slot> {
-    let mut slots = arrangement(model, fit);
-    slots.extend(only.iter().filter(|slot| !slots.contains(slot)).copied().collect::<Vec<_>>());
-    slots
-}
-
-fn least(settings: &Settings) -> least_squares::Settings {
-    // Deflections are hundreds of sigmas: below this, far less than a thousandth of a standard deviation, rounding of the
-    // model is followed and not the data.
-    let cost_tolerance = 1e-12;
-    let (max_iterations, loss) = (settings.max_iterations, settings.loss);
-    least_squares::Settings { max_iterations, loss, cost_tolerance, ..Default::default() }
-}
-
-fn bounds_of(model: &Model, kept: &[Slot], start: &[f64]) -> Bounds {
-    let side = |k: usize| kept.iter().map(|&slot| model.registry[slot].bounds[k] - start[slot]).collect();
-    Bounds { lower: side(0), upper: side(1) }
-}
-
-struct Outcome {
-    x: Vec<f64>,
-    residual: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    weights: DVector<f64>,
-    at_bound: Vec<bool>,
-    iterations: usize,
-    ending: String,
-    converged: bool,
-}
-
-fn run(
-    problem: &CampaignProblem,
-    fit: &Campaign,
-    model: &Model,
-    bounds: &Bounds,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress),
-) -> Result<Outcome, CalibrationError> {
-    let n = problem.parameters();
-    let stopped = |error: least_squares::EvaluationError| CalibrationError::Stopped(error.0);
-    if settings.scheme == Scheme::Batch {
-        let solution = least_squares::minimize_observed(problem, &vec![0.0; n], bounds, &least(settings), progress)?;
-        if let least_squares::Status::NoStart(error) = &solution.status {
-            return Err(CalibrationError::Stopped(error.0.clone()));
-        }
-        return Ok(Outcome {
-            at_bound: solution.at_bound.iter().map(Option::is_some).collect(),
-            iterations: solution.iterations,
-            ending: format!("{:?}", solution.status).to_lowercase(),
-            converged: solution.status.converged(),
-            x: solution.x,
-            residual: solution.residual,
-            jacobian: solution.jacobian,
-            weights: solution.weights,
-        });
-    }
-    let sigmas: Vec<f64> = problem.slots().iter().map(|&slot| model.registry[slot].tolerance).collect();
-    let reached = if settings.scheme == Scheme::PoseByPose {
-        let components = fit.components();
-        let mut blocks: Vec<Vec<usize>> = vec![Vec::new(); fit.poses.len()];
-        for (index, reading) in fit.readings.iter().enumerate() {
-            blocks[reading.pose].extend(index * components..(index + 1) * components);
-        }
-        let priors: Vec<usize> = (fit.readings.len() * components..problem.residuals()).collect();
-        blocks.retain(|rows| !rows.is_empty());
-        if !priors.is_empty() {
-            blocks.insert(0, priors);
-        }
-        pose_by_pose(problem, &blocks, &sigmas, settings.max_iterations).map_err(stopped)?
-    } else {
-        let first: Vec<bool> =
-            problem.slots().iter().map(|&slot| model.registry[slot].group != Group::Geometry).collect();
-        alternating(problem, &first, bounds, &sigmas, settings.max_iterations.max(20_000)).map_err(stopped)?
-    };
-    if let Some(j) = (0..n).find(|&j| reached.x[j] < bounds.lower[j] || reached.x[j] > bounds.upper[j]) {
-        let name = &model.registry[problem.slots()[j]].name;
-        return Err(CalibrationError::Stopped(format!("pose by pose, `{name}` left its bounds; use the batch scheme")));
-    }
-    let (mut residual, mut jacobian) = (DVector::zeros(problem.residuals()), DMatrix::zeros(problem.residuals(), n));
-    problem.evaluate(&reached.x, &mut residual, Some(&mut jacobian)).map_err(stopped)?;
-    let at_bound = (0..n).map(|j| reached.x[j] <= bounds.lower[j] || reached.x[j] >= bounds.upper[j]).collect();
-    let ending = if reached.converged { "step" } else { "iterationlimit" };
-    Ok(Outcome {
-        x: reached.x,
-        weights: DVector::repeat(residual.len(), 1.0),
-        residual,
-        jacobian,
-        at_bound,
-        iterations: reached.iterations,
-        ending: ending.into(),
-        converged: reached.converged,
-    })
-}
-
-/// Residuals of a first fit, from which directions get their noise.
-fn first_residual(
-    model: &Model,
-    fit: &Campaign,
-    kept: &[Slot],
-    start: &[f64],
-    sigmas: Vec<f64>,
-    settings: &Settings,
-) -> Result<Vec<f64>, CalibrationError> {
-    let problem = CampaignProblem::new(Predictor::new(model, fit, kept.to_vec())?, start, sigmas, vec![]);
-    let bounds = bounds_of(model, kept, start);
-    let solution = least_squares::minimize(&problem, &vec![0.0; kept.len()], &bounds, &least(settings))?;
-    let mut found = Linearised::default();
-    Predictor::new(model, fit, Vec::new())?.linearise(&problem.values(&solution.x), false, &mut found)?;
-    Ok(found.residual)
-}
-
-fn direction_sigmas(fit: &Campaign, residual: &[f64]) -> Vec<f64> {
-    let components = fit.components();
-    let by_component: Vec<f64> = (0..components)
-        .map(|k| mean_rms_max(residual.iter().skip(k).step_by(components).copied())[1].max(1e-9))
-        .collect();
-    by_component.iter().copied().cycle().take(residual.len()).collect()
-}
-
-fn direction_noise(campaign: &Campaign, residual: &[f64], aside: &[bool]) -> [f64; 3] {
-    let components = campaign.components();
-    std::array::from_fn(|k| {
-        let of = residual
-            .chunks(components)
-            .zip(aside)
-            .filter(|(_, aside)| !**aside)
-            .filter_map(|(r, _)| r[..components.min(3)].get(k));
-        mean_rms_max(of.copied())[1]
-    })
-}
-
-fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = covariance.nrows();
-    DMatrix::from_fn(n, n, |i, j| {
-        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt().max(f64::MIN_POSITIVE)
-    })
-}
-
-/// Position error of the set-aside readings that the covariance foretells (KR-270 paper, Tables X, XII).
-fn predicted_error(
-    model: &Model,
-    campaign: &Campaign,
-    aside: &[bool],
-    kept: &[Slot],
-    values: &[f64],
-    covariance: &DMatrix<f64>,
-    residual: &[f64],
-) -> Result<Option<[f64; 2]>, CalibrationError> {
-    let check = campaign.select(|i, _| aside[i]);
-    if check.readings.is_empty() {
-        return Ok(None);
-    }
-    let mut found = Linearised::default();
-    Predictor::new(model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
-    let (components, width) = (check.components(), kept.len());
-    let position = if check.observes == Observes::Distance { 1 } else { 3 };
-    let mut sum = 0.0;
-    for reading in found.jacobian.chunks(components * width.max(1)) {
-        for row in reading.chunks(width.max(1)).take(position) {
-            let row = DVector::from_column_slice(row);
-            sum += (covariance * &row).dot(&row);
-        }
-    }
-    let mean_square = sum / check.readings.len() as f64;
-    let noise: f64 = direction_noise(campaign, residual, aside).iter().map(|s| s * s).sum();
-    Ok(Some([mean_square.sqrt(), (mean_square + noise).sqrt()]))
-}
-
-/// Ordinary and weighted least squares side by side.
+/// Ordinary and weighted least squares next to each other.
 ///
 /// # Errors
 /// As [`calibrate`].
 pub fn compare(
     model: &Model,
     campaign: &Campaign,
-    aside: &[bool],
+    held_out: &[bool],
     settings: &Settings,
 ) -> Result<Comparison, CalibrationError> {
-    let with = |weights| calibrate(model, campaign, aside, &Settings { weights, ..settings.clone() }, &mut |_| {});
+    let with = |weights| calibrate(model, campaign, held_out, &Settings { weights, ..settings.clone() }, &mut |_| {});
     Ok(Comparison { ols: with(Weights::Equal)?, wls: with(Weights::Direction)? })
+}
+
+/// What was asked, checked.
+struct Task<'a> {
+    model: &'a Model,
+    campaign: &'a Campaign,
+    held_out: &'a [bool],
+    settings: &'a Settings,
+    /// Readings to be fitted, and the standard deviation of each of their rows (m, rad).
+    fitted: Campaign,
+    sigmas: Vec<f64>,
+    /// Parameters to be held.
+    held: Vec<Slot>,
+    /// Values of the description, by slot.
+    nominal: Vec<f64>,
+    /// Of all readings, fitted or not.
+    everything: Predictor<'a>,
+}
+
+/// The fit of the kept parameters, and their bounds.
+struct Selected<'t> {
+    problem: CampaignProblem<'t>,
+    bounds: Bounds,
+}
+
+impl<'a> Task<'a> {
+    fn new(
+        model: &'a Model,
+        campaign: &'a Campaign,
+        held_out: &'a [bool],
+        settings: &'a Settings,
+    ) -> Result<Self, CalibrationError> {
+        let malformed = |message: String| Err(CalibrationError::Malformed(message));
+        if held_out.len() != campaign.readings.len() {
+            let (found, expected) = (held_out.len(), campaign.readings.len());
+            return malformed(format!("{found} marks of readings held out for {expected} readings"));
+        }
+        if settings.scheme != Scheme::Batch && settings.loss != Loss::Squares {
+            let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
+            return malformed(message.into());
+        }
+        let mut held = Vec::with_capacity(settings.hold.len());
+        for name in &settings.hold {
+            match model.registry.slot(name) {
+                Some(slot) => held.push(slot),
+                None => return malformed(format!("there is no parameter `{name}` to hold")),
+            }
+        }
+        let fitted = campaign.select(|i, _| !held_out[i]);
+        let sigmas = match settings.weights {
+            Weights::Stated | Weights::Direction => row_sigmas(&fitted),
+            // All axes alike; an orientation keeps its own unit's noise.
+            Weights::Equal => {
+                let alike = fitted.sigma.map(|axes| [axes.into_iter().fold(f64::INFINITY, f64::min); 3]);
+                row_sigmas(&Campaign { sigma: alike, ..fitted.clone() })
+            }
+        };
+        let everything = Predictor::new(model, campaign, Vec::new())?;
+        let nominal = model.registry.nominal();
+        Ok(Self { model, campaign, held_out, settings, fitted, sigmas, held, nominal, everything })
+    }
+
+    /// Errors and residuals of all readings at some values.
+    fn errors(&self, values: &[f64]) -> Result<(Figures, Vec<f64>), PredictionError> {
+        let mut found = Linearised::default();
+        self.everything.linearise(values, false, &mut found)?;
+        let of = |held_out: bool| errors_of(self.campaign, &found.residual, |i| self.held_out[i] == held_out);
+        Ok((Figures { fit: of(false), check: of(true) }, found.residual))
+    }
+
+    /// A plain fit of `slots` from `start`: all values at its end.
+    fn quick_fit(&self, slots: Vec<Slot>, start: &[f64], bounds: &Bounds) -> Result<Vec<f64>, CalibrationError> {
+        let zero = vec![0.0; slots.len()];
+        let predictor = Predictor::new(self.model, &self.fitted, slots)?;
+        let problem = CampaignProblem::new(predictor, start, self.sigmas.clone(), vec![]);
+        let solution = least_squares::minimize(&problem, &zero, bounds, &self.settings.least_squares())?;
+        Ok(problem.values(&solution.x))
+    }
+
+    /// All values with base, tool and markers fitted and the robot as described.
+    fn registered(&self) -> Result<Vec<f64>, CalibrationError> {
+        let mut start = rough(self.model, &self.fitted, &self.nominal, &self.settings.registration)?;
+        self.held.iter().for_each(|&slot| start[slot] = self.nominal[slot]);
+        let mut slots = arrangement(self.model, &self.fitted);
+        slots.retain(|slot| !self.held.contains(slot));
+        if slots.is_empty() {
+            return Ok(start);
+        }
+        let bounds = Bounds::none(slots.len());
+        self.quick_fit(slots, &start, &bounds)
+    }
+
+    /// The problem of fitting the kept parameters; groups of springs are gathered in `start`.
+    fn problem(&self, selection: &Selection, start: &mut [f64]) -> Result<Selected<'_>, CalibrationError> {
+        let kept = selection.kept();
+        let rows = self.fitted.readings.len() * self.fitted.components();
+        // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
+        if !self.settings.prior && kept.len() >= rows {
+            return Err(CalibrationError::TooFew { rows, parameters: kept.len() });
+        }
+        let priors = if self.settings.prior { self.priors(&kept, start) } else { Vec::new() };
+        let sigmas = match self.settings.weights {
+            Weights::Direction => self.direction_sigmas(&kept, start)?,
+            Weights::Stated | Weights::Equal => self.sigmas.clone(),
+        };
+        let allowed = |group: &SpringGroup| (group.members[0].0, group.gather(self.model, start));
+        let gathered: Vec<(Slot, [f64; 2])> = selection.groups.iter().map(allowed).collect();
+        let mut bounds = bounds_of(self.model, &kept, start);
+        for (slot, [low, high]) in gathered {
+            if let Some(k) = kept.iter().position(|kept| *kept == slot) {
+                (bounds.lower[k], bounds.upper[k]) = (low - start[slot], high - start[slot]);
+            }
+        }
+        let predictor = Predictor::new(self.model, &self.fitted, kept)?;
+        Ok(Selected { problem: CampaignProblem::new(predictor, start, sigmas, priors), bounds })
+    }
+
+    /// Geometric parameters are expected within their tolerance of the description; base, tool and springs are not.
+    fn priors(&self, kept: &[Slot], start: &[f64]) -> Vec<Prior> {
+        let registry = &self.model.registry;
+        let geometric = kept.iter().enumerate().filter(|&(_, &slot)| registry[slot].group == Group::Geometry);
+        let prior = |(column, &slot): (usize, &Slot)| Prior {
+            column,
+            expected: self.nominal[slot] - start[slot],
+            sigma: registry[slot].tolerance,
+        };
+        geometric.map(prior).collect()
+    }
+
+    /// Standard deviation of each row from the residuals of a first fit, one for each direction.
+    fn direction_sigmas(&self, kept: &[Slot], start: &[f64]) -> Result<Vec<f64>, CalibrationError> {
+        let values = self.quick_fit(kept.to_vec(), start, &bounds_of(self.model, kept, start))?;
+        let mut found = Linearised::default();
+        Predictor::new(self.model, &self.fitted, Vec::new())?.linearise(&values, false, &mut found)?;
+        let components = self.fitted.components();
+        let of = |k: usize| mean_rms_max(found.residual.iter().skip(k).step_by(components).copied())[1];
+        let by_component: Vec<f64> = (0..components).map(|k| of(k).max(LEAST_SIGMA)).collect();
+        Ok(by_component.into_iter().cycle().take(found.residual.len()).collect())
+    }
+
+    /// Standard deviation of the fitted residuals of each direction, m.
+    fn direction_noise(&self, residual: &[f64]) -> [f64; 3] {
+        let components = self.campaign.components();
+        std::array::from_fn(|k| {
+            let fitted = residual.chunks(components).zip(self.held_out).filter(|(_, held_out)| !**held_out);
+            mean_rms_max(fitted.filter_map(|(r, _)| r[..components.min(3)].get(k)).copied())[1]
+        })
+    }
+
+    /// Results of all candidates.
+    fn estimates(
+        &self,
+        selection: &Selection,
+        values: &[f64],
+        ci95: &[f64],
+        found: &Fit,
+    ) -> Result<Vec<Estimate>, CalibrationError> {
+        let slots = &selection.predictor.slots;
+        let mut last = Linearised::default();
+        selection.predictor.linearise(values, true, &mut last)?;
+        let moves = moves(&self.fitted, &last.jacobian, slots, values);
+        let estimate = |(column, (&slot, moves)): (usize, (&Slot, f64))| {
+            let position = selection.identifiability.kept.binary_search(&column).ok();
+            Estimate {
+                slot,
+                nominal: self.nominal[slot],
+                value: values[slot],
+                ci95: position.map(|k| ci95[k]),
+                at_bound: position.is_some_and(|k| found.at_bound[k]),
+                moves: (self.model.registry[slot].group == Group::Elastic).then_some(moves),
+            }
+        };
+        Ok(slots.iter().zip(moves).enumerate().map(estimate).collect())
+    }
+
+    /// Position error of the held-out readings that the covariance predicts (KR-270 paper, Tables X, XII).
+    fn predicted_error(
+        &self,
+        kept: &[Slot],
+        values: &[f64],
+        covariance: &Covariance,
+        direction_noise: [f64; 3],
+    ) -> Result<Option<PredictedError>, CalibrationError> {
+        let check = self.campaign.select(|i, _| self.held_out[i]);
+        if check.readings.is_empty() {
+            return Ok(None);
+        }
+        let mut found = Linearised::default();
+        Predictor::new(self.model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
+        let (components, width) = (check.components(), kept.len().max(1));
+        let position = found.jacobian.chunks(components * width).flat_map(|r| r.chunks(width).take(components.min(3)));
+        let mean_square = position.map(|row| covariance.variance(row)).sum::<f64>() / check.readings.len() as f64;
+        let noise: f64 = direction_noise.iter().map(|s| s * s).sum();
+        Ok(Some(PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() }))
+    }
 }

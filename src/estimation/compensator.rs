@@ -15,7 +15,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
-use super::statistics::{cofactor, t95};
+use crate::math::linear::cofactor;
+use crate::math::quantiles::{normal95, t95};
 
 /// A value with the half width of its 95 % interval; NaN where the data leave nothing to judge it by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -328,7 +329,7 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
         return refuse("the spring has no length at one of the angles: check L, ax and ay");
     }
     let stated = found.iter().all(|k| k.ci95.is_some());
-    let quantile = 1.959_964; // of the normal distribution
+    let quantile = normal95();
     // Of a stiffness 1/k.
     let sigma = |k: &JointCompliance| match k.ci95 {
         Some(ci) if stated => ci / quantile / (k.compliance * k.compliance),

@@ -15,14 +15,14 @@ use crate::prediction::{Linearised, PredictionError, Predictor};
 pub enum Together {
     /// One after the other: compliances add.
     Series,
-    /// Side by side: stiffnesses add.
+    /// Next to each other: stiffnesses add.
     Parallel,
 }
 
 /// By which rule an equivalent is split back into its members.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Split {
-    /// In proportion to what the description says.
+    /// In proportion to the values of the description.
     #[default]
     Prior,
     /// The smallest sum of squared compliances (in parallel, of stiffnesses) that adds up to it.
@@ -31,22 +31,32 @@ pub enum Split {
 
 /// Springs that act as one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equivalence {
+pub struct SpringGroup {
     /// The kept one first, then those merged into it, with their weights in the sum (1 for plain series).
     pub members: Vec<(Slot, f64)>,
     /// How they act together.
     pub together: Together,
+}
+
+/// A fitted group of springs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equivalence {
+    /// The springs.
+    pub springs: SpringGroup,
     /// Sum of the members, SI: of compliances in series, of stiffnesses in parallel.
     pub value: f64,
-    /// Half width of its 95 % interval; NaN until it is fitted.
+    /// Half width of its 95 % interval, in the same unit.
     pub ci95: f64,
 }
 
-/// A member may differ from a multiple of the kept column by this fraction.
+/// A member's column may differ from a multiple of the kept one by this fraction. Springs that act as one agree to rounding
+/// (1e-9); the nearest that do not, on the bundled robots, differ by some per cent.
 const LEFT_OVER: f64 = 1e-3;
-/// Factor by which a compliance is changed to see whether the ratio of the columns follows.
+/// Factor by which a compliance is changed to see whether the ratio of the columns follows: large beside their rounding,
+/// small enough to stay in the same regime.
 const CHANGED: f64 = 1.5;
-/// A compliance that is to carry nothing beside others is this many times softer than all of them.
+/// A compliance that is to carry nothing parallel to others is this many times softer than all of them: their sum then
+/// changes by a part that no campaign sees.
 const SOFT: f64 = 1e6;
 
 fn is_stiffness(model: &Model, slot: Slot) -> bool {
@@ -66,10 +76,10 @@ pub fn groups(
     predictor: &Predictor,
     values: &[f64],
     found: &Identifiability,
-) -> Result<Vec<Equivalence>, PredictionError> {
+) -> Result<Vec<SpringGroup>, PredictionError> {
     let (model, slots) = (predictor.model, &predictor.slots);
     let is_elastic = |column: usize| model.registry[slots[column]].group == Group::Elastic;
-    let mut groups: Vec<Equivalence> = Vec::new();
+    let mut groups: Vec<SpringGroup> = Vec::new();
     for &(dropped, _) in found.dropped.iter().filter(|(column, _)| is_elastic(*column)) {
         let terms: Vec<(usize, f64)> = found
             .combinations
@@ -85,8 +95,8 @@ pub fn groups(
         if !is_spring(model, slot) || !is_spring(model, kept) {
             continue;
         }
-        let soft = [kept, slot].map(|slot| is_stiffness(model, slot));
-        let together = match soft {
+        let stiffness = [kept, slot].map(|slot| is_stiffness(model, slot));
+        let together = match stiffness {
             [false, false] if !ratio_follows(predictor, values, [keeper, dropped], factor)? => Together::Series,
             _ => Together::Parallel,
         };
@@ -102,21 +112,16 @@ pub fn groups(
             continue;
         }
         match groups.iter_mut().find(|group| group.members[0].0 == kept) {
-            // One that is in series with some and beside others is no plain sum.
+            // One that is in series with some and parallel to others is no plain sum.
             Some(group) if group.together != together => {}
             Some(group) => group.members.push((slot, weight)),
-            None => groups.push(Equivalence {
-                members: vec![(kept, 1.0), (slot, weight)],
-                together,
-                value: 0.0,
-                ci95: f64::NAN,
-            }),
+            None => groups.push(SpringGroup { members: vec![(kept, 1.0), (slot, weight)], together }),
         }
     }
     Ok(groups)
 }
 
-/// Whether the ratio of two compliances' columns, `factor`, changes with the second one's value as it does side by side.
+/// Whether the ratio of two compliances' columns, `factor`, changes with the second one's value as it does in parallel.
 fn ratio_follows(
     predictor: &Predictor,
     values: &[f64],
@@ -136,7 +141,7 @@ fn ratio_follows(
     Ok(square > 0.0 && across / square < factor / CHANGED)
 }
 
-impl Equivalence {
+impl SpringGroup {
     /// What a member adds to the sum at a value of it, its weight left out; and the other way round.
     fn part(&self, model: &Model, slot: Slot, value: f64) -> f64 {
         if self.together == Together::Parallel && !is_stiffness(model, slot) { 1.0 / value } else { value }
@@ -163,10 +168,10 @@ impl Equivalence {
                 values[slot] = self.part(model, slot, least.max(bounds(slot)[0]));
             }
         }
-        let rest: f64 = others.iter().map(|&(slot, weight)| weight * self.part(model, slot, values[slot])).sum();
+        let constant: f64 = others.iter().map(|&(slot, weight)| weight * self.part(model, slot, values[slot])).sum();
         let total = |end: usize| self.members.iter().map(|&(slot, weight)| weight * bounds(slot)[end]).sum::<f64>();
-        let ends = [total(0) - rest, total(1) - rest];
-        let own = (sum - rest).clamp(ends[0], ends[1].max(ends[0]));
+        let ends = [total(0) - constant, total(1) - constant];
+        let own = (sum - constant).clamp(ends[0], ends[1].max(ends[0]));
         values[kept] = self.part(model, kept, own);
         if self.together == Together::Parallel && !is_stiffness(model, kept) {
             [1.0 / ends[1], if ends[0] > 0.0 { 1.0 / ends[0] } else { f64::INFINITY }]
@@ -175,28 +180,26 @@ impl Equivalence {
         }
     }
 
-    /// Sets the equivalent from fitted values, and its interval from that of the kept member, `half_width`.
-    pub fn fitted(&mut self, model: &Model, values: &[f64], half_width: f64) {
+    /// The equivalent of fitted values, with the interval of the kept member (half width `ci95`), and into `values` those of
+    /// the members that add up to it.
+    pub fn fitted(self, model: &Model, ci95: f64, rule: Split, values: &mut [f64]) -> Equivalence {
         let kept = self.members[0].0;
-        self.value = self.of(model, values).max(0.0);
+        let value = self.of(model, values).max(0.0);
         let inverted = self.together == Together::Parallel && !is_stiffness(model, kept);
-        self.ci95 = if inverted { half_width / values[kept].powi(2) } else { half_width };
-    }
-
-    /// Puts values of the members that add up to the equivalent into `values`.
-    pub fn split(&self, model: &Model, rule: Split, values: &mut [f64]) {
+        let ci95 = if inverted { ci95 / values[kept].powi(2) } else { ci95 };
         let declared = model.registry.nominal();
         let nominal = self.of(model, &declared);
         let squares: f64 = self.members.iter().map(|(_, weight)| weight * weight).sum();
         for &(slot, weight) in &self.members {
             let part = match rule {
                 Split::Prior if nominal > 0.0 && nominal.is_finite() => {
-                    self.value * self.part(model, slot, declared[slot]) / nominal
+                    value * self.part(model, slot, declared[slot]) / nominal
                 }
-                _ => self.value * weight / squares,
+                _ => value * weight / squares,
             };
             values[slot] = self.part(model, slot, part);
         }
+        Equivalence { springs: self, value, ci95 }
     }
 }
 

@@ -1,27 +1,29 @@
-//! Calibration: what the campaign can tell is fitted by bounded least squares, and judged on readings it did not see.
+//! Calibration: what a campaign determines is fitted by bounded least squares, and judged on readings that were held out.
+//! [`covariance`] says how intervals are made.
 
 pub mod compensator;
 pub mod fuzzy;
-pub mod least_squares;
 
 mod calibration;
+pub mod covariance;
 mod equivalence;
-mod observation;
+mod fit;
 mod problem;
+mod reduction;
 mod registration;
 mod result;
 mod schemes;
+mod selection;
 mod settings;
 mod split;
 mod start;
 mod statistics;
 
 pub use calibration::{calibrate, compare};
-pub use equivalence::{Equivalence, Split, Together};
-pub use observation::{Observation, candidates, observe};
+pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;
-pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures};
-pub use settings::{Scheme, Settings, Weights, What};
+pub use reduction::{Reduction, candidates, observe};
+pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
+pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What};
 pub use split::split;
-pub(crate) use statistics::cofactor;
 pub use statistics::{Errors, errors_of};

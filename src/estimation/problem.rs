@@ -4,37 +4,43 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{EvaluationError, Problem};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
+use crate::least_squares::{EvaluationError, Problem};
+use crate::model::Model;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 
-/// One sigma of each residual row (m, rad): as the campaign states, else 1 mm and 1 mrad.
+/// One sigma of each residual row (m, rad), as [`Campaign::noise`] says.
 pub fn row_sigmas(campaign: &Campaign) -> Vec<f64> {
-    let position = campaign.sigma.unwrap_or([1e-3; 3]);
-    let orientation =
-        campaign.sigma_orientation.unwrap_or_else(|| if campaign.sigma.is_some() { position[0] } else { 1e-3 });
-    let reading: Vec<f64> = match campaign.observes {
-        Observes::Distance => vec![position[0]],
-        Observes::Pose => position.into_iter().chain([orientation; 3]).collect(),
-        _ => position.to_vec(),
-    };
-    reading.iter().copied().cycle().take(reading.len() * campaign.readings.len()).collect()
+    let rows = campaign.components();
+    let sigmas = campaign.observes.sigmas(&campaign.noise());
+    sigmas[..rows].iter().copied().cycle().take(rows * campaign.readings.len()).collect()
 }
 
-/// Residuals over their sigmas as a function of the changes of some parameters from a start.
+/// What is known of a parameter before any reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Position of the parameter among those that are fitted.
+    pub column: usize,
+    /// Where it is expected, as a change from the start.
+    pub expected: f64,
+    /// One standard deviation, in the parameter's unit.
+    pub sigma: f64,
+}
+
+/// Residuals of a campaign in standard deviations, then of the priors, as a function of changes of some parameters (those
+/// of the predictor's slots) from a start.
 pub struct CampaignProblem<'a> {
     predictor: Predictor<'a>,
     start: Vec<f64>,
     sigmas: Vec<f64>,
-    /// Prior of each parameter: where it is expected, as a change from the start, and one sigma.
-    priors: Vec<(f64, f64)>,
+    priors: Vec<Prior>,
     buffer: RefCell<Linearised>,
 }
 
 impl<'a> CampaignProblem<'a> {
-    /// The parameters are those of the predictor's slots; `priors` is empty or has one for each.
-    pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<(f64, f64)>) -> Self {
+    /// `start` are all values by slot, `sigmas` the standard deviation of each row of the predictor (m, rad).
+    pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
         Self { predictor, start: start.to_vec(), sigmas, priors, buffer: RefCell::default() }
     }
 
@@ -49,6 +55,28 @@ impl<'a> CampaignProblem<'a> {
 
     pub fn slots(&self) -> &[Slot] {
         &self.predictor.slots
+    }
+
+    pub fn model(&self) -> &Model {
+        self.predictor.model
+    }
+
+    /// Number of priors, whose rows are the last ones.
+    pub fn priors(&self) -> usize {
+        self.priors.len()
+    }
+
+    /// Rows of the priors, then of each configuration, in their order; none is empty.
+    pub fn blocks(&self) -> Vec<Vec<usize>> {
+        let campaign = self.predictor.campaign;
+        let components = campaign.components();
+        let mut blocks: Vec<Vec<usize>> = vec![Vec::new(); 1 + campaign.poses.len()];
+        blocks[0].extend(self.predictor.rows()..self.residuals());
+        for (index, reading) in campaign.readings.iter().enumerate() {
+            blocks[1 + reading.pose].extend(index * components..(index + 1) * components);
+        }
+        blocks.retain(|rows| !rows.is_empty());
+        blocks
     }
 }
 
@@ -75,20 +103,19 @@ impl Problem for CampaignProblem<'_> {
         for (row, sigma) in self.sigmas.iter().enumerate() {
             residual[row] = found.residual[row] / sigma;
         }
-        for (k, (expected, sigma)) in self.priors.iter().enumerate() {
-            residual[rows + k] = (expected - x[k]) / sigma;
+        for (k, prior) in self.priors.iter().enumerate() {
+            residual[rows + k] = (prior.expected - x[prior.column]) / prior.sigma;
         }
-        if let Some(jacobian) = jacobian {
-            let width = self.parameters();
-            jacobian.fill(0.0);
-            for (row, sigma) in self.sigmas.iter().enumerate() {
-                for (column, value) in found.jacobian[row * width..(row + 1) * width].iter().enumerate() {
-                    jacobian[(row, column)] = -value / sigma;
-                }
+        let Some(jacobian) = jacobian else { return Ok(()) };
+        jacobian.fill(0.0);
+        let width = self.parameters().max(1);
+        for (row, (derivatives, sigma)) in found.jacobian.chunks(width).zip(&self.sigmas).enumerate() {
+            for (column, derivative) in derivatives.iter().enumerate() {
+                jacobian[(row, column)] = -derivative / sigma;
             }
-            for (k, (_, sigma)) in self.priors.iter().enumerate() {
-                jacobian[(rows + k, k)] = -1.0 / sigma;
-            }
+        }
+        for (k, prior) in self.priors.iter().enumerate() {
+            jacobian[(rows + k, prior.column)] = -1.0 / prior.sigma;
         }
         Ok(())
     }

@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::description::campaign::{Campaign, Observes};
+use super::settings::RegistrationSettings;
+use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, Placements, rotation_vector};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -17,7 +18,7 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
     }
     if campaign.estimate_tool {
         if campaign.readings.iter().any(|reading| reading.marker.is_none()) {
-            slots.extend(model.tool.1..model.tool.1 + if campaign.observes == Observes::Pose { 6 } else { 3 });
+            slots.extend(model.tool.1..model.tool.1 + if campaign.observes.sees_orientation() { 6 } else { 3 });
         }
         let used = |marker: usize| campaign.readings.iter().any(|reading| reading.marker == Some(marker));
         slots.extend((0..model.markers.len()).filter(|&m| used(m)).flat_map(|m| {
@@ -29,15 +30,21 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
 }
 
 /// A start for base, tool and markers, from the readings alone: best rigid fit of the base (Kabsch) and linear fit of
-/// the points, in turns. Where the campaign estimates none of them, the values are returned as given.
+/// the points, in turns. Where the campaign does not estimate the base, the values are returned as given.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
-pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f64>, PredictionError> {
+pub fn rough(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    settings: &RegistrationSettings,
+) -> Result<Vec<f64>, PredictionError> {
     let mut values = values.to_vec();
-    if !campaign.estimate_base || campaign.observes == Observes::Distance {
+    let positions = campaign.readings.iter().map(|reading| campaign.observes.measured_position(&reading.measured));
+    let Some(measured) = positions.collect::<Option<Vec<Vector3<f64>>>>().filter(|_| campaign.estimate_base) else {
         return Ok(values);
-    }
+    };
     let geometry = Geometry::new(model, &values)?;
     let mut placements = Placements::default();
     let mut frames = Vec::with_capacity(campaign.readings.len());
@@ -51,9 +58,7 @@ pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f
     }
     let point_slot = |marker: Option<usize>| marker.map_or(model.tool.1, |m| model.markers[m].slot);
     let at = |values: &[f64], slot: Slot| Vector3::new(values[slot], values[slot + 1], values[slot + 2]);
-    let measured: Vec<Vector3<f64>> =
-        campaign.readings.iter().map(|r| Vector3::new(r.measured[0], r.measured[1], r.measured[2])).collect();
-    for _ in 0..if campaign.estimate_tool { 30 } else { 1 } {
+    for _ in 0..if campaign.estimate_tool { settings.turns } else { 1 } {
         let points: Vec<Vector3<f64>> = campaign
             .readings
             .iter()
@@ -79,12 +84,13 @@ pub fn rough(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<f
             }
         }
     }
-    if campaign.estimate_tool && campaign.observes == Observes::Pose {
+    if campaign.estimate_tool && campaign.observes.sees_orientation() {
         let base = Rotation3::new(at(&values, model.base + 3));
         let mut sum = Matrix3::zeros();
         for (reading, frame) in campaign.readings.iter().zip(&frames) {
-            let turn = Rotation3::new(Vector3::new(reading.measured[3], reading.measured[4], reading.measured[5]));
-            sum += ((base * frame.rotation).inverse() * turn).into_inner();
+            if let Some(turn) = campaign.observes.measured_orientation(&reading.measured) {
+                sum += ((base * frame.rotation).inverse() * turn).into_inner();
+            }
         }
         put(&mut values, model.tool.1 + 3, rotation_vector(&nearest_rotation(&sum)));
     }

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::equivalence::Equivalence;
-use super::least_squares::UsageError;
 use super::statistics::Errors;
 use crate::identifiability::Identifiability;
+use crate::least_squares::{Status, UsageError};
 use crate::parameter::Slot;
 use crate::prediction::PredictionError;
 
@@ -44,7 +44,7 @@ pub enum CalibrationError {
     Stopped(String),
 }
 
-/// One parameter's result. Values in m or rad.
+/// One parameter's result, in the unit of its kind (SI).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The parameter.
@@ -53,14 +53,28 @@ pub struct Estimate {
     pub nominal: f64,
     /// Estimated value (nominal where dropped).
     pub value: f64,
-    /// Half width of the 95 % interval; NaN where dropped.
-    pub ci95: f64,
-    /// Whether it was estimated.
-    pub identifiable: bool,
+    /// Half width of the 95 % interval; `None` where the reduction dropped it.
+    pub ci95: Option<f64>,
     /// Whether it stopped at a bound.
     pub at_bound: bool,
-    /// Greatest displacement of a fitted reading that an elastic parameter causes at its value, m; NaN for others.
-    pub moves: f64,
+    /// Greatest displacement of a fitted reading that an elastic parameter causes at its value, m; `None` for others.
+    pub moves: Option<f64>,
+}
+
+impl Estimate {
+    /// Whether it was estimated, not dropped.
+    pub fn identifiable(&self) -> bool {
+        self.ci95.is_some()
+    }
+}
+
+/// Error of held-out readings that a covariance predicts, root mean square of positions, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictedError {
+    /// Of the uncertainty of the parameters alone.
+    pub parameters: f64,
+    /// With the noise of the residuals added.
+    pub with_noise: f64,
 }
 
 /// Errors of the readings to fit and to check.
@@ -68,7 +82,7 @@ pub struct Estimate {
 pub struct Figures {
     /// Readings fitted.
     pub fit: Errors,
-    /// Readings set aside.
+    /// Readings held out.
     pub check: Errors,
 }
 
@@ -79,37 +93,42 @@ pub struct Calibration {
     pub values: Vec<f64>,
     /// Candidates in the order of columns.
     pub slots: Vec<Slot>,
-    /// What could be told apart.
+    /// What could be separated.
     pub identifiability: Identifiability,
     /// Results in the order of [`Calibration::slots`].
     pub estimates: Vec<Estimate>,
     /// Springs that act as one.
     pub equivalences: Vec<Equivalence>,
-    /// Correlations of the kept parameters, in their order.
+    /// Correlations of the kept parameters, in the order of [`Identifiability::kept`].
     pub correlation: DMatrix<f64>,
-    /// With the description as it is.
+    /// Errors with the description as it is.
     pub before: Figures,
     /// With base, tool and markers fitted and the geometry nominal.
     pub registration: Figures,
     /// Calibrated.
     pub after: Figures,
-    /// Root mean square position error of the set-aside readings that the parameters' covariance alone predicts, m, and
-    /// with the residual noise added.
-    pub predicted: Option<[f64; 2]>,
-    /// Residual standard deviation over the weights' sigmas (1: the noise is as stated).
+    /// Predicted error of the held-out readings, if there are any.
+    pub predicted: Option<PredictedError>,
+    /// Standard deviation of the residuals, in units of the stated one (1: the noise is as stated).
     pub noise_ratio: f64,
-    /// Residual standard deviation of each direction over the fitted readings, m.
+    /// Standard deviation of the residuals of each direction over the fitted readings, m; 0 for directions that the kind of
+    /// readings does not have.
     pub direction_noise: [f64; 3],
     /// Iterations of the fit.
     pub iterations: usize,
     /// Why it ended.
-    pub ending: String,
-    /// Whether it converged.
-    pub converged: bool,
+    pub ending: Status,
     /// Residuals of all readings after calibration, as [`crate::prediction::Linearised::residual`].
     pub residual: Vec<f64>,
     /// The same with base, tool and markers fitted alone.
     pub registered: Vec<f64>,
+}
+
+impl Calibration {
+    /// Whether the fit ended at a minimum.
+    pub fn converged(&self) -> bool {
+        self.ending.converged()
+    }
 }
 
 /// The same calibration with equal weights (OLS) and with weights by direction (WLS).

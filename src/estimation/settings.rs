@@ -1,9 +1,10 @@
-//! What is asked of a calibration.
+//! What is asked of a calibration: one struct per stage, each value with its reason.
 
 use super::equivalence::Split;
-use super::least_squares::Loss;
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+use crate::least_squares::{self, Loss};
+use crate::observation::{Observes, Purpose};
 use crate::parameter::Slot;
 
 /// How the fit proceeds. All schemes end at the same parameters.
@@ -17,6 +18,17 @@ pub enum Scheme {
     Alternating,
 }
 
+impl Scheme {
+    /// Most iterations where the user sets no limit. Batch and pose by pose converge quadratically and need fewer than 20;
+    /// taking turns converges linearly, by a factor that comes close to 1 where base and geometry are nearly confounded.
+    pub fn iterations(self) -> usize {
+        match self {
+            Self::Batch | Self::PoseByPose => 200,
+            Self::Alternating => 20_000,
+        }
+    }
+}
+
 /// How readings are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weights {
@@ -28,48 +40,68 @@ pub enum Weights {
     Direction,
 }
 
-/// Which parameters are estimated beside base and tool.
+/// Which parameters are estimated next to base and tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct What {
     /// Geometry that the description frees.
     pub geometric: bool,
-    /// What gives and is declared identifiable.
+    /// Springs and beams that are declared identifiable.
     pub elastic: bool,
 }
 
 impl What {
-    /// What a campaign's readings are made for: stiffness from deflections, geometry from the rest.
+    /// What a campaign's readings are made for: stiffness from deflections, geometry from all others.
     pub fn usual(campaign: &Campaign) -> Self {
-        let elastic = campaign.observes == Observes::Deflection;
+        Self::of(campaign.observes)
+    }
+
+    /// What readings of a kind are made for.
+    pub fn of(observes: Observes) -> Self {
+        let elastic = observes.purpose() == Purpose::Stiffness;
         Self { geometric: !elastic, elastic }
     }
 }
 
 /// What is asked of a calibration.
+///
+/// The defaults calibrate what the campaign was made for, by all readings at once, and suit every robot tried so far. What
+/// changes the question (which parameters, which readings count how much) is for the user; the limits of the iteration
+/// further down are for whoever studies the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Which parameters are estimated; what the readings are made for where `None`.
     pub what: Option<What>,
-    /// Exactly these parameters beside base and tool, whatever [`Settings::what`] and the description say.
+    /// Exactly these parameters next to base and tool, whatever [`Settings::what`] and the description say.
     pub only: Option<Vec<Slot>>,
-    /// How springs that act as one are split back.
+    /// Parameters to hold at their nominal values, by name.
+    pub hold: Vec<String>,
+    /// How springs that act as one are split back into their members.
     pub split: Split,
-    /// Scheme of the fit.
+    /// Scheme of the fit. The iterative schemes exist to compare with the papers; leave it at `Batch`.
     pub scheme: Scheme,
     /// Weights of readings.
     pub weights: Weights,
-    /// Robust loss, in sigmas.
+    /// Robust loss, its scale in standard deviations of a residual. For campaigns with outliers; its own documentation
+    /// gives the usual scales.
     pub loss: Loss,
-    /// Whether the stated tolerances pull parameters towards their nominal values.
+    /// Whether the tolerances of geometric parameters pull them towards their nominal values: for campaigns too small to
+    /// determine them.
     pub prior: bool,
     /// Column scaling of the reduction.
     pub scaling: Scaling,
-    /// When a parameter that is not exactly dependent is dropped.
+    /// When a parameter that is not exactly dependent is dropped. The default keeps what the IR663 paper kept with its 27
+    /// poses; a smaller value keeps parameters that noise decides.
     pub criterion: Criterion,
-    /// Parameters to hold at their nominal values, by name.
-    pub hold: Vec<String>,
-    /// Most iterations.
-    pub max_iterations: usize,
+    /// Most iterations; where `None`, [`Scheme::iterations`].
+    pub max_iterations: Option<usize>,
+    /// [`crate::least_squares::Settings::cost_tolerance`] of the fit. Deflections are hundreds of standard deviations: a
+    /// relative change of the cost below 1e-12 is far less than a thousandth of a standard deviation of any parameter, and
+    /// what remains to be followed is rounding of the model, not the data.
+    pub cost_tolerance: f64,
+    /// The first guess of base, tool and markers.
+    pub registration: RegistrationSettings,
+    /// The search for a start of the springs.
+    pub start: StartSettings,
 }
 
 impl Default for Settings {
@@ -77,6 +109,7 @@ impl Default for Settings {
         Self {
             what: None,
             only: None,
+            hold: Vec::new(),
             split: Split::default(),
             scheme: Scheme::Batch,
             weights: Weights::Stated,
@@ -84,8 +117,56 @@ impl Default for Settings {
             prior: false,
             scaling: Scaling::Norm,
             criterion: Criterion::Relative(DEFAULT_TOLERANCE),
-            hold: Vec::new(),
-            max_iterations: 200,
+            max_iterations: None,
+            cost_tolerance: 1e-12,
+            registration: RegistrationSettings::default(),
+            start: StartSettings::default(),
         }
+    }
+}
+
+impl Settings {
+    /// Limits of every batch fit within a calibration.
+    pub(super) fn least_squares(&self) -> least_squares::Settings {
+        let max_iterations = self.max_iterations.unwrap_or(Scheme::Batch.iterations());
+        let (loss, cost_tolerance) = (self.loss, self.cost_tolerance);
+        least_squares::Settings { max_iterations, loss, cost_tolerance, ..Default::default() }
+    }
+}
+
+/// The first guess of base, tool and markers ([`crate::estimation`] fits them properly afterwards).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RegistrationSettings {
+    /// Times that base and points are fitted in turns where the campaign estimates both. Each turn is exact for the other
+    /// held; the error shrinks by a constant factor. 30 turns leave a guess from which the least-squares fit converges in a
+    /// few steps for all bundled campaigns.
+    pub turns: usize,
+}
+
+impl Default for RegistrationSettings {
+    fn default() -> Self {
+        Self { turns: 30 }
+    }
+}
+
+/// The search for a start of the springs: deflections are nearly linear in compliances, but a spring parallel to a joint can
+/// hide the joint, and its rate and free length enter as a product.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartSettings {
+    /// All springs are multiplied by the power of ten that fits best, up to this many decades on either side of the
+    /// description: from plastic gears to steel blocks lie four.
+    pub decades: i32,
+    /// Free lengths that are tried for a spring between bodies, as parts of its mean length over the campaign: from strongly
+    /// stretched to compressed.
+    pub lengths: [f64; 4],
+    /// Most iterations of each trial fit. Trials are compared, not reported: those that need more are not near a minimum.
+    pub max_iterations: usize,
+    /// Cost tolerance of each trial fit: one part in 1e9 of the cost does not change which trial is best.
+    pub cost_tolerance: f64,
+}
+
+impl Default for StartSettings {
+    fn default() -> Self {
+        Self { decades: 4, lengths: [0.3, 0.6, 0.9, 1.2], max_iterations: 30, cost_tolerance: 1e-9 }
     }
 }

@@ -82,7 +82,8 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     name_schema(&mut diagnostics, "campaign");
     let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
-    diagnostics.append(&mut campaign::faults(&raw, &locate, &|path| document.explains_absence(path)));
+    let effects: Vec<&str> = reader.catalogue.names().collect();
+    diagnostics.append(&mut campaign::faults(&raw, &effects, &locate, &|path| document.explains_absence(path)));
     let names = raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()])));
     // Of another robot than the campaign's own only what both have is left out.
     let own =

@@ -1,18 +1,34 @@
-//! Which files a program has read, so that it does not write over its own inputs.
+//! What is read with which effects, and which files a program has read, so that it does not write over its own inputs.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
+
+use crate::effects::Catalogue;
 
 /// Reads robots, campaigns, paths, processes and tables from disk or from the bundled set, and remembers what it read from
 /// disk.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Reader {
+    /// Effects that descriptions may switch on and campaigns may list.
+    pub(super) catalogue: Arc<Catalogue>,
     /// Files on disk that were opened, by their real paths.
     read: Mutex<BTreeSet<PathBuf>>,
 }
 
+impl Default for Reader {
+    /// Reads with the standard catalogue of effects.
+    fn default() -> Self {
+        Self::new(Catalogue::standard())
+    }
+}
+
 impl Reader {
+    /// Reads with a catalogue of effects, for example the standard one and those of a program.
+    pub fn new(catalogue: impl Into<Arc<Catalogue>>) -> Self {
+        Self { catalogue: catalogue.into(), read: Mutex::default() }
+    }
+
     pub(super) fn remember(&self, path: &Path) {
         if let (Ok(path), Ok(mut read)) = (path.canonicalize(), self.read.lock()) {
             read.insert(path);

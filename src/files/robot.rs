@@ -12,7 +12,6 @@ use crate::description::robot::Robot;
 use crate::description::urdf;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
-use crate::effects::{doubt, fault};
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
 
@@ -99,7 +98,7 @@ pub(super) fn read_robot(reader: &Reader, place: &Place, without: &Without) -> R
     let text = place.text(reader)?;
     if place.is_urdf() {
         let (raw, diagnostics) = import(place, &text)?;
-        return finish(raw, &Located { document: None, rules: None }, diagnostics, without);
+        return finish(raw, &Located { document: None, rules: None }, diagnostics, without, reader);
     }
     from_yaml(reader, place, &text, without)
 }
@@ -134,7 +133,7 @@ fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> R
         }
     };
     let located = Located { document: Some(&document), rules: rules.as_ref() };
-    finish(raw, &located, diagnostics, without)
+    finish(raw, &located, diagnostics, without, reader)
 }
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
@@ -214,6 +213,7 @@ fn finish(
     texts: &Located,
     mut diagnostics: Vec<Diagnostic>,
     without: &Without,
+    reader: &Reader,
 ) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let locate = |path: &[&str]| texts.value(path);
     let explained = |path: &[&str]| texts.explains(path);
@@ -247,33 +247,20 @@ fn finish(
             }
         }
     }
-    let model = match build(&robot) {
+    let model = match build(&robot, reader.catalogue.clone()) {
         Ok(model) => model,
         Err(faults) => {
             let located = faults.into_iter().map(|Fault { path, diagnostic }| {
                 let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                diagnostic.at(texts.key(&path))
+                diagnostic.at(if path.first() == Some(&"effects") { texts.value(&path) } else { texts.key(&path) })
             });
             return Err(diagnostics.into_iter().chain(located).collect());
         }
     };
-    let impossible: Vec<Diagnostic> = robot
-        .effects
-        .iter()
-        .enumerate()
-        .filter_map(|(k, entry)| Some((k, fault(&model, entry).err()?)))
-        .map(|(k, (message, remedy))| {
-            let message = format!("effect {} of `effects:`: {message}", k + 1);
-            Diagnostic::error(message).remedy(remedy).at(locate(&["effects", &k.to_string()]))
-        })
-        .collect();
-    if !impossible.is_empty() {
-        return Err(diagnostics.into_iter().chain(impossible).collect());
-    }
-    for (k, entry) in robot.effects.iter().enumerate() {
-        if let Some((message, remedy)) = doubt(&model, entry) {
-            let diagnostic = Diagnostic::warning(format!("effect {} of `effects:`: {message}", k + 1)).remedy(remedy);
-            diagnostics.push(diagnostic.at(locate(&["effects", &k.to_string()])));
+    for (k, switched_on) in model.effects.iter().enumerate() {
+        if let Some(doubt) = switched_on.entry.doubt(&model) {
+            let message = format!("effect {} of `effects:`: {}", k + 1, doubt.message);
+            diagnostics.push(Diagnostic { message, ..doubt }.at(locate(&["effects", &k.to_string()])));
         }
     }
     let contradicted = contradictions(&raw, &model);

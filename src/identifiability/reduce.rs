@@ -1,8 +1,12 @@
-//! The reduction itself.
+//! The reduction itself: columns are scaled, chosen by column-pivoted QR, and cut off by the criterion.
+//!
+//! Source: Khalil, Gautier and Enguehard 1991 (selection by QR); Sun and Hollerbach 2008 (observability indices).
 
-use faer::{Mat, Par};
+use nalgebra::DMatrix;
 
 use super::{Criterion, Identifiability, Scaling, Why};
+use crate::math::linear::{PivotedQr, singular_values, triangle};
+use crate::math::project_off;
 use crate::parameter::{Group, Parameter};
 
 /// Relative remainder below which a column counts as exactly dependent: rounding leaves about 1e-15 times the
@@ -10,6 +14,11 @@ use crate::parameter::{Group, Parameter};
 const EXACT: f64 = 1e-9;
 /// Columns whose remainders agree this well are tied; the later one is taken.
 const TIE: f64 = 1e-6;
+/// A column is zero when a common error of its parameter shows less than this part of the most that any other shows:
+/// rounding of derivatives of the size of the largest.
+const ZERO: f64 = 1e-12;
+/// Part of a dropped column below which a kept column's share of it is not reported.
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// One column of an observation matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,115 +45,92 @@ impl Column {
     }
 }
 
-/// Reduces an observation matrix.
-///
-/// `matrix` is row-major, as wide as there are `columns`, its rows divided by the noise of their reading where that is
-/// known. Ties are broken by column order (the later is kept), so that the order of rows, the number of threads and the
-/// processor do not change the kept set.
-pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Criterion) -> Identifiability {
-    faer::set_global_parallelism(Par::Seq);
-    let columns = about.len();
-    let rows = matrix.len().checked_div(columns).unwrap_or(0);
-    // All that follows needs only the triangle.
-    let tall = Mat::from_fn(rows.max(columns), columns, |i, j| if i < rows { matrix[i * columns + j] } else { 0.0 });
-    let r = tall.qr().thin_R().to_owned();
-    let norms: Vec<f64> = (0..columns).map(|j| r.col(j).norm_l2()).collect();
-    // What a common error of each shows: stiffnesses in N/m and angles are not of one size.
-    let shown: Vec<f64> = norms
-        .iter()
-        .zip(about)
-        .map(|(&norm, of)| if of.tolerance > 0.0 && of.tolerance.is_finite() { norm * of.tolerance } else { norm })
-        .collect();
-    let largest = shown.iter().copied().fold(0.0, f64::max);
-    let effective: Vec<bool> = shown.iter().map(|&shown| shown > 1e-12 * largest && shown.is_finite()).collect();
-    let scale: Vec<f64> = (0..columns)
-        .map(|j| match scaling {
-            _ if !effective[j] => 0.0,
+/// The columns of an observation matrix, comparable.
+struct Columns {
+    /// Scaled, and reduced to the triangle of a QR (n x n), which is all that follows needs.
+    scaled: DMatrix<f64>,
+    /// Length of each column before scaling.
+    norms: Vec<f64>,
+    /// Factor of each column; 0 for those that are zero.
+    scale: Vec<f64>,
+    /// Rows of the observation matrix.
+    rows: usize,
+}
+
+impl Columns {
+    fn new(matrix: &[f64], about: &[Column], scaling: Scaling) -> Self {
+        let n = about.len();
+        let rows = matrix.len().checked_div(n).unwrap_or(0);
+        let mut scaled = triangle(DMatrix::from_row_slice(rows, n, matrix).resize_vertically(rows.max(n), 0.0));
+        let norms: Vec<f64> = scaled.column_iter().map(|column| column.norm()).collect();
+        // What a common error of each shows: stiffnesses in N/m and angles are not of one size.
+        let known = |of: &Column| of.tolerance > 0.0 && of.tolerance.is_finite();
+        let shown: Vec<f64> =
+            norms.iter().zip(about).map(|(norm, of)| if known(of) { norm * of.tolerance } else { *norm }).collect();
+        let largest = shown.iter().copied().fold(0.0, f64::max);
+        let factor = |j: usize| match scaling {
+            _ if !(shown[j] > ZERO * largest && shown[j].is_finite()) => 0.0,
             Scaling::Norm => 1.0 / norms[j],
             Scaling::Tolerance => about[j].tolerance,
-        })
-        .collect();
-    let scaled = Mat::from_fn(columns, columns, |i, j| r[(i, j)] * scale[j]);
-
-    let mut chosen: Vec<usize> = Vec::new();
-    let mut remainder = vec![0.0; columns];
-    let mut basis = Mat::<f64>::zeros(columns, 0);
-    // The arrangement first, then the robot, then what is held (to know whether it is exactly dependent).
-    for class in 0..3 {
-        let class_of = |column: &Column| if column.held { 2 } else { usize::from(!column.first) };
-        let candidates: Vec<usize> = (0..columns).filter(|&j| class_of(&about[j]) == class && effective[j]).collect();
-        if candidates.is_empty() {
-            continue;
+        };
+        let scale: Vec<f64> = (0..n).map(factor).collect();
+        for (mut column, factor) in scaled.column_iter_mut().zip(&scale) {
+            column *= *factor;
         }
-        let mut left = Mat::from_fn(columns, candidates.len(), |i, k| scaled[(i, candidates[k])]);
-        for _ in 0..2 {
-            let shadow = basis.transpose() * &left;
-            left -= &basis * shadow;
-        }
-        let bias = |column: usize| about[column].preference * (1.0 + TIE * column as f64);
-        let biased = Mat::from_fn(columns, candidates.len(), |i, k| left[(i, k)] * bias(candidates[k]));
-        let qr = biased.col_piv_qr();
-        let (order, triangle, q) = (qr.P().arrays().0.to_vec(), qr.thin_R(), qr.compute_thin_Q());
-        let mut added = 0;
-        for (k, &position) in order.iter().enumerate() {
-            let column = candidates[position];
-            remainder[column] = triangle[(k, k)].abs() / (bias(column) * scale[column] * norms[column]);
-            if remainder[column] > EXACT {
-                chosen.push(column);
-                added = k + 1;
-            }
-        }
-        basis = Mat::from_fn(columns, basis.ncols() + added, |i, k| {
-            if k < basis.ncols() { basis[(i, k)] } else { q[(i, k - basis.ncols())] }
-        });
+        Self { scaled, norms, scale, rows }
     }
-    let rank = chosen.len();
+
+    fn is_zero(&self, column: usize) -> bool {
+        self.scale[column] == 0.0
+    }
+
+    fn choose(&self, columns: &[usize]) -> DMatrix<f64> {
+        self.scaled.select_columns(columns)
+    }
+}
+
+/// Reduces an observation matrix.
+///
+/// `matrix` is row-major, as wide as there are columns in `about`, its rows divided by the noise of their reading where
+/// that is known. Ties are broken by column order (the later is kept), so that the order of rows, the number of threads
+/// and the processor do not change the kept set.
+pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Criterion) -> Identifiability {
+    let columns = Columns::new(matrix, about, scaling);
+    let (chosen, remainder) = independent(&columns, about);
     let eligible: Vec<usize> = chosen.iter().copied().filter(|&column| !about[column].held).collect();
     let mut kept: Vec<usize> = match criterion {
         Criterion::Relative(tolerance) => {
-            let all = Mat::from_fn(columns, eligible.len(), |i, k| scaled[(i, eligible[k])]);
-            let singular_values = all.singular_values().unwrap_or_default();
-            let least = tolerance * singular_values.first().copied().unwrap_or(0.0);
-            let count = singular_values.iter().filter(|&&s| s >= least).count();
-            eligible
-                .iter()
-                .enumerate()
-                .filter(|&(k, &column)| k < count || about[column].first)
-                .map(|(_, &column)| column)
-                .collect()
+            let values = singular_values(&columns.choose(&eligible)).unwrap_or_default();
+            let least = tolerance * values.first().copied().unwrap_or(0.0);
+            let count = values.iter().filter(|value| **value >= least).count();
+            let position = eligible.iter().enumerate();
+            position.filter(|&(k, &column)| k < count || about[column].first).map(|(_, &column)| column).collect()
         }
         Criterion::Noise => {
-            let seen = |column: usize| remainder[column] * norms[column] * about[column].tolerance >= 1.0;
+            let seen = |column: usize| remainder[column] * columns.norms[column] * about[column].tolerance >= 1.0;
             eligible.iter().copied().filter(|&column| about[column].first || seen(column)).collect()
         }
     };
     kept.sort_unstable();
-    let dropped: Vec<(usize, Why)> = (0..columns)
-        .filter(|column| !kept.contains(column))
-        .map(|column| {
-            let why = match chosen.contains(&column) {
-                false => Why::Exact,
-                true if about[column].held => Why::Held,
-                true => Why::Weak,
-            };
-            (column, why)
-        })
-        .collect();
-
-    let kept_scaled = Mat::from_fn(columns, kept.len(), |i, k| scaled[(i, kept[k])]);
-    let combinations = combine(&kept_scaled, &scaled, &scale, &kept, &dropped, &effective);
-    let singular_values = kept_scaled.singular_values().unwrap_or_default();
-    let (condition, observability) = indices(&singular_values, rows);
+    let why = |column: usize| match chosen.contains(&column) {
+        false => Why::Exact,
+        true if about[column].held => Why::Held,
+        true => Why::Weak,
+    };
+    let is_dropped = |column: &usize| kept.binary_search(column).is_err();
+    let dropped: Vec<(usize, Why)> = (0..about.len()).filter(is_dropped).map(|column| (column, why(column))).collect();
+    let singular_values = singular_values(&columns.choose(&kept)).unwrap_or_default();
+    let (condition, observability) = indices(&singular_values, columns.rows);
     let tolerance = match criterion {
         Criterion::Relative(tolerance) => Some(tolerance),
         Criterion::Noise => None,
     };
     Identifiability {
-        columns,
-        rank,
+        columns: about.len(),
+        rank: chosen.len(),
+        combinations: combine(&columns, &kept, &dropped),
         kept,
         dropped,
-        combinations,
         remainder,
         singular_values,
         condition,
@@ -153,35 +139,59 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     }
 }
 
+/// Columns that are not exactly dependent, in the order of choice, and of every column the part of its length that those
+/// chosen before it leave.
+fn independent(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
+    let n = about.len();
+    let (mut chosen, mut left) = (Vec::new(), vec![0.0; n]);
+    let mut basis = DMatrix::<f64>::zeros(n, 0);
+    let bias = |column: usize| about[column].preference * (1.0 + TIE * column as f64);
+    // The arrangement first, then the robot, then what is held (to know whether it is exactly dependent).
+    for class in 0..3 {
+        let class_of = |column: &Column| if column.held { 2 } else { usize::from(!column.first) };
+        let is_candidate = |&j: &usize| class_of(&about[j]) == class && !columns.is_zero(j);
+        let candidates: Vec<usize> = (0..n).filter(is_candidate).collect();
+        let mut biased = project_off(&columns.choose(&candidates), &basis);
+        for (mut column, &candidate) in biased.column_iter_mut().zip(&candidates) {
+            column *= bias(candidate);
+        }
+        let qr = PivotedQr::new(biased);
+        let mut added = 0;
+        for (k, (&position, size)) in qr.order().iter().zip(qr.added()).enumerate() {
+            let column = candidates[position];
+            left[column] = size / (bias(column) * columns.scale[column] * columns.norms[column]);
+            if left[column] > EXACT {
+                chosen.push(column);
+                added = k + 1;
+            }
+        }
+        let known = basis.ncols();
+        basis = basis.resize_horizontally(known + added, 0.0);
+        basis.columns_mut(known, added).copy_from(&qr.basis(added));
+    }
+    (chosen, left)
+}
+
 /// What each kept parameter took over, by least squares of the dropped columns on the kept ones.
-fn combine(
-    kept_scaled: &Mat<f64>,
-    scaled: &Mat<f64>,
-    scale: &[f64],
-    kept: &[usize],
-    dropped: &[(usize, Why)],
-    effective: &[bool],
-) -> Vec<(usize, Vec<(usize, f64)>)> {
-    use faer::linalg::solvers::SolveLstsq;
-    let explained: Vec<usize> = dropped.iter().map(|(column, _)| *column).filter(|&column| effective[column]).collect();
+fn combine(columns: &Columns, kept: &[usize], dropped: &[(usize, Why)]) -> Vec<(usize, Vec<(usize, f64)>)> {
+    let explained: Vec<usize> =
+        dropped.iter().map(|(column, _)| *column).filter(|&column| !columns.is_zero(column)).collect();
     if kept.is_empty() || explained.is_empty() {
         return Vec::new();
     }
-    let right = Mat::from_fn(scaled.nrows(), explained.len(), |i, k| scaled[(i, explained[k])]);
-    let factors = kept_scaled.qr().solve_lstsq(&right);
-    let mut combinations = Vec::new();
-    for (i, &keeper) in kept.iter().enumerate() {
-        let terms: Vec<(usize, f64)> = explained
-            .iter()
-            .enumerate()
-            .filter(|&(k, _)| factors[(i, k)].abs() > 1e-6 * right.col(k).norm_l2())
-            .map(|(k, &column)| (column, factors[(i, k)] * scale[keeper] / scale[column]))
-            .collect();
-        if !terms.is_empty() {
-            combinations.push((keeper, terms));
-        }
-    }
-    combinations
+    let right = columns.choose(&explained);
+    let lengths: Vec<f64> = right.column_iter().map(|column| column.norm()).collect();
+    let factors = PivotedQr::new(columns.choose(kept)).solve(kept.len(), right);
+    let terms = |(i, &keeper): (usize, &usize)| {
+        let share = |(k, &column): (usize, &usize)| {
+            let factor = factors[(i, k)];
+            let ratio = columns.scale[keeper] / columns.scale[column];
+            (factor.abs() > NEGLIGIBLE * lengths[k]).then_some((column, factor * ratio))
+        };
+        let terms: Vec<(usize, f64)> = explained.iter().enumerate().filter_map(share).collect();
+        (!terms.is_empty()).then_some((keeper, terms))
+    };
+    kept.iter().enumerate().filter_map(terms).collect()
 }
 
 /// Condition number and O1..O5: (product)^(1/n) / sqrt(rows), last / first, last, last^2 / first, 1 / sum of inverses.

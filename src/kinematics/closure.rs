@@ -1,29 +1,15 @@
 //! Generic loop closure: Newton on the cut joints, from the declared branch, with continuation where it is far.
 
-use super::geometry::{AssemblyError, Geometry};
-use super::planar::Ground;
+use super::assembly_error::AssemblyError;
+use super::constants::Constants;
+use super::linearisation::Linearisation;
+use super::planar::GroundLink;
 use super::{linear, planar, spatial};
 use crate::description::raw::LoopKind;
 use crate::description::robot::FrameIndex;
 use crate::model::{LoopGroup, Stage};
-use crate::parameter::Slot;
 
-/// Derivative of a loop's residual: up to six components.
-pub type Column = [f64; 6];
-
-/// A loop's residual and derivatives at given joints.
-#[derive(Debug, Clone, Default)]
-pub struct Linearisation {
-    pub residual: Column,
-    /// Number of components that count.
-    pub rows: usize,
-    /// By moving joints of the loop.
-    pub joints: Vec<(FrameIndex, Column)>,
-    /// By constants of the loop.
-    pub slots: Vec<(Slot, Column)>,
-}
-
-/// Working memory of a closure.
+/// Workspace of a closure.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     pub linearisation: Linearisation,
@@ -38,7 +24,7 @@ pub struct Scratch {
 #[derive(Debug, Clone)]
 pub struct ClosedLoops {
     group: LoopGroup,
-    grounds: Vec<Option<Ground>>,
+    grounds: Vec<Option<GroundLink>>,
     /// Joints (unknowns) at the reference configuration.
     reference: Vec<f64>,
     /// Inputs at the reference configuration.
@@ -58,9 +44,9 @@ const CLOSED: f64 = 1e-9;
 
 impl ClosedLoops {
     /// Assembles the loops at the configuration at which the branch was declared.
-    pub fn assemble(geometry: &Geometry, group: &LoopGroup) -> Result<Self, AssemblyError> {
+    pub fn assemble(constants: &Constants, earlier: &[Self], group: &LoopGroup) -> Result<Self, AssemblyError> {
         let planar =
-            |plan: &crate::model::LoopPlan| (plan.kind == LoopKind::Planar).then(|| Ground::new(geometry, plan));
+            |plan: &crate::model::LoopPlan| (plan.kind == LoopKind::Planar).then(|| GroundLink::new(constants, plan));
         let grounds = group.loops.iter().map(planar).collect();
         let mut closed = Self {
             group: group.clone(),
@@ -71,30 +57,30 @@ impl ClosedLoops {
             jacobian: Vec::new(),
         };
         let mut joints = Vec::new();
-        geometry.direct_joints(&group.at, &mut joints);
+        constants.direct_joints(&group.at, &mut joints);
         let mut scratch = Scratch::default();
-        let mut earlier = geometry.loops.iter();
-        for stage in &geometry.model.stages {
+        let mut earlier = earlier.iter();
+        for stage in &constants.model.stages {
             match stage {
                 Stage::Loops(other) if other.unknowns == group.unknowns => break,
                 Stage::Loops(_) => {
                     if let Some(other) = earlier.next() {
-                        other.close(geometry, &mut joints, &mut scratch)?;
+                        other.close(constants, &mut joints, &mut scratch)?;
                     }
                 }
-                stage => geometry.follow(stage, &group.at, &mut joints)?,
+                stage => constants.follow(stage, &group.at, &mut joints)?,
             }
         }
         closed.inputs = group.inputs.iter().map(|&frame| joints[frame]).collect();
         for (&frame, &guess) in group.unknowns.iter().zip(&group.guess) {
             joints[frame] = guess;
         }
-        match closed.newton(geometry, &mut joints, &mut scratch) {
+        match closed.newton(constants, &mut joints, &mut scratch) {
             Ok(sign) => {
                 closed.sign = sign;
                 closed.reference = group.unknowns.iter().map(|&frame| joints[frame]).collect();
                 if group.equations > group.unknowns.len() {
-                    closed.evaluate(geometry, &joints, &mut scratch);
+                    closed.evaluate(constants, &joints, &mut scratch);
                     closed.jacobian = scratch.matrix;
                     closed.sign = 1.0;
                 }
@@ -116,19 +102,19 @@ impl ClosedLoops {
 
     /// Finds the passive joints for given other joints, on the declared branch: Newton from the reference, and where
     /// that fails or ends on another branch, by continuation from it in smaller and smaller steps.
-    pub fn close(&self, geometry: &Geometry, joints: &mut [f64], scratch: &mut Scratch) -> Result<(), AssemblyError> {
+    pub fn close(&self, constants: &Constants, joints: &mut [f64], scratch: &mut Scratch) -> Result<(), AssemblyError> {
         self.set(&self.group.unknowns, &self.reference, joints);
-        if self.newton(geometry, joints, scratch).is_ok_and(|sign| sign == self.sign) {
+        if self.newton(constants, joints, scratch).is_ok_and(|sign| sign == self.sign) {
             return Ok(());
         }
         let mut target = std::mem::take(&mut scratch.inputs);
         target.clear();
         target.extend(self.group.inputs.iter().map(|&frame| joints[frame]));
-        let result = self.continuation(geometry, &target, joints, scratch);
+        let result = self.continuation(constants, &target, joints, scratch);
         self.set(&self.group.inputs, &target, joints);
         scratch.inputs = target;
         // From where the branch ends, the gap that stays for the joints asked for.
-        result.map_err(|gap| match self.newton(geometry, joints, scratch) {
+        result.map_err(|gap| match self.newton(constants, joints, scratch) {
             Err(gap) => self.failure(gap, ""),
             Ok(_) => self.failure(gap, " on its declared branch"),
         })
@@ -152,7 +138,7 @@ impl ClosedLoops {
 
     fn continuation(
         &self,
-        geometry: &Geometry,
+        constants: &Constants,
         target: &[f64],
         joints: &mut [f64],
         scratch: &mut Scratch,
@@ -167,7 +153,7 @@ impl ClosedLoops {
                 joints[frame] = from + next * (to - from);
             }
             self.set(&self.group.unknowns, &good, joints);
-            match self.newton(geometry, joints, scratch) {
+            match self.newton(constants, joints, scratch) {
                 Ok(sign) if sign == self.sign => {
                     done = next;
                     step *= 1.5;
@@ -189,9 +175,9 @@ impl ClosedLoops {
     }
 
     /// Newton with step halving on the unknowns in `joints`; the determinant's sign, or the gap that stays.
-    fn newton(&self, geometry: &Geometry, joints: &mut [f64], scratch: &mut Scratch) -> Result<f64, f64> {
+    fn newton(&self, constants: &Constants, joints: &mut [f64], scratch: &mut Scratch) -> Result<f64, f64> {
         let n = self.group.unknowns.len();
-        let mut best = self.evaluate(geometry, joints, scratch);
+        let mut best = self.evaluate(constants, joints, scratch);
         for _ in 0..MAX_ITERATIONS {
             scratch.step.resize(n, 0.0);
             let Some(sign) =
@@ -217,7 +203,7 @@ impl ClosedLoops {
                         Err(best)
                     };
                 }
-                gap = self.evaluate(geometry, joints, scratch);
+                gap = self.evaluate(constants, joints, scratch);
                 if gap < best || gap < CLOSED {
                     break;
                 }
@@ -232,7 +218,7 @@ impl ClosedLoops {
     }
 
     /// Residual (returned as its largest component) and Jacobian by the unknowns, into the scratch.
-    fn evaluate(&self, geometry: &Geometry, joints: &[f64], scratch: &mut Scratch) -> f64 {
+    fn evaluate(&self, constants: &Constants, joints: &[f64], scratch: &mut Scratch) -> f64 {
         let n = self.group.unknowns.len();
         scratch.matrix.clear();
         scratch.matrix.resize(self.group.equations * n, 0.0);
@@ -240,7 +226,7 @@ impl ClosedLoops {
         scratch.residual.resize(self.group.equations, 0.0);
         for at in 0..self.group.loops.len() {
             let plan = &self.group.loops[at];
-            self.linearise(geometry, at, joints, false, &mut scratch.linearisation);
+            self.linearise(constants, at, joints, false, &mut scratch.linearisation);
             let found = &scratch.linearisation;
             scratch.residual[plan.row..plan.row + found.rows].copy_from_slice(&found.residual[..found.rows]);
             for (frame, column) in &found.joints {
@@ -255,13 +241,13 @@ impl ClosedLoops {
     }
 
     /// Residual and derivatives of one loop of the group.
-    pub fn linearise(&self, geometry: &Geometry, at: usize, joints: &[f64], slots: bool, out: &mut Linearisation) {
+    pub fn linearise(&self, constants: &Constants, at: usize, joints: &[f64], slots: bool, out: &mut Linearisation) {
         out.joints.clear();
         out.slots.clear();
         let plan = &self.group.loops[at];
         match &self.grounds[at] {
-            Some(ground) => planar::linearise(geometry, plan, ground, joints, slots, out),
-            None => spatial::linearise(geometry, plan, joints, slots, out),
+            Some(ground) => planar::linearise(constants, plan, ground, joints, slots, out),
+            None => spatial::linearise(constants, plan, joints, slots, out),
         }
     }
 }

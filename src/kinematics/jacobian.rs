@@ -88,7 +88,7 @@ impl ErrorColumns {
         let end = placements.frames[self.frame].translation.vector;
         for &(frame, antecedent, symbol, column) in &self.constants {
             let above = &placements.frames[antecedent];
-            let constant = &geometry.constants[frame];
+            let constant = &geometry.constants.frames[frame];
             let origin = above.translation.vector;
             let turned = |axis: Vector3<f64>| above.rotation.matrix() * axis;
             match symbol {

@@ -3,26 +3,24 @@
 //! [`Geometry`] is a model with values put in; it places frames for a configuration. All derivatives are analytic:
 //! elementary transforms give twists, loops give implicit derivatives.
 
+mod assembly_error;
 mod closure;
+mod constants;
 mod geometry;
 mod inverse;
 mod jacobian;
 mod linear;
+mod linearisation;
 mod planar;
 mod rates;
 mod slider_crank;
 mod spatial;
+mod transform;
 
-pub use geometry::{AssemblyError, Geometry, Placements};
+pub use assembly_error::AssemblyError;
+pub use geometry::{Geometry, Placements};
 pub use inverse::{InverseError, InverseSettings, Solution, Target, beyond_limits, solve};
 pub use jacobian::{By, ErrorColumns, shift};
 pub use rates::Rates;
 pub use slider_crank::slider_crank;
-
-/// A rigid transform: rotation matrix and translation (m).
-pub type Transform = nalgebra::IsometryMatrix3<f64>;
-
-/// Rotation vector of a rotation (rad), accurate for small angles and near half a turn.
-pub fn rotation_vector(rotation: &nalgebra::Rotation3<f64>) -> nalgebra::Vector3<f64> {
-    nalgebra::UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
-}
+pub use transform::{Transform, rotation_vector};

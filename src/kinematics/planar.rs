@@ -5,16 +5,17 @@
 
 use nalgebra::Rotation3;
 
-use super::closure::{Column, Linearisation};
-use super::geometry::Geometry;
+use super::constants::{Constants, FrameConstants};
+use super::linearisation::{Column, Linearisation};
+use super::transform::Transform;
 use crate::description::raw::Meet;
 use crate::description::robot::FrameIndex;
 use crate::model::{LoopPlan, THETA};
 use crate::parameter::Slot;
 
-/// Ground link of a planar loop: pose of the second branch's first axis in the first one's plane, with derivatives.
+/// GroundLink link of a planar loop: pose of the second branch's first axis in the first one's plane, with derivatives.
 #[derive(Debug, Clone)]
-pub struct Ground {
+pub struct GroundLink {
     x: f64,
     y: f64,
     heading: f64,
@@ -22,27 +23,27 @@ pub struct Ground {
     by: Vec<(Slot, Column)>,
 }
 
-impl Ground {
-    pub fn new(geometry: &Geometry, plan: &LoopPlan) -> Self {
-        let first = |side: usize| plan.branches[side].first().map(|&frame| (frame, &geometry.constants[frame]));
+impl GroundLink {
+    pub fn new(constants: &Constants, plan: &LoopPlan) -> Self {
+        let first = |side: usize| plan.branches[side].first().map(|&frame| (frame, &constants.frames[frame]));
         let (a, b) = (first(0), first(1));
         let shared = match (a, b) {
             (Some((a, _)), Some((b, _))) => {
-                geometry.model.frames[a].slots[..THETA] == geometry.model.frames[b].slots[..THETA]
+                constants.model.frames[a].slots[..THETA] == constants.model.frames[b].slots[..THETA]
             }
             _ => false,
         };
         // The transforms without the parts of theta and r, which the branches add themselves.
-        let bare = |side: Option<(FrameIndex, &super::geometry::Constant)>| match side {
-            None => super::Transform::identity(),
+        let bare = |side: Option<(FrameIndex, &FrameConstants)>| match side {
+            None => Transform::identity(),
             Some((frame, constant)) => {
-                let alpha = geometry.value(geometry.model.frames[frame].slots[3]);
-                let d = geometry.value(geometry.model.frames[frame].slots[4]);
+                let alpha = constants.value(constants.model.frames[frame].slots[3]);
+                let d = constants.value(constants.model.frames[frame].slots[4]);
                 let y1 = constant.z1.cross(&constant.x1);
                 let turned =
                     Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[constant.x1, y1, constant.z1]));
                 let rotation = turned * Rotation3::from_axis_angle(&nalgebra::Vector3::x_axis(), alpha);
-                super::Transform::from_parts((constant.foot + constant.x1 * d).into(), rotation)
+                Transform::from_parts((constant.foot + constant.x1 * d).into(), rotation)
             }
         };
         let (ta, tb) = (bare(a), bare(b));
@@ -53,7 +54,7 @@ impl Ground {
         if !shared {
             for (side, sign) in [(a, -1.0), (b, 1.0)] {
                 let Some((frame, constant)) = side else { continue };
-                let slots = geometry.model.frames[frame].slots;
+                let slots = constants.model.frames[frame].slots;
                 let twists = constant.twists();
                 for (slot, (axis, point, turns)) in slots.into_iter().zip(twists) {
                     let (w, v) = if turns {
@@ -70,20 +71,6 @@ impl Ground {
     }
 }
 
-impl super::geometry::Constant {
-    /// Axis, point and kind (rotation or translation) of beta, gamma, b, alpha, d in the antecedent.
-    pub fn twists(&self) -> [(nalgebra::Vector3<f64>, nalgebra::Vector3<f64>, bool); 5] {
-        let origin = nalgebra::Vector3::zeros();
-        [
-            (nalgebra::Vector3::y(), origin, true),
-            (self.z1, origin, true),
-            (self.z1, origin, false),
-            (self.x1, self.foot, true),
-            (self.x1, origin, false),
-        ]
-    }
-}
-
 /// A point of the walk along a branch.
 #[derive(Clone, Copy)]
 struct Pose {
@@ -95,9 +82,9 @@ struct Pose {
 
 /// Residual (x, y, heading of the first branch's end less the second's) and, if asked, its derivatives.
 pub fn linearise(
-    geometry: &Geometry,
+    constants: &Constants,
     plan: &LoopPlan,
-    ground: &Ground,
+    ground: &GroundLink,
     joints: &[f64],
     slots: bool,
     out: &mut Linearisation,
@@ -113,32 +100,32 @@ pub fn linearise(
         let first_slot = out.slots.len();
         let mut pose = start[side];
         for (position, &frame) in plan.branches[side].iter().enumerate() {
-            let model_frame = &geometry.model.frames[frame];
+            let model_frame = &constants.model.frames[frame];
             if position > 0 {
                 if slots {
                     out.slots.push((model_frame.slots[1], turn(pose, sign)));
                 }
-                let gamma = geometry.value(model_frame.slots[1]);
+                let gamma = constants.value(model_frame.slots[1]);
                 pose.heading += pose.sense * gamma;
                 let (sine, cosine) = pose.heading.sin_cos();
-                let d = geometry.value(model_frame.slots[4]);
+                let d = constants.value(model_frame.slots[4]);
                 pose.x += d * cosine;
                 pose.y += d * sine;
                 if slots {
                     out.slots.push((model_frame.slots[4], [sign * cosine, sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
                 }
-                if geometry.value(model_frame.slots[3]).cos() < 0.0 {
+                if constants.value(model_frame.slots[3]).cos() < 0.0 {
                     pose.sense = -pose.sense;
                 }
             }
             if model_frame.moves() {
                 out.joints.push((frame, turn(pose, sign)));
-                pose.heading += pose.sense * geometry.full(frame, joints[frame]);
+                pose.heading += pose.sense * constants.full(frame, joints[frame]);
             } else {
                 if slots {
                     out.slots.push((model_frame.slots[THETA], turn(pose, sign)));
                 }
-                pose.heading += pose.sense * geometry.value(model_frame.slots[THETA]);
+                pose.heading += pose.sense * constants.value(model_frame.slots[THETA]);
             }
         }
         ends[side] = pose;

@@ -1,8 +1,10 @@
 //! How every joint moves with the variables and with the parameters that move joints: couplings, actuators, loops.
 
-use super::closure::Linearisation;
+use super::closure::ClosedLoops;
 use super::geometry::{Geometry, Placements};
-use super::{linear, slider_crank};
+use super::linear;
+use super::linearisation::Linearisation;
+use super::slider_crank::slider_crank;
 use crate::description::robot::{FrameIndex, Motion};
 use crate::model::{Model, Stage};
 use crate::parameter::Slot;
@@ -188,7 +190,7 @@ impl Rates {
     }
 
     /// Implicit derivative of a loop group's passive joints: unknowns = -(dF/dunknowns)^+ (dF/dinputs dinputs + dF/dslots).
-    fn close(&mut self, closed: &super::closure::ClosedLoops, geometry: &Geometry, placements: &Placements) {
+    fn close(&mut self, closed: &ClosedLoops, geometry: &Geometry, placements: &Placements) {
         let n = self.drivers();
         let group = closed.group();
         let (rows, columns) = (group.equations, group.unknowns.len());
@@ -198,7 +200,7 @@ impl Rates {
         self.right.resize(rows * n, 0.0);
         let mut found = std::mem::take(&mut self.linearisation);
         for (at, plan) in group.loops.iter().enumerate() {
-            closed.linearise(geometry, at, &placements.joints, true, &mut found);
+            closed.linearise(&geometry.constants, at, &placements.joints, true, &mut found);
             for (frame, column) in &found.joints {
                 if let Some(k) = group.unknowns.iter().position(|unknown| unknown == frame) {
                     for (row, value) in column[..found.rows].iter().enumerate() {

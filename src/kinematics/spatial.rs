@@ -2,23 +2,23 @@
 
 use nalgebra::Vector3;
 
-use super::closure::Linearisation;
-use super::geometry::Geometry;
-use super::{Transform, rotation_vector};
+use super::constants::Constants;
+use super::linearisation::Linearisation;
+use super::transform::{Transform, rotation_vector};
 use crate::description::raw::{JointKind, Meet};
 use crate::model::{LoopPlan, R, THETA};
 
 /// Residual (position, and rotation vector, of the first branch's end against the second's, in the axes of the common
 /// ancestor) and its derivatives.
-pub fn linearise(geometry: &Geometry, plan: &LoopPlan, joints: &[f64], slots: bool, out: &mut Linearisation) {
+pub fn linearise(constants: &Constants, plan: &LoopPlan, joints: &[f64], slots: bool, out: &mut Linearisation) {
     let mut ends = [Transform::identity(); 2];
     for (side, reached) in ends.iter_mut().enumerate() {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let (first_column, first_slot) = (out.joints.len(), out.slots.len());
         let mut pose = Transform::identity();
         for &frame in &plan.branches[side] {
-            let model_frame = &geometry.model.frames[frame];
-            let constant = &geometry.constants[frame];
+            let model_frame = &constants.model.frames[frame];
+            let constant = &constants.frames[frame];
             if slots {
                 for (slot, (axis, point, turns)) in model_frame.slots.into_iter().zip(constant.twists()) {
                     out.slots.push((
@@ -33,7 +33,7 @@ pub fn linearise(geometry: &Geometry, plan: &LoopPlan, joints: &[f64], slots: bo
                 JointKind::Revolute => {
                     pose.translation.vector += z * constant.r;
                     out.joints.push((frame, line(z, pose.translation.vector, true, sign)));
-                    let angle = geometry.full(frame, joints[frame]);
+                    let angle = constants.full(frame, joints[frame]);
                     pose.rotation *= nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
                     if slots {
                         out.slots.push((model_frame.slots[R], line(z, pose.translation.vector, false, sign)));
@@ -44,7 +44,7 @@ pub fn linearise(geometry: &Geometry, plan: &LoopPlan, joints: &[f64], slots: bo
                         out.slots.push((model_frame.slots[THETA], line(z, pose.translation.vector, true, sign)));
                     }
                     out.joints.push((frame, line(z, pose.translation.vector, false, sign)));
-                    pose.translation.vector += z * geometry.full(frame, joints[frame]);
+                    pose.translation.vector += z * constants.full(frame, joints[frame]);
                 }
                 JointKind::Fixed => {
                     z = pose.rotation * Vector3::z();

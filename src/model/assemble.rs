@@ -6,9 +6,12 @@ use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
 use super::structure::{Edge, MassElement, Spot, Structure, Vertex, nearest};
 use super::{Fault, Model};
-use crate::description::elastic::{BASE_SYMBOLS, Elastic, JOINT_SYMBOLS, Shear, Stiffness};
+use crate::description::elastic::{BASE_SYMBOLS, Shear, Stiffness, own_axis};
+use crate::description::parameters::{
+    ANCHORS, AXIAL, CENTRE, DENSITY, FREE_LENGTH, JOINT, MASS, Number, Owner, PEDESTAL, POISSON, RATE, SECTION, SHEAR,
+    Stiffness as Row, YOUNG,
+};
 use crate::description::raw::{JointKind, LoadPath, LoopKind, Meet, Support};
-use crate::description::resolve::power;
 use crate::description::robot::{FrameIndex, Motion, Robot};
 use crate::elements::{
     Axes, BodyPoint, Law, Lumped, Material, Screw, ScrewTriangle, Section, Spring, VertexIndex, screw_pins,
@@ -75,93 +78,64 @@ fn home(robot: &Robot) -> Vec<Isometry3<f64>> {
 }
 
 impl Builder<'_> {
-    fn elastic(&self) -> &Elastic {
-        &self.robot.elastic
-    }
-
-    /// Adds a parameter held as `nominal`; `inverted` where it is written as its inverse.
-    #[allow(clippy::too_many_arguments)] // a parameter has that many sides
-    fn add(
-        &mut self,
-        name: String,
-        kind: Kind,
-        nominal: f64,
-        bounds: [f64; 2],
-        tolerance: f64,
-        free: bool,
-        inverted: bool,
-    ) -> Slot {
+    /// Adds a parameter; `calibration` narrows its bounds, states its common error, frees it or holds it.
+    fn add(&mut self, mut parameter: Parameter) -> Slot {
         let calibration = &self.robot.calibration;
-        let flip = |bounds: [f64; 2]| if inverted { [1.0 / bounds[1], 1.0 / bounds[0]] } else { bounds };
-        // What is stated narrows what the quantity allows.
-        let bounds = calibration.bounds.get(&name).copied().map_or(bounds, |stated| {
-            let [low, high] = flip(stated);
-            [bounds[0].max(low), bounds[1].min(high)]
-        });
-        let tolerance = calibration
-            .tolerances
-            .get(&name)
-            .map_or(tolerance, |&stated| if inverted && nominal != 0.0 { stated * nominal * nominal } else { stated });
-        let free = (free || calibration.free.contains(&name)) && !calibration.fixed.contains(&name);
-        let group = Group::Elastic;
-        let parameter = Parameter { name, kind, group, nominal, bounds, tolerance, free, closing: false, inverted };
+        let Parameter { name, nominal, inverted, bounds, .. } = &parameter;
+        let (nominal, inverted) = (*nominal, *inverted);
+        if let Some(&[low, high]) = calibration.bounds.get(name) {
+            let [low, high] = if inverted { [1.0 / high, 1.0 / low] } else { [low, high] };
+            parameter.bounds = [bounds[0].max(low), bounds[1].min(high)];
+        }
+        if let Some(&stated) = calibration.tolerances.get(&parameter.name) {
+            parameter.tolerance = if inverted && nominal != 0.0 { stated * nominal * nominal } else { stated };
+        }
+        let listed = |names: &[String]| names.contains(&parameter.name);
+        parameter.free = (parameter.free || listed(&calibration.free)) && !listed(&calibration.fixed);
         self.model.registry.add(parameter)
     }
 
+    /// Adds a stiffness as it is held.
+    fn stiffness(&mut self, name: String, given: Stiffness, tolerance: f64) -> Slot {
+        let Stiffness { kind, nominal, identifiable: free, bounds, inverted } = given;
+        let group = Group::Elastic;
+        self.add(Parameter { name, kind, group, nominal, bounds, tolerance, free, closing: false, inverted })
+    }
+
     /// A compliance as declared, rigid where it is not.
-    fn compliance(&mut self, name: String, kind: Kind, given: Option<Stiffness>) -> Slot {
-        let common = COMMON[usize::from(kind == Kind::RotationalCompliance)];
-        let (nominal, identifiable, bounds, as_compliance) = given
-            .map_or((0.0, false, [0.0, f64::INFINITY], false), |s| {
-                (s.compliance, s.identifiable, s.bounds, s.as_compliance)
-            });
-        let tolerance = if nominal > 0.0 { 0.3 * nominal } else { common };
-        self.add(name, kind, nominal, bounds, tolerance, identifiable, !as_compliance)
+    fn compliance<R>(&mut self, owner: Owner, row: &Row<R>, given: Option<Stiffness>) -> Slot {
+        let given = given.unwrap_or(Stiffness::undeclared(row.kind.inverse()));
+        let common = COMMON[usize::from(given.kind == Kind::RotationalCompliance)];
+        let tolerance = if given.nominal > 0.0 { 0.3 * given.nominal } else { common };
+        self.stiffness(owner.parameter(row.symbol), given, tolerance)
     }
 
     /// A parameter that is written as it is computed with.
     pub(super) fn plain(&mut self, name: String, kind: Kind, value: f64, bounds: [f64; 2], tolerance: f64) -> Slot {
-        self.add(name, kind, value, bounds, tolerance, false, false)
+        let (group, free, closing, inverted) = (Group::Elastic, false, false, false);
+        self.add(Parameter { name, kind, group, nominal: value, bounds, tolerance, free, closing, inverted })
+    }
+
+    fn number<R>(&mut self, owner: Owner, row: &Number<R>, value: f64) -> Slot {
+        self.plain(owner.parameter(row.symbol), row.kind, value, row.bounds(value), row.tolerance(value))
     }
 
     fn sections(&mut self) {
-        let positive = [0.0, f64::INFINITY];
-        for (name, material) in self.robot.elastic.materials.clone() {
-            let young = self.plain(
-                format!("{name}.young"),
-                Kind::Pressure,
-                material.young,
-                [1e-9 * material.young, f64::INFINITY],
-                0.05 * material.young,
-            );
+        let elastic = &self.robot.elastic;
+        for (name, material) in &elastic.materials {
+            let owner = Owner::Material(name);
+            let young = self.number(owner, &YOUNG, material.young);
             let (shear, is_poisson) = match material.shear {
-                Shear::Modulus(g) => {
-                    (self.plain(format!("{name}.shear"), Kind::Pressure, g, [1e-9 * g, f64::INFINITY], 0.05 * g), false)
-                }
-                Shear::Poisson(nu) => {
-                    (self.plain(format!("{name}.poisson"), Kind::Other("1"), nu, [-0.999, 0.5], 0.02), true)
-                }
+                Shear::Modulus(modulus) => (self.number(owner, &SHEAR, modulus), false),
+                Shear::Poisson(ratio) => (self.number(owner, &POISSON, ratio), true),
             };
-            let kind = Kind::Other("kg/m3");
-            let density = self.plain(
-                format!("{name}.density"),
-                kind,
-                material.density,
-                positive,
-                (0.05 * material.density).max(1.0),
-            );
+            let density = self.number(owner, &DENSITY, material.density);
             self.structure.materials.push(Material { young, shear, is_poisson, density });
         }
-        for (name, section) in self.robot.elastic.sections.clone() {
-            let slots = section.values.iter().map(|&(symbol, value)| {
-                let kind = match power(symbol) {
-                    1 => Kind::Length,
-                    2 => Kind::Other("m2"),
-                    _ => Kind::Other("m4"),
-                };
-                let slot =
-                    self.plain(format!("{name}.{symbol}"), kind, value, [1e-9 * value, f64::INFINITY], 0.05 * value);
-                (symbol, slot)
+        for (name, section) in &elastic.sections {
+            let slots = section.values.iter().filter_map(|&(symbol, value)| {
+                let row = SECTION.iter().find(|row| row.symbol == symbol)?;
+                Some((symbol, self.number(Owner::Section(name), row, value)))
             });
             let slots = slots.collect();
             self.structure.sections.push(Section { shape: section.shape, slots });
@@ -211,12 +185,8 @@ impl Builder<'_> {
     }
 
     fn base(&mut self) {
-        let springs = self.elastic().base.unwrap_or_default();
-        let mut laws = [Law::Rigid; 6];
-        for (k, symbol) in BASE_SYMBOLS.into_iter().enumerate() {
-            let kind = if k < 3 { Kind::LinearCompliance } else { Kind::RotationalCompliance };
-            laws[k] = Law::Compliance(self.compliance(format!("base.{symbol}"), kind, springs[k]));
-        }
+        let springs = self.robot.elastic.base;
+        let laws = std::array::from_fn(|k| Law::Compliance(self.compliance(Owner::Pedestal, &PEDESTAL[k], springs[k])));
         let mut supported = false;
         for (index, node) in self.robot.elastic.nodes.iter().enumerate() {
             let Some(support) = node.support else { continue };
@@ -241,30 +211,23 @@ impl Builder<'_> {
             if frame.joint == JointKind::Fixed {
                 continue;
             }
-            let declared = self.elastic().joints.iter().find(|joint| joint.frame == index).cloned();
-            let springs = declared.as_ref().map_or([None; 4], |joint| joint.springs);
-            let axis = if frame.joint == JointKind::Prismatic { 0 } else { 2 };
+            let declared = self.robot.elastic.joints.iter().find(|joint| joint.frame == index);
+            let springs = declared.map_or([None; 4], |joint| joint.springs);
+            let axis = own_axis(frame.joint);
             let screw = match frame.motion {
                 Motion::Actuator(which) => self.model.actuators.iter().position(|a| a.joint == index).zip(Some(which)),
                 _ => None,
             };
-            let mut slots = [0; 4];
-            for (k, symbol) in JOINT_SYMBOLS.into_iter().enumerate() {
-                let name = format!("joint{}.{symbol}", frame.name);
-                let kind = if k < 2 { Kind::LinearCompliance } else { Kind::RotationalCompliance };
+            let owner = Owner::Joint(&frame.name);
+            let slots = std::array::from_fn(|k| {
                 // A passive axis is free, or held by a soft spring: a stiffness, zero where none is given.
-                slots[k] = if frame.motion == Motion::Passive && k == axis {
-                    let (nominal, identifiable, bounds) = springs[k].map_or((0.0, false, [0.0, f64::INFINITY]), |s| {
-                        (1.0 / s.compliance, s.identifiable, [1.0 / s.bounds[1], 1.0 / s.bounds[0]])
-                    });
-                    let inverted = springs[k].is_some_and(|s| s.as_compliance);
-                    self.add(name, kind.inverse(), nominal, bounds, (0.3 * nominal).max(1.0), identifiable, inverted)
-                } else {
-                    // What the screw holds is free of itself, and the joint's own spring is then rigid.
-                    let given = springs[k].filter(|s| s.compliance.is_finite());
-                    self.compliance(name, kind, given)
-                };
-            }
+                if frame.motion == Motion::Passive && k == axis {
+                    let given = springs[k].unwrap_or(Stiffness::undeclared(JOINT[k].kind));
+                    return self.stiffness(owner.parameter(JOINT[k].symbol), given, (0.3 * given.nominal).max(1.0));
+                }
+                // What the screw holds is free of itself, and the joint's own spring is then rigid.
+                self.compliance(owner, &JOINT[k], springs[k].filter(|given| given.nominal.is_finite()))
+            });
             let [ka, kr, kar, krr] = slots;
             let mut laws = [kr, kr, ka, krr, krr, kar].map(Law::Compliance);
             let along = if axis == 0 { 2 } else { 5 };
@@ -272,9 +235,9 @@ impl Builder<'_> {
                 laws[along] = Law::Released(Some(slots[axis]));
             }
             if let Some((actuator, which)) = screw {
-                let given = self.elastic().screws.get(&which).copied();
-                let name = format!("{}.axial", self.model.actuators[actuator].name);
-                let axial = self.compliance(name, Kind::LinearCompliance, given.map(|screw| screw.axial));
+                let given = self.robot.elastic.screws.get(&which).copied();
+                let owner = Owner::Actuator(&self.robot.actuators[which].name);
+                let axial = self.compliance(owner, &AXIAL, given.map(|screw| screw.axial));
                 let triangle = self.triangle(actuator);
                 if given.is_some_and(|screw| screw.path == LoadPath::Pins) {
                     laws[along] = Law::Released(None);
@@ -328,12 +291,10 @@ impl Builder<'_> {
 
     fn loads(&mut self) {
         for body in &self.robot.elastic.bodies {
-            let name = &self.robot.frames[body.frame].name;
-            let free = [f64::NEG_INFINITY, f64::INFINITY];
-            let slot =
-                self.plain(format!("body{name}.mass"), Kind::Mass, body.mass, [0.0, f64::INFINITY], 0.1 * body.mass);
-            for (k, symbol) in ["x", "y", "z"].into_iter().enumerate() {
-                self.plain(format!("body{name}.{symbol}"), Kind::Length, body.com[k], free, 0.02);
+            let owner = Owner::Body(&self.robot.frames[body.frame].name);
+            let slot = self.number(owner, &MASS, body.mass);
+            for (row, &value) in CENTRE.iter().zip(&body.com) {
+                self.number(owner, row, value);
             }
             let at = (self.structure.home[body.frame] * nalgebra::Point3::from(body.com)).coords;
             let vertex = self.carrier(body.frame, &at);
@@ -341,24 +302,12 @@ impl Builder<'_> {
         }
         for spring in &self.robot.elastic.springs {
             let name = &spring.name;
-            let free = [f64::NEG_INFINITY, f64::INFINITY];
-            let rate = 1.0 / spring.rate.compliance;
-            let bounds = [1.0 / spring.rate.bounds[1], 1.0 / spring.rate.bounds[0]];
-            let rate_slot = self.add(
-                format!("{name}.stiffness"),
-                Kind::LinearStiffness,
-                rate,
-                bounds,
-                0.3 * rate,
-                spring.rate.identifiable,
-                spring.rate.as_compliance,
-            );
-            let length = spring.free_length.unwrap_or_default();
-            let mut slots = [rate_slot; 8];
-            slots[1] = self.plain(format!("{name}.free_length"), Kind::Length, length, free, 0.02);
-            for (k, symbol) in ["x1", "y1", "z1", "x2", "y2", "z2"].into_iter().enumerate() {
-                let value = spring.anchors[k / 3][k % 3];
-                slots[k + 2] = self.plain(format!("{name}.{symbol}"), Kind::Length, value, free, 1e-3);
+            let owner = Owner::Spring(name);
+            let rate = self.stiffness(owner.parameter(RATE.symbol), spring.rate, 0.3 * spring.rate.nominal);
+            let mut slots = [rate; 8];
+            slots[1] = self.number(owner, &FREE_LENGTH, spring.free_length.unwrap_or_default());
+            for (k, row) in ANCHORS.iter().enumerate() {
+                slots[k + 2] = self.number(owner, row, spring.anchors[k / 3][k % 3]);
             }
             let ends = std::array::from_fn(|k| {
                 let at = self.structure.home[spring.bodies[k]] * nalgebra::Point3::from(spring.anchors[k]);

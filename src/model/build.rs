@@ -1,41 +1,27 @@
 //! Compiles a resolved robot.
 
+use std::sync::Arc;
+
+use super::fault::Fault;
 use super::free::{closing_lengths, free_by_rule};
 use super::loops::stages;
-use super::{Actuator, Frame, Marker, Model};
+use super::{Actuator, Catalogue, Frame, Marker, Model};
+use crate::description::parameters::{BASE, FRAME, MARKER, Owner, SLIDER_CRANK};
 use crate::description::raw::JointKind;
-use crate::description::robot::{
-    FRAME_SYMBOLS, Motion, PLACEMENT_SYMBOLS, Placement, Robot, SLIDER_CRANK_SYMBOLS, is_angle,
-};
+use crate::description::robot::{Motion, Placement, Robot};
 use crate::diagnostic::Diagnostic;
 use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
 
-/// What keeps a description from being compiled.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
-    /// Where in the description the culprit stands: keys from the top, such as `["loops", name]`.
-    pub path: Vec<String>,
-    /// What is wrong, without a place.
-    pub diagnostic: Diagnostic,
-}
-
-impl Fault {
-    pub(super) fn new(path: &[&str], diagnostic: Diagnostic) -> Self {
-        Self { path: path.iter().map(ToString::to_string).collect(), diagnostic }
-    }
-}
-
-/// Compiles a resolved robot.
+/// Compiles a resolved robot, with the effects that its description may switch on.
 ///
 /// # Errors
 /// Every fault found: joints that depend on each other in a circle through loops, a loop that has more passive joints
-/// than its closure can find, a frame that stands before the frame it is coaxial with.
-pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
+/// than its closure can find, a frame that stands before the frame it is coaxial with; an effect that the catalogue or the
+/// robot does not know.
+pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Model, Vec<Fault>> {
     let mut registry = Registry::default();
-    let mut add = |robot: &Robot, owner: &str, symbol: &str, group: Group, nominal: f64| -> Slot {
-        let name = format!("{owner}.{symbol}");
+    let mut add = |name: String, kind: Kind, group: Group, nominal: f64| -> Slot {
         let calibration = &robot.calibration;
-        let kind = if is_angle(symbol) { Kind::Angle } else { Kind::Length };
         let common = if kind == Kind::Angle { calibration.angle_tolerance } else { calibration.length_tolerance };
         let tolerance = calibration.tolerances.get(&name).copied().unwrap_or(common);
         let bounds = calibration.bounds.get(&name).copied().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -51,19 +37,18 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
             inverted: false,
         })
     };
-    let base = add_placement(&mut add, robot, "base", Group::Base, &robot.base);
+    let base = add_placement(&mut add, Owner::Base, Group::Base, &robot.base);
     let mut frames: Vec<Frame> = Vec::with_capacity(robot.frames.len());
     let mut actuators: Vec<Option<Actuator>> = vec![None; robot.actuators.len()];
     for (index, frame) in robot.frames.iter().enumerate() {
-        let c = &frame.constants;
-        let mut values = [c.beta, c.gamma, c.b, c.alpha, c.d, c.theta, c.r];
+        let mut values = frame.constants.values();
         let moving = if frame.joint == JointKind::Prismatic { super::R } else { super::THETA };
         let home = values[moving];
         if frame.joint != JointKind::Fixed {
             values[moving] += frame.offset;
         }
         let mut slots = [0; 7];
-        for (k, symbol) in FRAME_SYMBOLS.into_iter().enumerate() {
+        for (k, row) in FRAME.iter().enumerate() {
             slots[k] = match frame.coaxial {
                 Some(other) if k < super::THETA => match frames.get(other) {
                     Some(other) => other.slots[k],
@@ -78,15 +63,16 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
                 },
                 // The base's constants are nominally and always zero.
                 _ if index == 0 => base,
-                _ => add(robot, &frame.name, symbol, Group::Geometry, values[k]),
+                _ => add(Owner::Frame(&frame.name).parameter(row.symbol), row.kind, Group::Geometry, values[k]),
             };
         }
         if let Motion::Actuator(which) = frame.motion
             && let Some(actuator) = robot.actuators.get(which)
         {
             let mut slot = 0;
-            for (k, symbol) in SLIDER_CRANK_SYMBOLS.into_iter().enumerate() {
-                let added = add(robot, &actuator.name, symbol, Group::Geometry, actuator.constants[k]);
+            let owner = Owner::Actuator(&actuator.name);
+            for (k, row) in SLIDER_CRANK.iter().enumerate() {
+                let added = add(owner.parameter(row.symbol), row.kind, Group::Geometry, actuator.constants[k]);
                 slot = if k == 0 { added } else { slot };
             }
             actuators[which] =
@@ -102,14 +88,15 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
             limits: frame.limits,
         });
     }
-    let tool = (robot.tool.frame, add_placement(&mut add, robot, "tool", Group::Tool, &robot.tool.placement));
+    let tool = (robot.tool.frame, add_placement(&mut add, Owner::Tool, Group::Tool, &robot.tool.placement));
     let markers = robot
         .markers
         .iter()
         .map(|marker| {
             let mut slot = 0;
-            for (k, symbol) in PLACEMENT_SYMBOLS.into_iter().take(3).enumerate() {
-                let added = add(robot, &marker.name, symbol, Group::Tool, marker.position[k]);
+            let owner = Owner::Marker(&marker.name);
+            for (k, row) in MARKER.iter().enumerate() {
+                let added = add(owner.parameter(row.symbol), row.kind, Group::Tool, marker.position[k]);
                 slot = if k == 0 { added } else { slot };
             }
             Marker { name: marker.name.clone(), frame: marker.frame, slot }
@@ -127,6 +114,7 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         markers,
         anchors: robot.anchors.clone(),
         structure: super::Structure::default(),
+        catalogue: catalogue.into(),
         effects: Vec::new(),
         fuzzy: robot.fuzzy.clone(),
         registry,
@@ -139,21 +127,26 @@ pub fn build(robot: &Robot) -> Result<Model, Vec<Fault>> {
         model.registry.all_mut()[slot].closing = true;
     }
     model.structure = super::assemble::assemble(robot, &mut model)?;
-    robot.effects.iter().for_each(|entry| model.switch_on(entry.clone()));
-    Ok(model)
+    let mut faults = Vec::new();
+    for (k, raw) in robot.effects.iter().enumerate() {
+        match model.resolve_effect(raw) {
+            Ok(entry) => model.switch_on(entry),
+            Err(fault) => faults.push(fault.within(&["effects", &k.to_string()])),
+        }
+    }
+    if faults.is_empty() { Ok(model) } else { Err(faults) }
 }
 
 fn add_placement(
-    add: &mut impl FnMut(&Robot, &str, &str, Group, f64) -> Slot,
-    robot: &Robot,
-    owner: &str,
+    add: &mut impl FnMut(String, Kind, Group, f64) -> Slot,
+    owner: Owner,
     group: Group,
     placement: &Placement,
 ) -> Slot {
     let values = [placement.position, placement.rotation];
     let mut slot = 0;
-    for (k, symbol) in PLACEMENT_SYMBOLS.into_iter().enumerate() {
-        let added = add(robot, owner, symbol, group, values[k / 3][k % 3]);
+    for (k, row) in BASE.iter().enumerate() {
+        let added = add(owner.parameter(row.symbol), row.kind, group, values[k / 3][k % 3]);
         slot = if k == 0 { added } else { slot };
     }
     slot

@@ -3,6 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::Model;
+use crate::description::parameters::Owner;
 use crate::description::raw::{JointKind, LoopKind};
 use crate::description::robot::{Constants, FrameIndex, Motion, Robot, branches};
 use crate::parameter::Slot;
@@ -33,7 +34,7 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
     }
     let mut free = Vec::new();
     for (index, frame) in model.frames.iter().enumerate().skip(1) {
-        let named = |symbol: &str| model.registry.slot(&format!("{}.{symbol}", frame.name));
+        let named = |symbol: &str| model.registry.slot(&Owner::Frame(&frame.name).parameter(symbol));
         let mut symbols: Vec<&str> = Vec::new();
         let is_end = !robot.frames.iter().skip(1).any(|other| other.antecedent == index);
         if carries[index] || in_spatial[index] {

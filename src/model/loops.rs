@@ -1,6 +1,6 @@
 //! Order in which joints are evaluated, and the plan of each closed loop.
 
-use super::build::Fault;
+use super::fault::Fault;
 use super::{Frame, Model};
 use crate::description::raw::{LoopKind, Meet};
 use crate::description::robot::{FrameIndex, Loop, Motion, Robot, branches};
@@ -162,7 +162,7 @@ fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], faults: &mut Vec<Fa
             names.join(", ")
         ))
         .remedy("give a variable to one of the joints, or let `meet` be `frame`");
-        // Loops that close together are told of at the first of them.
+        // Loops that close together are reported at the first of them.
         let path: Vec<&str> = std::iter::once("loops").chain(of.first().copied()).collect();
         faults.push(Fault::new(&path, diagnostic));
     }

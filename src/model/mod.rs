@@ -7,6 +7,8 @@ mod assemble;
 mod beams;
 mod bounds;
 mod build;
+mod effect;
+mod fault;
 mod free;
 mod loops;
 mod rewrite;
@@ -14,17 +16,23 @@ mod spanning;
 mod structure;
 
 pub use bounds::contradictions;
-pub use build::{Fault, build};
+pub use build::build;
+pub use effect::{
+    Change, Changes, Condition, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site,
+    SiteKind, Survey,
+};
+pub use fault::Fault;
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
-use crate::description::raw::{JointKind, RawEffect};
+use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion, Variable};
-use crate::parameter::{Group, Kind, Parameter, Registry, Slot};
+use crate::parameter::{Group, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// A compiled robot. Frames are in the order of [`crate::description::robot::Robot::frames`].
 #[derive(Debug, Clone)]
@@ -51,6 +59,8 @@ pub struct Model {
     pub anchors: IndexMap<String, Vector3<f64>>,
     /// What gives under load, and what loads it.
     pub structure: Structure,
+    /// Effects that can be switched on and that a diagnosis tries.
+    pub catalogue: Arc<Catalogue>,
     /// Effects that have been switched on.
     pub effects: Vec<SwitchedOn>,
     /// Fuzzy compliance of the tool.
@@ -59,14 +69,140 @@ pub struct Model {
     pub registry: Registry,
 }
 
+/// An effect that a description leaves out, and may switch on: where it can sit, which parameters it has, and what one
+/// unit of each changes in a reading. It is linear in its parameters, which are zero where it is absent; to first order,
+/// an effect of millimetres is predicted to a micrometre. Prediction, derivatives, diagnosis and simulation follow from
+/// what it says here. The standard ones are in [`crate::effects`], one file each; `examples/own_effect.rs` adds another.
+pub trait Effect: Send + Sync {
+    /// Name in the catalogue and in descriptions.
+    fn name(&self) -> &'static str;
+    /// Where it can sit.
+    fn sits_at(&self) -> SiteKind;
+    /// What it looks like in the residuals, in words.
+    fn signature(&self) -> &'static str;
+    /// What to do on the machine.
+    fn remedy(&self) -> &'static str;
+    /// Its sites on a robot.
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        model.sites(self.sits_at())
+    }
+    /// Whether it is the measurement that is wrong, and not the robot: nothing that a command could correct.
+    fn is_of_the_measurement(&self) -> bool {
+        self.sits_at() == SiteKind::Instrument
+    }
+    /// Conditions of a reading that it depends on.
+    fn reads(&self) -> &'static [Condition] {
+        &[]
+    }
+    /// Its nonlinear parameters, in order: one that exists only with another comes after it.
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        Vec::new()
+    }
+    /// Nonlinear values that a diagnosis tries, given what the campaign offers; none where the effect cannot show. By
+    /// default the one that has no nonlinear parameters.
+    fn candidates(&self, _model: &Model, _site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
+        vec![Nonlinear::default()]
+    }
+    /// Parameters of the model that it shifts, where it is nothing but constants off nominal.
+    fn constants(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
+        Vec::new()
+    }
+    /// Its parameters; by default its [`Effect::constants`].
+    fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        model.shifts_of(&self.constants(model, site, nonlinear))
+    }
+    /// What one unit of each parameter changes in a reading; by default nothing.
+    fn changes(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Changes {
+        Arc::new(|_, _| {})
+    }
+}
+
+impl std::fmt::Debug for dyn Effect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A parameter of an effect; zero is absent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectParameter {
+    /// Symbol.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Common size, one sigma, SI.
+    pub scale: f64,
+    /// Whether it cannot be negative.
+    pub is_positive: bool,
+}
+
+impl EffectParameter {
+    /// One that can have either sign.
+    pub fn new(symbol: impl Into<String>, unit: &'static str, scale: f64) -> Self {
+        Self { symbol: symbol.into(), unit, scale, is_positive: false }
+    }
+}
+
+/// The effects that a model knows: those that its description may switch on and a diagnosis tries. The standard ones are
+/// `Catalogue::standard()`.
+#[derive(Debug, Clone, Default)]
+pub struct Catalogue(Vec<Arc<dyn Effect>>);
+
+impl Catalogue {
+    /// These effects, in the order in which they are listed.
+    pub fn new(effects: Vec<Arc<dyn Effect>>) -> Self {
+        Self(effects)
+    }
+
+    /// The same with another effect, which replaces one of its name.
+    #[must_use]
+    pub fn with(mut self, effect: impl Effect + 'static) -> Self {
+        self.0.retain(|known| known.name() != effect.name());
+        self.0.push(Arc::new(effect));
+        self
+    }
+
+    /// An effect by its name.
+    pub fn get(&self, name: &str) -> Option<&Arc<dyn Effect>> {
+        self.iter().find(|effect| effect.name() == name)
+    }
+
+    /// All effects, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn Effect>> {
+        self.0.iter()
+    }
+
+    /// Their names, in order.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|effect| effect.name())
+    }
+}
+
+/// An effect at a site with its nonlinear values and its amounts: an entry of `effects:`, resolved.
+#[derive(Debug, Clone)]
+pub struct EffectEntry {
+    /// The effect.
+    pub effect: Arc<dyn Effect>,
+    /// Where it sits.
+    pub site: Site,
+    /// Values of its nonlinear parameters.
+    pub nonlinear: Nonlinear,
+    /// Amounts by the symbols of its parameters, SI; one that is not given is zero.
+    pub amounts: IndexMap<String, f64>,
+}
+
 /// An effect that has been switched on.
 #[derive(Debug, Clone)]
 pub struct SwitchedOn {
-    /// Name, site, parameters in SI.
-    pub entry: RawEffect,
-    /// Slots of its parameters by symbol, `effect@site.symbol` in the registry. A parameter that the model has anyway
-    /// (`joint2.krr`) is not among them: the entry shifts it.
-    pub slots: IndexMap<String, Slot>,
+    /// The effect, its site, nonlinear values and amounts.
+    pub entry: EffectEntry,
+    /// Its parameters.
+    pub parameters: Vec<EffectParameter>,
+    /// Slot of each parameter's amount, `effect@site.symbol` in the registry; none where no amount is given, which is
+    /// zero. Empty for an effect that shifts constants of the model.
+    pub slots: Vec<Option<Slot>>,
+    /// By how much it shifts constants of the model, SI.
+    pub shifts: Vec<(Slot, f64)>,
 }
 
 /// A frame of the model.
@@ -170,35 +306,6 @@ impl Model {
         let middle =
             |limits: [f64; 2]| if limits.iter().all(|l| l.is_finite()) { 0.5 * (limits[0] + limits[1]) } else { 0.0 };
         self.variables.iter().map(|variable| variable.limits.map_or(0.0, middle)).collect()
-    }
-
-    /// Switches an effect on: its parameters join the registry.
-    pub fn switch_on(&mut self, entry: RawEffect) {
-        let text = |text: &Option<String>| text.clone().unwrap_or_default();
-        let mut owner = format!("{}@{}", text(&entry.effect), text(&entry.site));
-        let alike = |known: &&SwitchedOn| known.entry.effect == entry.effect && known.entry.site == entry.site;
-        let before = self.effects.iter().filter(alike).count();
-        if before > 0 {
-            owner += &format!("#{}", before + 1);
-        }
-        let own = entry.parameters.iter().filter(|(symbol, _)| self.registry.slot(symbol).is_none());
-        let own: Vec<(String, f64)> = own.map(|(symbol, value)| (symbol.clone(), *value)).collect();
-        let add = |(symbol, value): (String, f64)| {
-            let parameter = Parameter {
-                name: format!("{owner}.{symbol}"),
-                kind: Kind::Other("SI"),
-                group: Group::Effect,
-                nominal: value,
-                bounds: [f64::NEG_INFINITY, f64::INFINITY],
-                tolerance: 1.0,
-                free: false,
-                closing: false,
-                inverted: false,
-            };
-            (symbol, self.registry.add(parameter))
-        };
-        let slots = own.into_iter().map(add).collect();
-        self.effects.push(SwitchedOn { entry, slots });
     }
 
     /// Values of this model from those of the model before effects were switched on.

@@ -5,10 +5,11 @@ use nalgebra::DMatrix;
 use super::criterion::Target;
 use super::place::Station;
 use super::{Optimality, PlanningError, Request};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
 use crate::model::Model;
+use crate::observation::POSITION;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 use crate::simulation::{BLANK, Loaded, Plan, unmeasured};
@@ -92,7 +93,7 @@ impl<'a> Information<'a> {
         Ok(stations
             .iter()
             .map(|station| {
-                let count = station.markers.len() * campaign.components() * self.anchors();
+                let count = station.markers.len() * campaign.components() * self.blank.anchors_per_point();
                 let block = whitened.columns(first, count).into_owned();
                 first += count;
                 block
@@ -114,10 +115,6 @@ impl<'a> Information<'a> {
         Ok(reduce(&rows, &about(self.model, &self.slots, request), request.scaling, request.tolerance))
     }
 
-    fn anchors(&self) -> usize {
-        anchors_of(&self.blank)
-    }
-
     fn whitened(&self, rows: &[f64]) -> DMatrix<f64> {
         let (width, kept) = (self.slots.len(), &self.identifiability.kept);
         let picked = DMatrix::from_fn(kept.len(), rows.len() / width, |i, j| rows[j * width + kept[i]]);
@@ -126,8 +123,7 @@ impl<'a> Information<'a> {
 
     /// W with which tr(W M^-1) is the mean square position error (m^2) at the tests, in the frame of measurement.
     pub fn tests(&self, markers: &[Option<usize>], tests: &[Loaded]) -> Result<DMatrix<f64>, PlanningError> {
-        let observes =
-            if self.blank.observes == Observes::Deflection { Observes::Deflection } else { Observes::Position };
+        let observes = if self.blank.observes.is_difference() { self.blank.observes } else { POSITION };
         let blank = Campaign { observes, sigma: Some([1.0; 3]), sigma_orientation: None, ..self.blank.clone() };
         let station = |(q, load): &Loaded| Station {
             q: q.clone(),
@@ -189,16 +185,12 @@ fn about(model: &Model, slots: &[Slot], request: &Request) -> Vec<Column> {
     slots.iter().map(|slot| Column::about(&model.registry[*slot], request.hold.contains(slot))).collect()
 }
 
-fn anchors_of(blank: &Campaign) -> usize {
-    if blank.observes == Observes::Distance { blank.anchors.len().max(1) } else { 1 }
-}
-
 fn measured_at(blank: &Campaign, stations: &[Station]) -> Campaign {
     let mut campaign = blank.clone();
     for (pose, station) in stations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for &marker in &station.markers {
-            for anchor in 0..anchors_of(blank) {
+            for anchor in 0..blank.anchors_per_point() {
                 let row = campaign.readings.len() + 1;
                 campaign.readings.push(Reading { row, pose, marker, anchor, wrench: station.load, ..BLANK });
                 campaign.joints.extend_from_slice(&station.q);

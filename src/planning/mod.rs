@@ -19,9 +19,10 @@ pub use criterion::Optimality;
 pub use place::{Sight, Station};
 pub use search::{Bought, Planned, PlanningError, SETS, plan};
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::estimation::What;
 use crate::identifiability::{Criterion, Scaling};
+use crate::observation::Observes;
 use crate::parameter::Slot;
 use crate::simulation::Loaded;
 

@@ -3,10 +3,11 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{Deflected, Predicted, measured_point};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elements::Motion;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
 use crate::math::left_jacobian;
+use crate::observation::{MeasuredPoint, Observes, PointDerivative, Twist};
 use crate::parameter::{Group, Slot};
 
 /// Where each asked parameter enters.
@@ -97,6 +98,14 @@ impl Columns {
         }
     }
 
+    /// Adds to column `column` of the rows of one reading how it changes with its point.
+    pub fn put(&self, column: usize, point: &MeasuredPoint, by: PointDerivative, width: usize, rows: &mut [f64]) {
+        let derivative = self.observes.derivative(point, &by);
+        for (row, value) in rows.chunks_exact_mut(width).zip(derivative) {
+            row[column] += value;
+        }
+    }
+
     /// Rows of one reading, row-major of the given width.
     #[allow(clippy::too_many_arguments)] // one call site, inside the prediction's inner loop
     pub fn rows(
@@ -110,58 +119,47 @@ impl Columns {
         rows: &mut [f64],
     ) {
         rows.fill(0.0);
-        if self.observes == Observes::Deflection {
-            // A deflection turns with the base, and changes with what moves the frames (`Columns::with_motion`).
-            for &(k, column) in self.base.iter().filter(|(k, _)| *k >= 3) {
-                let turn = self.base_jacobian.column(k - 3).into_owned();
-                let moved = turn.cross(&predicted.position.coords);
-                (0..3).for_each(|row| rows[row * width + column] = moved[row]);
-            }
-            return;
-        }
         let (frame, point) = measured_point(geometry, reading);
         let base = geometry.base();
         let to_frame = &placements.frames[frame];
         let in_measurement = base.rotation.matrix() * to_frame.rotation.matrix();
         let arm = to_frame.rotation.matrix() * point.coords;
-        let mut put = |column: usize, displacement: Vector3<f64>, turn: Vector3<f64>| match self.observes {
-            Observes::Distance => rows[column] = predicted.distance.1.dot(&displacement),
-            _ => {
-                for k in 0..3 {
-                    rows[k * width + column] = displacement[k];
-                    if self.observes == Observes::Pose {
-                        rows[(k + 3) * width + column] = turn[k];
-                    }
-                }
-            }
+        let mut put = |column: usize, by: PointDerivative| self.put(column, &predicted.point, by, width, rows);
+        let of_frames = |displacement: Vector3<f64>, rotation: Vector3<f64>| {
+            PointDerivative::of_frames(Twist::new(displacement, rotation))
         };
         // What load turns, it turns after the robot has.
         let after = turned(predicted);
         let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
         for (&column, moved) in self.robot.iter().zip(&frames[plan]) {
             let turn = Vector3::new(moved[3], moved[4], moved[5]);
-            put(column, base.rotation * shift(moved, &arm), after * (base.rotation * turn));
+            put(column, of_frames(base.rotation * shift(moved, &arm), after * (base.rotation * turn)));
         }
-        let from_base = predicted.position.coords - base.translation.vector;
+        let from_base = predicted.point.undeflected - base.translation.vector;
         for &(k, column) in &self.base {
             match k {
-                0..=2 => put(column, axis(k), Vector3::zeros()),
+                0..=2 => put(column, of_frames(axis(k), Vector3::zeros())),
                 _ => {
                     let turn = self.base_jacobian.column(k - 3).into_owned();
-                    put(column, turn.cross(&from_base), turn);
+                    // The deflection turns with the base.
+                    let deflection = Twist::new(turn.cross(&predicted.point.displacement), Vector3::zeros());
+                    put(column, PointDerivative { undeflected: Twist::new(turn.cross(&from_base), turn), deflection });
                 }
             }
         }
         for &(k, column) in &self.tool {
             match k {
-                0..=2 if reading.marker.is_none() => put(column, in_measurement * axis(k), Vector3::zeros()),
-                3.. => put(column, Vector3::zeros(), after * (in_measurement * self.tool_jacobian.column(k - 3))),
+                0..=2 if reading.marker.is_none() => put(column, of_frames(in_measurement * axis(k), Vector3::zeros())),
+                3.. => {
+                    let turn = after * (in_measurement * self.tool_jacobian.column(k - 3));
+                    put(column, of_frames(Vector3::zeros(), turn));
+                }
                 _ => {}
             }
         }
         for &(marker, k, column) in &self.markers {
             if reading.marker == Some(marker) {
-                put(column, in_measurement * axis(k), Vector3::zeros());
+                put(column, of_frames(in_measurement * axis(k), Vector3::zeros()));
             }
         }
     }
@@ -189,18 +187,8 @@ impl Columns {
         let base = geometry.base().rotation;
         let jacobian = left_jacobian(&predicted.turned);
         let mut put = |column: usize, changed: Deflected| {
-            let moved = base * changed.displacement;
-            if self.observes == Observes::Distance {
-                rows[column] += predicted.distance.1.dot(&moved);
-                return;
-            }
-            let turn = jacobian * (base * changed.rotation);
-            for k in 0..3 {
-                rows[k * width + column] += moved[k];
-                if self.observes == Observes::Pose {
-                    rows[(k + 3) * width + column] += turn[k];
-                }
-            }
+            let by = Twist::new(base * changed.displacement, jacobian * (base * changed.rotation));
+            self.put(column, &predicted.point, PointDerivative::of_deflection(by), width, rows);
         };
         for (k, &column) in self.robot.iter().enumerate() {
             let own = &frames[frame][k];
@@ -229,18 +217,8 @@ impl Columns {
         let base = geometry.base().rotation;
         let jacobian = left_jacobian(&predicted.turned);
         for (column, change) in by {
-            let moved = base * change.displacement;
-            if self.observes == Observes::Distance {
-                rows[column] = predicted.distance.1.dot(&moved);
-                continue;
-            }
-            let turn = jacobian * (base * change.rotation);
-            for k in 0..3 {
-                rows[k * width + column] = moved[k];
-                if self.observes == Observes::Pose {
-                    rows[(k + 3) * width + column] = turn[k];
-                }
-            }
+            let by = Twist::new(base * change.displacement, jacobian * (base * change.rotation));
+            self.put(column, &predicted.point, PointDerivative::of_deflection(by), width, rows);
         }
     }
 }

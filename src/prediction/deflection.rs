@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::{
     ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Statics, at_point, spatial,
 };
@@ -57,7 +57,7 @@ impl<'m> Deflections<'m> {
             (0..slots.len()).filter(|&column| model.registry[slots[column]].group == Group::Elastic).collect();
         let elastic: Vec<Slot> = asked.iter().map(|&column| slots[column]).collect();
         let elastics = Elastics::new(model, values, &elastic);
-        let weight = campaign.observes != Observes::Deflection;
+        let weight = !campaign.observes.is_difference();
         let loaded = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));
         let active =
             loaded && model.fuzzy.is_some() || elastics.is_compliant() && (loaded || weight && elastics.is_loaded());

@@ -1,12 +1,11 @@
 //! Columns of effects that are not switched on: what one unit of each of their parameters would change in the readings.
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::deflection::Deflections;
 use super::terms::{Term, Terms};
-use super::{PredictionError, Predictor, mechanism, rest};
-use crate::description::campaign::{Campaign, Observes};
+use super::{Deflected, PredictionError, Predictor, by_column, mechanism, predict, rest};
+use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, Placements, Rates};
 use crate::model::Model;
 
@@ -46,12 +45,14 @@ pub fn effect_columns(
                     let point = rest(&geometry, &placements, reading);
                     let applied = deflections.by_wrench(&loaded, reading, &point);
                     terms.evaluate(&geometry, campaign, index, reading, q, &placements, &rates, &applied, &mut work);
-                    let direction = direction_to_anchor(campaign, reading, &(geometry.base() * point));
-                    for component in 0..components {
-                        rows.extend(work.columns.iter().map(|column| match campaign.observes {
-                            Observes::Distance => Vector3::new(column[0], column[1], column[2]).dot(&direction),
-                            _ => column[component],
-                        }));
+                    let at = predict(&geometry, campaign, &placements, reading, &Deflected::default()).point;
+                    let first = rows.len();
+                    rows.resize(first + components * width, 0.0);
+                    for (column, by) in work.columns.iter().enumerate() {
+                        let derivative = campaign.observes.derivative(&at, &by_column(by));
+                        for (row, value) in rows[first..].chunks_exact_mut(width).zip(derivative) {
+                            row[column] = value;
+                        }
                     }
                 }
             }
@@ -63,18 +64,4 @@ pub fn effect_columns(
         all.extend(block?);
     }
     Ok((all, width))
-}
-
-fn direction_to_anchor(
-    campaign: &Campaign,
-    reading: &crate::description::campaign::Reading,
-    at: &nalgebra::Point3<f64>,
-) -> Vector3<f64> {
-    match campaign.anchors.get_index(reading.anchor) {
-        Some((_, anchor)) if campaign.observes == Observes::Distance => {
-            let arm = at.coords - anchor;
-            arm / arm.norm().max(f64::MIN_POSITIVE)
-        }
-        _ => Vector3::zeros(),
-    }
 }

@@ -14,11 +14,12 @@ pub use terms::{Declared, Term, TermWork, Terms, declared, survey};
 use nalgebra::{Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::Mechanism;
 use crate::elements::Motion;
-use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform, rotation_vector};
+use crate::kinematics::{AssemblyError, Geometry, Placements, Rates, Transform};
 use crate::model::Model;
+use crate::observation::{MOST_ROWS, MeasuredPoint, PointDerivative, Rows, Twist};
 use crate::parameter::Slot;
 use columns::Columns;
 
@@ -82,6 +83,8 @@ pub struct Predictor<'a> {
 pub struct Linearised {
     /// Residuals.
     pub residual: Vec<f64>,
+    /// What an ideal instrument would read, one a reading, in the order of the columns of the kind of readings.
+    pub predicted: Vec<Rows>,
     /// Derivatives of the predictions, row-major, rows as `residual`, a column for each of [`Predictor::slots`];
     /// empty if not asked for.
     pub jacobian: Vec<f64>,
@@ -111,7 +114,7 @@ impl<'a> Predictor<'a> {
             }
         }
         let is_loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-        let moves_deflection = is_loaded || campaign.observes == Observes::Deflection;
+        let moves_deflection = is_loaded || campaign.observes.is_difference();
         Ok(Self { model, campaign, slots, moves_deflection, blocks })
     }
 
@@ -146,6 +149,7 @@ impl<'a> Predictor<'a> {
         let components = self.campaign.components();
         let width = if derivatives { self.slots.len() } else { 0 };
         out.residual.resize(self.rows(), 0.0);
+        out.predicted.resize(self.campaign.readings.len(), [0.0; MOST_ROWS]);
         out.jacobian.resize(self.rows() * width, 0.0);
         let pattern = Rates::new(self.model);
         let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
@@ -162,16 +166,18 @@ impl<'a> Predictor<'a> {
         // Each task writes its own rows, so that the number of threads changes nothing.
         let mut tasks = Vec::new();
         let (mut residual, mut jacobian) = (out.residual.as_mut_slice(), out.jacobian.as_mut_slice());
+        let mut values = out.predicted.as_mut_slice();
         for blocks in self.blocks.chunks(32) {
             let readings: usize = blocks.iter().map(std::ops::Range::len).sum();
             let (own, rest) = residual.split_at_mut(readings * components);
             let (own_rows, rest_rows) = jacobian.split_at_mut(readings * components * width);
-            (residual, jacobian) = (rest, rest_rows);
-            tasks.push((blocks, own, own_rows));
+            let (own_values, rest_values) = values.split_at_mut(readings);
+            (residual, jacobian, values) = (rest, rest_rows, rest_values);
+            tasks.push((blocks, own, own_rows, own_values));
         }
         let results: Vec<Result<(), PredictionError>> = tasks
             .into_par_iter()
-            .map(|(blocks, residual, jacobian)| {
+            .map(|(blocks, residual, jacobian, values)| {
                 let mut work = Workspace { placements: Placements::default(), rates: pattern.clone() };
                 let mut loaded = deflections.work();
                 let mut added = terms.work();
@@ -212,16 +218,18 @@ impl<'a> Predictor<'a> {
                                 &applied,
                                 &mut added,
                             );
-                            predicted.add(campaign, reading, &added.columns, &amounts);
+                            predicted.add(&added.columns, &amounts);
                         }
-                        if !predicted.position.coords.norm().is_finite() {
+                        if !predicted.point.position().norm().is_finite() {
                             return Err(PredictionError::TooGreat {
                                 row: reading.row,
                                 pose: self.campaign.poses[reading.pose].clone(),
                             });
                         }
                         let target = &mut residual[row * components..(row + 1) * components];
-                        predicted.residual(self.campaign, reading, target);
+                        let own = self.campaign.observes.residual(&reading.measured, &predicted.point);
+                        target.copy_from_slice(&own[..components]);
+                        values[row] = self.campaign.observes.value(&predicted.point);
                         if derivatives {
                             let rows = &mut jacobian[row * components * width..(row + 1) * components * width];
                             let turning = if moves {
@@ -249,10 +257,7 @@ impl<'a> Predictor<'a> {
                             let by = deflections.derivatives(&mut loaded, &work.placements, reading, &point);
                             columns.deflected(&geometry, by, &predicted, width, rows);
                             for &(column, term) in &by_amount {
-                                let moved = &added.columns[term];
-                                for component in 0..components {
-                                    rows[component * width + column] = predicted.along(self.campaign, moved, component);
-                                }
+                                columns.put(column, &predicted.point, by_column(&added.columns[term]), width, rows);
                             }
                         }
                         row += 1;
@@ -278,13 +283,9 @@ pub(crate) fn mechanism(campaign: &Campaign, reading: usize, source: Mechanism) 
 /// What a reading should be.
 #[derive(Debug, Clone, Copy)]
 pub struct Predicted {
-    /// Position (of a deflection: the deflection) in the measurement frame, m.
-    pub position: Point3<f64>,
-    /// Orientation of the tool in the measurement frame.
-    pub rotation: Rotation3<f64>,
-    /// Distance to the reading's anchor, m, and its direction.
-    pub distance: (f64, Vector3<f64>),
-    /// Rotation vector by which load turns the tool, measurement frame; zero where orientations are not observed.
+    /// The measured point, measurement frame.
+    pub point: MeasuredPoint,
+    /// Rotation vector by which load turns the tool, measurement frame.
     pub turned: Vector3<f64>,
 }
 
@@ -305,25 +306,14 @@ pub fn predict(
     let base = geometry.base();
     let (frame, point) = measured_point(geometry, reading);
     let in_frame: Transform = base * placements.frames[frame];
-    let moved = base.rotation * deflected.displacement;
-    let position =
-        if campaign.observes == Observes::Deflection { Point3::from(moved) } else { in_frame * point + moved };
-    let (rotation, turned) = match campaign.observes {
-        Observes::Pose => {
-            let turned = base.rotation * deflected.rotation;
-            (Rotation3::new(turned) * in_frame.rotation * geometry.tool().rotation, turned)
-        }
-        _ => (Rotation3::identity(), Vector3::zeros()),
+    let turned = base.rotation * deflected.rotation;
+    let point = MeasuredPoint {
+        undeflected: (in_frame * point).coords,
+        displacement: base.rotation * deflected.displacement,
+        orientation: Rotation3::new(turned) * in_frame.rotation * geometry.tool().rotation,
+        anchor: campaign.anchor(reading),
     };
-    let distance = match campaign.anchors.get_index(reading.anchor) {
-        Some((_, anchor)) if campaign.observes == Observes::Distance => {
-            let arm = position.coords - anchor;
-            let length = arm.norm();
-            (length, arm / length.max(f64::MIN_POSITIVE))
-        }
-        _ => (0.0, Vector3::zeros()),
-    };
-    Predicted { position, rotation, distance, turned }
+    Predicted { point, turned }
 }
 
 fn measured_point(geometry: &Geometry, reading: &Reading) -> (usize, Point3<f64>) {
@@ -333,53 +323,20 @@ fn measured_point(geometry: &Geometry, reading: &Reading) -> (usize, Point3<f64>
     }
 }
 
+/// Displacement and rotation of a column, `[x, y, z, rx, ry, rz]`, as a change of what is added to the undeflected point.
+pub(crate) fn by_column(column: &[f64; 6]) -> PointDerivative {
+    let [x, y, z, rx, ry, rz] = *column;
+    PointDerivative::of_deflection(Twist::new(Vector3::new(x, y, z), Vector3::new(rx, ry, rz)))
+}
+
 impl Predicted {
     /// Adds amounts of displacements and rotations (measurement frame).
-    fn add(&mut self, campaign: &Campaign, reading: &Reading, columns: &[[f64; 6]], amounts: &[f64]) {
+    fn add(&mut self, columns: &[[f64; 6]], amounts: &[f64]) {
         let mut sum = [0.0; 6];
         for (column, amount) in columns.iter().zip(amounts) {
             (0..6).for_each(|k| sum[k] += column[k] * amount);
         }
-        self.position += Vector3::new(sum[0], sum[1], sum[2]);
-        self.rotation = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5])) * self.rotation;
-        if let Some((_, anchor)) = campaign.anchors.get_index(reading.anchor)
-            && campaign.observes == Observes::Distance
-        {
-            let arm = self.position.coords - anchor;
-            self.distance = (arm.norm(), arm / arm.norm().max(f64::MIN_POSITIVE));
-        }
-    }
-
-    /// A component of a reading by a displacement and rotation of it, measurement frame.
-    fn along(&self, campaign: &Campaign, moved: &[f64; 6], component: usize) -> f64 {
-        match campaign.observes {
-            Observes::Distance => self.distance.1.dot(&Vector3::new(moved[0], moved[1], moved[2])),
-            _ => moved[component],
-        }
-    }
-
-    /// Measured minus predicted.
-    fn residual(&self, campaign: &Campaign, reading: &Reading, out: &mut [f64]) {
-        let measured = &reading.measured;
-        if campaign.observes == Observes::Distance {
-            out[0] = measured[0] - self.distance.0;
-            return;
-        }
-        for k in 0..3 {
-            out[k] = measured[k] - self.position[k];
-        }
-        if campaign.observes == Observes::Pose {
-            let rotation = Rotation3::new(Vector3::new(measured[3], measured[4], measured[5]));
-            out[3..6].copy_from_slice(rotation_vector(&(rotation * self.rotation.inverse())).as_slice());
-        }
-    }
-
-    /// The reading an ideal instrument would give, as [`Reading::measured`].
-    pub fn measured(&self, campaign: &Campaign) -> [f64; 6] {
-        if campaign.observes == Observes::Distance {
-            return [self.distance.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        }
-        let turn = if campaign.observes == Observes::Pose { rotation_vector(&self.rotation) } else { Vector3::zeros() };
-        [self.position.x, self.position.y, self.position.z, turn.x, turn.y, turn.z]
+        self.point.displacement += Vector3::new(sum[0], sum[1], sum[2]);
+        self.point.orientation = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5])) * self.point.orientation;
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Point3, Rotation3, Translation3, Vector3, Vector6};
 use super::deflection::{Deflected, Deflections, Work};
 use super::terms::{Declared, TermWork, Terms, amounts_of, declared};
 use super::{measured_point, predict, rest};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::Mechanism;
 use crate::elements::Motion;
 use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
@@ -20,7 +20,7 @@ use crate::model::Model;
 pub struct SinglePredictor<'a> {
     /// The model with its values, shifts by effects included.
     pub geometry: Geometry<'a>,
-    /// Markers, wrenches and conditions of the readings; it observes poses.
+    /// Markers, wrenches and conditions of the readings.
     pub campaign: &'a Campaign,
     /// Names of the effects left out, as `effect@site`.
     pub left_out: Vec<String>,
@@ -78,12 +78,12 @@ pub enum SingleError {
 }
 
 impl<'a> SinglePredictor<'a> {
-    /// Predictions by `model` with `values` (all slots, SI) of the readings of `campaign`, which must observe poses.
+    /// Predictions by `model` with `values` (all slots, SI) of the readings of `campaign`, which must hold
+    /// absolute readings.
     ///
     /// # Errors
     /// The loops cannot be assembled with these values.
     pub fn new(model: &'a Model, values: &[f64], campaign: &'a Campaign) -> Result<Self, AssemblyError> {
-        debug_assert_eq!(campaign.observes, Observes::Pose);
         let Declared { terms: all, amounts: slots, shifts } = declared(model);
         let all_amounts = amounts_of(&slots, values);
         let mut values = values.to_vec();
@@ -164,16 +164,16 @@ impl<'a> SinglePredictor<'a> {
                 &by_wrench,
                 &mut work.added,
             );
-            predicted.add(self.campaign, &reading, &work.added.columns, &self.amounts);
+            predicted.add(&work.added.columns, &self.amounts);
         }
-        if !predicted.position.coords.norm().is_finite() {
+        if !predicted.point.position().norm().is_finite() {
             return Err(SingleError::TooGreat);
         }
         let (frame, _) = measured_point(&self.geometry, &reading);
         let axes = work.placements.frames[frame].rotation * self.geometry.tool().rotation;
         Ok(Seen {
             real: self.to_base
-                * Transform::from_parts(Translation3::from(predicted.position.coords), predicted.rotation),
+                * Transform::from_parts(Translation3::from(predicted.point.position()), predicted.point.orientation),
             rigid: Transform::from_parts(Translation3::from(point.coords), axes),
             by_weight: deflected.displacement - by_wrench,
             by_wrench,

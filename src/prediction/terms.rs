@@ -1,26 +1,29 @@
 //! Effects in a prediction: what each parameter of each switched-on effect adds to a reading, to first order.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 
 use super::measured_point;
-use crate::description::campaign::{Campaign, Observes, Reading};
-use crate::effects::{Change, Effect, EffectParameter, Form, Moment, Site, Survey, form_of};
+use crate::description::campaign::{Campaign, Reading};
 use crate::elastics::Elastics;
 use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
-use crate::model::{Model, SwitchedOn};
+use crate::model::{
+    Change, Changes, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, Survey, SwitchedOn,
+};
 use crate::parameter::Slot;
 
-/// An effect at a site in a form.
+/// An effect at a site with its nonlinear values, compiled for a model.
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: Arc<dyn Effect>,
     /// Where it sits.
     pub site: Site,
-    /// In which form.
-    pub form: Form,
     /// Its parameters.
     pub parameters: Vec<EffectParameter>,
+    /// What one unit of each changes in a reading.
+    changes: Changes,
 }
 
 impl std::fmt::Debug for Term {
@@ -30,10 +33,14 @@ impl std::fmt::Debug for Term {
 }
 
 impl Term {
-    /// An effect at a site in a form.
-    pub fn new(model: &Model, effect: &'static dyn Effect, site: Site, form: Form) -> Self {
-        let parameters = effect.parameters(model, &site, &form);
-        Self { effect, site, form, parameters }
+    /// Compiles an effect at a site.
+    pub fn new(model: &Model, effect: &Arc<dyn Effect>, site: &Site, nonlinear: &Nonlinear) -> Self {
+        Self {
+            parameters: effect.parameters(model, site, nonlinear),
+            changes: effect.changes(model, site, nonlinear),
+            effect: effect.clone(),
+            site: site.clone(),
+        }
     }
 }
 
@@ -46,13 +53,33 @@ pub struct Terms {
     pub columns: usize,
     /// First column of each term.
     first: Vec<usize>,
-    observes: Observes,
+    is_difference: bool,
     /// For each frame that is measured or weighs: its columns by the variables, then by `slots`.
     plans: Vec<(usize, ErrorColumns)>,
     slots: Vec<Slot>,
     /// Masses: plan, kg, point in the frame.
     masses: Vec<(usize, f64, Vector3<f64>)>,
     variables: usize,
+    conditions: ConditionColumns,
+}
+
+/// Places of the conditions that effects read among those of the campaign; none where they are not known.
+#[derive(Debug, Clone)]
+struct ConditionColumns {
+    time: Option<usize>,
+    /// By variable.
+    side: Vec<Option<usize>>,
+    /// By term: of its site where that is measured.
+    temperature: Vec<Option<usize>>,
+}
+
+impl ConditionColumns {
+    fn new(model: &Model, campaign: &Campaign, terms: &[Term]) -> Self {
+        let place = |name: &str| campaign.conditions.get_index_of(name);
+        let side = model.variables.iter().map(|variable| place(&format!("approach.{}", variable.name)));
+        let temperature = |term: &Term| term.site.temperature_columns().iter().find_map(|name| place(name));
+        Self { time: place("time"), side: side.collect(), temperature: terms.iter().map(temperature).collect() }
+    }
 }
 
 /// Room for one thread.
@@ -93,7 +120,9 @@ impl Terms {
         let masses =
             masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
         let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
-        Self { terms, columns, first, observes: campaign.observes, plans, slots, masses, variables }
+        let conditions = ConditionColumns::new(model, campaign, &terms);
+        let is_difference = campaign.observes.is_difference();
+        Self { terms, columns, first, is_difference, plans, slots, masses, variables, conditions }
     }
 
     /// Room for one thread.
@@ -153,6 +182,7 @@ impl Terms {
         let model = geometry.model;
         let base = geometry.base();
         let (frame, point) = measured_point(geometry, reading);
+        let condition = |place: Option<usize>| campaign.conditions.get_index(place?).map(|(_, all)| all[index]);
         let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
         let arm = placements.frames[frame].rotation * point.coords;
         let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
@@ -162,41 +192,36 @@ impl Terms {
             let turn = Vector3::new(column[3], column[4], column[5]);
             let applied = shift(column, &arm).dot(&force) + turn.dot(&moment);
             work.load[variable] = work.own_load[variable] + applied / joint_rate(model, rates, variable);
-            let side = campaign.conditions.get(&format!("approach.{}", model.variables[variable].name));
-            work.side[variable] = side.map_or(0.0, |all| all[index]);
+            work.side[variable] = condition(self.conditions.side[variable]).unwrap_or(0.0);
         }
-        let condition = |name: &str| campaign.conditions.get(name).map(|all| all[index]);
         let at: Point3<f64> = base * (placements.frames[frame] * point);
         work.columns.fill([0.0; 6]);
-        let is_difference = self.observes == Observes::Deflection;
-        for (term, &first) in self.terms.iter().zip(&self.first) {
-            let site_temperature = condition(&format!("temperature.{}", term.site.name))
-                .or_else(|| condition(&format!("temperature.{}", term.site.name.rsplit(':').next().unwrap_or(""))));
-            let given = Moment {
-                model,
+        let is_difference = self.is_difference;
+        for ((term, &first), &temperature) in self.terms.iter().zip(&self.first).zip(&self.conditions.temperature) {
+            let context = ReadingContext {
                 q,
                 joints: &placements.joints,
                 load: &work.load,
                 own_load: &work.own_load,
                 side: &work.side,
-                time: condition("time"),
-                temperature: site_temperature.or_else(|| condition("temperature")),
+                time: condition(self.conditions.time),
+                temperature: condition(temperature),
                 position: at.coords,
                 base: base.translation.vector,
                 deflection: base.rotation * deflection,
                 is_difference,
             };
             work.changes.clear();
-            term.effect.changes(&term.site, &term.form, &given, &mut work.changes);
+            (term.changes)(&context, &mut work.changes);
             for &(parameter, change) in &work.changes {
                 let (column, amount) = match change {
                     Change::Joint(_, _) if is_difference => continue,
-                    Change::Joint(variable, amount) | Change::Yield(variable, amount) => {
+                    Change::Joint(variable, amount) | Change::Deflection(variable, amount) => {
                         (work.by[plan][variable], amount / joint_rate(model, rates, variable))
                     }
-                    Change::Slot(slot, amount) => match self.slots.iter().position(|known| *known == slot) {
-                        Some(at) => (work.by[plan][self.variables + at], amount),
-                        None => continue,
+                    Change::Slot(slot, amount) => match self.slots.binary_search(&slot) {
+                        Ok(at) => (work.by[plan][self.variables + at], amount),
+                        Err(_) => continue,
                     },
                     Change::Point(moved, turned) => {
                         let out = &mut work.columns[first + parameter];
@@ -227,7 +252,7 @@ impl Terms {
 /// Effects that are switched on.
 #[derive(Debug, Clone, Default)]
 pub struct Declared {
-    /// Terms of those that are more than constants of the model.
+    /// Those that are more than constants of the model.
     pub terms: Vec<Term>,
     /// For each parameter of each term, the slot of its amount; none where it is not given, which is zero.
     pub amounts: Vec<Option<Slot>>,
@@ -235,23 +260,15 @@ pub struct Declared {
     pub shifts: Vec<(Slot, f64)>,
 }
 
-/// Effects that the model has switched on. Parameters are named by their symbols, forms by theirs.
+/// Effects that the model has switched on.
 pub fn declared(model: &Model) -> Declared {
     let mut declared = Declared::default();
-    for SwitchedOn { entry, slots } in &model.effects {
-        let Some(effect) = entry.effect.as_deref().and_then(crate::effects::by_name) else { continue };
-        let site = effect.sites(model).into_iter().find(|site| Some(&site.name) == entry.site.as_ref());
-        let Some(site) = site else { continue };
-        let form = form_of(effect, entry);
-        let constants = effect.constants(model, &site, &form);
-        if constants.is_empty() {
-            let term = Term::new(model, effect, site, form);
-            declared.amounts.extend(term.parameters.iter().map(|parameter| slots.get(&parameter.symbol).copied()));
-            declared.terms.push(term);
-        } else {
-            let amount = |name: &str| entry.parameters.get(name).copied().unwrap_or_default();
-            declared.shifts.extend(constants.into_iter().map(|slot| (slot, amount(&model.registry[slot].name))));
+    for SwitchedOn { entry: EffectEntry { effect, site, nonlinear, .. }, slots, shifts, .. } in &model.effects {
+        if shifts.is_empty() {
+            declared.terms.push(Term::new(model, effect, site, nonlinear));
+            declared.amounts.extend(slots);
         }
+        declared.shifts.extend(shifts);
     }
     declared
 }
@@ -300,8 +317,7 @@ fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
 fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
     let ones = vec![1.0; model.variables.len()];
     let joints = vec![0.1; model.frames.len()];
-    let given = Moment {
-        model,
+    let given = ReadingContext {
         q: &ones,
         joints: &joints,
         load: &ones,
@@ -318,7 +334,7 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
     let mut changes = Vec::new();
     for term in terms {
         changes.clear();
-        term.effect.changes(&term.site, &term.form, &given, &mut changes);
+        (term.changes)(&given, &mut changes);
         slots.extend(changes.iter().filter_map(|(_, change)| match change {
             Change::Slot(slot, _) => Some(*slot),
             _ => None,
@@ -349,7 +365,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
         }
         terms.evaluate(geometry, campaign, index, reading, q, &placements, &rates, &Vector3::zeros(), &mut work);
         let (load, own) = terms.loads(&work);
-        let difference = campaign.observes == Observes::Deflection;
+        let difference = campaign.observes.is_difference();
         for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {
             *greatest = greatest.max(own.abs());
         }
@@ -362,13 +378,15 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
     times.dedup();
     survey.times = times;
     let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    survey.temperatures = campaign.conditions.iter().any(|(name, all)| name.starts_with("temperature") && varies(all));
+    let mean = |all: &Vec<f64>| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let temperatures = campaign.conditions.iter().filter(|(name, _)| name.starts_with("temperature"));
+    survey.temperatures = temperatures.map(|(name, all)| (name.clone(), mean(all))).collect();
     survey.sides = model
         .variables
         .iter()
         .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
         .collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    survey.is_difference = campaign.observes == Observes::Deflection;
+    survey.is_difference = campaign.observes.is_difference();
     Ok(survey)
 }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::plots::bars;
 use super::table::Screen;
-use crate::diagnosis::{Autocorrelation, EffectAtSite, Verdict};
+use crate::description::raw::RawAmount;
+use crate::diagnosis::{Autocorrelation, CauseParameter, EffectAtSite, Verdict};
 use crate::results::{Cause, Diagnosis, Location, NextPose, Rejected};
 
 /// Most outliers listed.
@@ -82,12 +83,14 @@ fn cause(number: usize, cause: &Cause) -> String {
     let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}{probability}");
     let _ = writeln!(out, "   pattern   {}", cause.signature);
     for p in &cause.parameters {
-        if p.name == "count" {
-            let _ = writeln!(out, "   {:<9} {:.0}", p.name, p.value);
-            continue;
-        }
-        let width = p.ci95.map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {}", p.unit));
-        let _ = writeln!(out, "   {:<9} {:+.4e}{width}", p.name, p.value);
+        let CauseParameter { name, unit, value, ci95 } = p;
+        let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
+        let value = match value {
+            RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
+            RawAmount::Number(value) => format!("{value:+.4e}"),
+            RawAmount::Name(word) => word.clone(),
+        };
+        let _ = writeln!(out, "   {name:<9} {value}{width}");
     }
     if !cause.indistinguishable_from.is_empty() {
         let named = |EffectAtSite { effect, site }: &EffectAtSite| format!("{effect} at {site}");

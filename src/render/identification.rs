@@ -5,7 +5,6 @@ use std::fmt::Write;
 use super::plots::{bars, histogram};
 use super::table::{Screen, number};
 
-use crate::description::campaign::Observes;
 use crate::results::units::{deg, mm};
 use crate::results::{
     DescriptionResiduals, Dropped, Identification, ParameterEstimate, ReadingErrors, Reduction, SchemeComparison,
@@ -202,7 +201,7 @@ fn steps(found: &Identification, screen: Screen) -> String {
     let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
     let drawn = histogram(&found.left, screen);
     if !drawn.is_empty() {
-        let what = if found.observes == Observes::Distance { "distances" } else { "coordinates" };
+        let what = found.observes.residuals_named();
         let _ = write!(out, "\n{what} of all readings after calibration, number by error\n{drawn}");
     }
     out

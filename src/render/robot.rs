@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::table::Screen;
-use crate::description::raw::{JointKind, RawEffect, RawRobot};
+use crate::description::raw::{JointKind, RawAmount, RawEffect, RawRobot};
 use crate::description::robot::Motion;
 use crate::model::{Model, Stage};
 use crate::parameter::{Group, Kind, Parameter};
@@ -46,7 +46,11 @@ fn elastic(raw: &RawRobot) -> Vec<(&'static str, Vec<String>)> {
 
 /// An effect with its site and amounts.
 fn switched_on(entry: &RawEffect) -> Option<String> {
-    let amounts: Vec<String> = entry.parameters.iter().map(|(name, value)| format!("{name}={value:e}")).collect();
+    let shown = |(name, value): (&String, &RawAmount)| match value {
+        RawAmount::Number(value) => format!("{name}={value:e}"),
+        RawAmount::Name(value) => format!("{name}={value}"),
+    };
+    let amounts: Vec<String> = entry.parameters.iter().map(shown).collect();
     let site = entry.site.as_ref().map_or(String::new(), |site| format!("@{site}"));
     Some(format!("{}{site} ({})", entry.effect.as_ref()?, amounts.join(", ")))
 }

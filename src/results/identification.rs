@@ -6,9 +6,10 @@ use super::errors::ReadingErrors;
 use super::identifiability::Reduction;
 use super::springs::{SpringGroup, insensitive, least_stiffness};
 use super::units::{mm, unit};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::estimation::{Calibration, Comparison, Estimate};
 use crate::model::Model;
+use crate::observation::Observes;
 
 /// A parameter as estimated, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -109,15 +110,16 @@ impl Identification {
             check_registration: errors(&registration.check),
             check_after: errors(&after.check),
         };
-        let components = campaign.components();
-        let has_noise = campaign.sigma.filter(|_| components >= 3);
+        let lengths = campaign.observes.length_rows();
+        let stated =
+            || campaign.observes.sigmas(&campaign.noise())[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt();
         Self {
             reduction: Reduction::new(model, &found.slots, &found.identifiability),
             parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
             equivalences: found.equivalences.iter().map(|g| SpringGroup::new(model, campaign, found, g)).collect(),
-            predicted_error: found.predicted.map(|[parameters, all]| PredictedError {
-                parameters_rms: mm(parameters),
-                with_noise_rms: mm(all),
+            predicted_error: found.predicted.map(|predicted| PredictedError {
+                parameters_rms: mm(predicted.parameters),
+                with_noise_rms: mm(predicted.with_noise),
                 observed_rms: mm(after.check.distance[1]),
             }),
             residuals,
@@ -126,13 +128,18 @@ impl Identification {
             correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
             unit: "mm",
             iterations: found.iterations,
-            ending: found.ending.clone(),
-            converged: found.converged,
+            ending: found.ending.to_string(),
+            converged: found.converged(),
             seconds,
             campaign: campaign.name.clone(),
             observes: campaign.observes,
-            stated_noise: has_noise.map(|sigma| mm(sigma.iter().map(|s| s * s).sum::<f64>().sqrt())),
-            left: found.residual.chunks(components).flat_map(|reading| reading.iter().take(3)).copied().collect(),
+            stated_noise: campaign.sigma.map(|_| mm(stated())),
+            left: found
+                .residual
+                .chunks(campaign.components())
+                .flat_map(|reading| &reading[..lengths])
+                .copied()
+                .collect(),
         }
     }
 
@@ -155,7 +162,7 @@ impl Identification {
 
     /// Whether base and tool affect the readings: not deflections.
     pub fn is_registered(&self) -> bool {
-        self.observes != Observes::Deflection
+        !self.observes.is_difference()
     }
 }
 
@@ -163,18 +170,16 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
     let parameter = &model.registry[estimate.slot];
     let (unit, size) = unit(parameter.shown_kind());
     let shown = |value: f64| parameter.shown(value) / size;
-    let width = || parameter.shown_width(estimate.value, estimate.ci95) / size;
-    let is_elastic = estimate.moves.is_finite();
     ParameterEstimate {
         name: parameter.name.clone(),
         unit,
         nominal: shown(estimate.nominal),
         value: shown(estimate.value),
-        ci95: estimate.identifiable.then(width),
-        identifiable: estimate.identifiable,
+        ci95: estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size),
+        identifiable: estimate.identifiable(),
         at_bound: estimate.at_bound,
-        moves: is_elastic.then(|| mm(estimate.moves)),
-        insensitive: is_elastic.then(|| insensitive(campaign, estimate)),
+        moves: estimate.moves.map(mm),
+        insensitive: estimate.moves.map(|_| insensitive(campaign, estimate)),
         least_stiffness: least_stiffness(parameter, estimate),
     }
 }

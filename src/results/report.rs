@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::diagnosis::Diagnosis;
 use super::identification::Identification;
 use super::units::{mm, shown, shown_unit};
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::review::{Node, Review, Slice, Stage};
 
@@ -220,12 +220,7 @@ impl CampaignSummary {
         Self {
             name: campaign.name.clone(),
             robot: review.model.name.clone(),
-            observes: match campaign.observes {
-                Observes::Position => "position",
-                Observes::Pose => "pose",
-                Observes::Deflection => "deflection",
-                Observes::Distance => "distance",
-            },
+            observes: campaign.observes.name(),
             readings: campaign.readings.len(),
             poses: poses.len(),
             set_aside: review.held_out.iter().filter(|held_out| **held_out).count(),

@@ -33,20 +33,20 @@ const UNSTATED_NOISE: f64 = 3e-6;
 /// Whether an elastic parameter's value moves no reading by as much as a third of the noise.
 pub fn insensitive(campaign: &Campaign, estimate: &Estimate) -> bool {
     let noise = campaign.sigma.map_or(UNSTATED_NOISE, |sigma| sigma.into_iter().fold(0.0, f64::max));
-    estimate.moves < noise / 3.0
+    estimate.moves.is_some_and(|moves| moves < noise / 3.0)
 }
 
 /// The least stiffness that fits as well, with its unit, of a compliance that moves no reading.
 pub(super) fn least_stiffness(parameter: &Parameter, estimate: &Estimate) -> Option<(f64, &'static str)> {
     matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance)
-        .then(|| (1.0 / (estimate.value + estimate.ci95.max(0.0)), parameter.kind.inverse().unit()))
+        .then(|| (1.0 / (estimate.value + estimate.ci95.unwrap_or(0.0)), parameter.kind.inverse().unit()))
 }
 
 impl SpringGroup {
     /// A group with the names of a model.
     pub fn new(model: &Model, campaign: &Campaign, found: &Calibration, group: &Equivalence) -> Self {
-        let kind = group.members.first().map_or(Kind::LinearCompliance, |&(slot, _)| model.registry[slot].kind);
-        let (unit, equivalent, ci95) = match group.together {
+        let kind = group.springs.members.first().map_or(Kind::LinearCompliance, |&(slot, _)| model.registry[slot].kind);
+        let (unit, equivalent, ci95) = match group.springs.together {
             Together::Series => (kind.inverse().unit(), 1.0 / group.value, group.ci95 / (group.value * group.value)),
             Together::Parallel => {
                 let stiffness = matches!(kind, Kind::LinearStiffness | Kind::RotationalStiffness);
@@ -55,13 +55,17 @@ impl SpringGroup {
         };
         let of = |slot: Slot| found.estimates.iter().find(|estimate| estimate.slot == slot);
         Self {
-            members: group.members.iter().map(|&(slot, _)| model.registry[slot].name.clone()).collect(),
-            kind: if group.together == Together::Series { "series" } else { "parallel" },
+            members: group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.clone()).collect(),
+            kind: if group.springs.together == Together::Series { "series" } else { "parallel" },
             equivalent,
             ci95,
             unit,
-            weights: group.members.iter().map(|(_, weight)| *weight).collect(),
-            insensitive: group.members.iter().all(|&(slot, _)| of(slot).is_some_and(|e| insensitive(campaign, e))),
+            weights: group.springs.members.iter().map(|(_, weight)| *weight).collect(),
+            insensitive: group
+                .springs
+                .members
+                .iter()
+                .all(|&(slot, _)| of(slot).is_some_and(|e| insensitive(campaign, e))),
         }
     }
 }

@@ -33,5 +33,5 @@ pub fn shown_unit(is_angle: bool) -> &'static str {
 
 /// Half width of the 95 % interval of a normal distribution.
 pub fn half_width_95(sigma: f64) -> f64 {
-    1.96 * sigma
+    crate::math::quantiles::normal95() * sigma
 }

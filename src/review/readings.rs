@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::kinematics::{Geometry, Placements};
@@ -73,15 +73,10 @@ pub fn readings(
         stages.push(Stage { key: "calibrated", residual: found.residual.clone() });
     }
     let competed = at(model, &diagnosis.calibrated)?;
-    let causes: Vec<_> = diagnosis.causes.iter().filter(|cause| cause.effect != "outliers").collect();
     let mut pattern = Vec::new();
     stages.push(Stage { key: "competed", residual: competed });
-    if !causes.is_empty() {
-        let mut with = model.clone();
-        for cause in causes {
-            with.switch_on(cause.entry.clone());
-            cause.further.iter().for_each(|entry| with.switch_on(entry.clone()));
-        }
+    if diagnosis.entries().next().is_some() {
+        let with = diagnosis.applied(model);
         let explained = at(&with, &with.completed(&diagnosis.values))?;
         let before = stages.last().map(|stage| stage.residual.clone()).unwrap_or_default();
         pattern = before.iter().zip(&explained).map(|(before, after)| before - after).collect();
@@ -95,11 +90,10 @@ pub fn readings(
         points.push(rest(&geometry, &placements, reading).coords);
     }
     let base = geometry.base();
-    if campaign.observes == Observes::Position {
-        // Where it was measured, not where it should be: a reading that is simply wrong stands off.
-        for (point, reading) in points.iter_mut().zip(&campaign.readings) {
-            let measured = Point3::new(reading.measured[0], reading.measured[1], reading.measured[2]);
-            *point = (base.inverse() * measured).coords;
+    // Where it was measured, not where it should be: a reading that is simply wrong stands off.
+    for (point, reading) in points.iter_mut().zip(&campaign.readings) {
+        if let Some(measured) = campaign.observes.measured_position(&reading.measured) {
+            *point = (base.inverse() * Point3::from(measured)).coords;
         }
     }
     Ok(Readings { stages, points, to_base: base.rotation.inverse().into_inner(), pattern })

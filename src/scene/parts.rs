@@ -190,7 +190,7 @@ impl Drawing<'_> {
             let points =
                 vec![self.at(spring.bodies[0], spring.anchors[0]), self.at(spring.bodies[1], spring.anchors[1])];
             let [a, b] = spring.bodies.map(|body| self.model.frames[body].name.clone());
-            let rate = spring.rate.compliance.recip();
+            let rate = spring.rate.nominal;
             let words = format!("spring {} between bodies {a} and {b}, {:.4e} N/m", spring.name, rate);
             let sites = vec![format!("spring:{}", spring.name)];
             self.add(PartKind::Spring, &spring.name, words, points).sites = sites;

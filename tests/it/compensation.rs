@@ -4,28 +4,24 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Hold, Refusal, Settings, compensate, predict_path};
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
 use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform, rotation_vector};
 use elastogeo::model::Model;
+use elastogeo::observation::POSE;
 use elastogeo::prediction::SinglePredictor;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
-use indexmap::IndexMap;
 use nalgebra::{Rotation3, Vector3, Vector6};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
-use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path};
+use crate::figures::recorded;
+use crate::support::{KR270_MASSES, bundled, heavy_kr270, model_of, nominal_path, switch_on};
 
 fn heavy() -> Model {
     let folder = tempfile::tempdir().expect("a folder");
     load_robot(&heavy_kr270(folder.path(), KR270_MASSES)).expect("a robot").model
-}
-
-fn effect(name: &str, site: &str, parameters: &[(&str, f64)]) -> RawEffect {
-    let parameters: IndexMap<String, f64> = parameters.iter().map(|(k, v)| ((*k).to_string(), *v)).collect();
-    RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters }
 }
 
 const WRENCH: [f64; 6] = [300.0, -500.0, -1500.0, 100.0, -50.0, 80.0];
@@ -39,7 +35,7 @@ fn measured(model: &Model, values: &[f64], count: usize, seed: u64) -> Campaign 
         configurations: draw_configurations(&geometry, count, 0.5, &mut random).expect("drawn"),
         markers: vec![None, Some(0)],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -50,10 +46,10 @@ fn measured(model: &Model, values: &[f64], count: usize, seed: u64) -> Campaign 
 /// Robots with what each could have: errors, load, own weight, a base elsewhere, effects.
 fn cases() -> Vec<(Model, Vec<f64>)> {
     let mut kr270 = heavy();
-    kr270.switch_on(effect("gear-ratio", "joint:3", &[("ratio", 4e-4)]));
-    kr270.switch_on(effect("backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]));
+    switch_on(&mut kr270, "gear-ratio", "joint:3", &[("ratio", 4e-4)]);
+    switch_on(&mut kr270, "backlash", "joint:1", &[("half_width", 3e-4), ("changes_at", 0.0)]);
     let mut ir663 = bundled("kuka-ir663");
-    ir663.switch_on(effect("thermal-expansion", "link:3", &[("expansion", 2e-5)]));
+    switch_on(&mut ir663, "thermal-expansion", "link:3", &[("expansion", 2e-5)]);
     [kr270, ir663]
         .into_iter()
         .map(|model| {
@@ -167,7 +163,7 @@ fn less_is_corrected_where_less_is_held() {
     assert!(moved[0] > moved[1] && moved[1] > moved[2], "{moved:?}");
 }
 
-/// The true robot of a simulated campaign, as `truth.json` tells it.
+/// The true robot of a simulated campaign, as `truth.json` records it.
 fn true_arm(mut model: Model, truth: &Path) -> Model {
     let truth: Value = serde_json::from_str(&std::fs::read_to_string(truth).expect("a file")).expect("JSON");
     for (name, value) in truth["parameters"].as_object().expect("parameters") {
@@ -175,7 +171,10 @@ fn true_arm(mut model: Model, truth: &Path) -> Model {
         model.registry.all_mut()[slot].nominal = value["true"].as_f64().expect("a number");
     }
     let effects: Vec<RawEffect> = serde_json::from_value(truth["effects"].clone()).expect("effects");
-    effects.into_iter().for_each(|entry| model.switch_on(entry));
+    for raw in &effects {
+        let entry = model.resolve_effect(raw).expect("an effect of this robot");
+        model.switch_on(entry);
+    }
     model
 }
 
@@ -185,7 +184,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     let path = Reader::default().path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
-    // The true arm lies on the flank it came from, told here by the commands' own steps.
+    // The true arm lies on the flank it came from, taken here from the commands' own steps.
     for k in 0..campaign.variables {
         let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
         let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
@@ -207,6 +206,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
 }
 
 struct Machine<'a> {
+    arm: &'a str,
     robot: &'a str,
     markers: &'a str,
     /// Springs of the true arm against the description's.
@@ -227,7 +227,7 @@ fn identified_then_compensated(machine: &Machine) {
         assert_eq!(ran.status, 0, "{arguments:?}: {}{}", ran.out, ran.err);
         ran.out
     };
-    let Machine { robot, markers, springs, effect, path: (first, way, axes) } = *machine;
+    let Machine { robot, markers, springs, effect, path: (first, way, axes), .. } = *machine;
     let set = ["--set", springs];
     let loads = ["--wrench=0,0,-2000", "--wrench=0,2000,0", "--wrench=2000,0,0"];
     let deflections = ["simulate", robot, "--poses", "40", "--observes", "deflection", "--errors", "0", "--into", "d"];
@@ -249,7 +249,7 @@ fn identified_then_compensated(machine: &Machine) {
         targets.push(Transform::from_parts((Vector3::from(p) * 1e-3).into(), rotation));
     }
     std::fs::write(at.join("path.csv"), text).expect("written");
-    let say = ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
+    ran(&["compensate", "known.yaml", "path.csv", "--nominal", robot, "--table", "corrected.csv"]);
     let nominal = at.join("nominal.csv");
     // Uncorrected commands: those of the nominal robot, rigid.
     let robot_file = if robot.ends_with(".yaml") { at.join(robot).display().to_string() } else { robot.to_string() };
@@ -282,14 +282,10 @@ fn identified_then_compensated(machine: &Machine) {
         table.lines().map(|line| line.split(',').skip(1).take(names.len()).collect::<Vec<_>>().join(",")).collect();
     std::fs::write(at.join("commands.csv"), kept.join("\n")).expect("written");
     let after = passes(&arm, &at.join("commands.csv"), &targets, wrench, &robot_file);
-    println!(
-        "{robot}: on the true arm {:.4} mm rms ({:.4} at most) -> {:.4} ({:.4})",
-        before[1] * 1e3,
-        before[0] * 1e3,
-        after[1] * 1e3,
-        after[0] * 1e3
-    );
-    println!("{}", say.lines().last().unwrap_or_default());
+    let [uncorrected, compensated] = [before, after].map(|error| 1e3 * error[1]);
+    let found = format!("{}: {uncorrected:.4} mm uncorrected, {compensated:.4} mm compensated (rms)", machine.arm);
+    let record = format!("compensated-{}", machine.arm);
+    recorded(&record, "cargo test passes_where_it_should", &[found]);
     assert!(after[1] < 30e-6, "{after:?}");
     assert!(before[1] > 20.0 * after[1], "{before:?} {after:?}");
 }
@@ -297,6 +293,7 @@ fn identified_then_compensated(machine: &Machine) {
 #[test]
 fn an_identified_kr270_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "KR-270",
         robot: "heavy.yaml",
         markers: "m1,m2,m3",
         springs: "joint2.kar=0.05e-6,joint3.kar=-0.06e-6,joint5.kar=0.5e-6",
@@ -308,6 +305,7 @@ fn an_identified_kr270_passes_where_it_should() {
 #[test]
 fn an_identified_ir663_passes_where_it_should() {
     identified_then_compensated(&Machine {
+        arm: "IR663",
         robot: "kuka-ir663",
         markers: "wrist",
         springs: "joint2.kar=3e8,joint8.kar=-3e8",
@@ -382,7 +380,7 @@ fn a_path_is_the_same_whatever_the_number_of_threads() {
 }
 
 #[test]
-fn what_a_new_user_gets_wrong_is_told() {
+fn mistakes_of_new_users_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
@@ -450,7 +448,7 @@ fn what_a_new_user_gets_wrong_is_told() {
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), before);
 }
 
-/// Targets told in the measurement frame are those told in the base frame, moved by the calibrated base.
+/// Targets in the measurement frame are those in the base frame, moved by the calibrated base.
 #[test]
 fn paths_in_the_measurement_frame_are_those_of_the_base_moved() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -490,9 +488,9 @@ fn paths_in_the_measurement_frame_are_those_of_the_base_moved() {
     }
 }
 
-/// A marker, not the tool centre point, passes where the path says, under own weight and load.
+/// A marker, not the tool centre point, passes along the path, under own weight and load.
 #[test]
-fn markers_pass_where_a_path_of_positions_says() {
+fn markers_pass_along_a_path_of_positions() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let file = heavy_kr270(at, KR270_MASSES);
@@ -528,7 +526,7 @@ fn markers_pass_where_a_path_of_positions_says() {
     }
 }
 
-/// `--wrench` is a column of one wrench; and what nothing gives under is told.
+/// `--wrench` is a column of one wrench; a load under which nothing is compliant is reported.
 #[test]
 fn a_constant_load_need_not_stand_in_the_path() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -40,7 +40,7 @@ fn the_law_is_that_of_the_golden_values() {
 }
 
 #[test]
-fn table_ix_spans_what_table_vii_gives() {
+fn table_ix_spans_table_vii() {
     let all: Vec<f64> =
         (0..=1450).map(|k| printed().compliance(&TABLE_V, -(k as f64 / 10.0).to_radians()) * 1e6).collect();
     let span = [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(0.0, f64::max)];
@@ -56,7 +56,7 @@ fn eq_13_returns_table_vii_from_what_it_predicts_and_within_its_intervals_from_t
         assert!((found.value / expected - 1.0).abs() < 1e-9 && found.ci95 < 1e-6 * expected, "{found:?}");
     }
     // Table VI, ordinary least squares. The three numbers come out inside the intervals that Table VII prints, not at its
-    // last digits: no weighting of Table VI's columns gives those.
+    // last digits: no weighting of Table VI's columns leads to those.
     let found = elasticity(&TABLE_V, &compliances([0.297e-6, 0.287e-6, 0.315e-6, 0.302e-6, 0.251e-6])).expect("found");
     println!("from Table VI: {found:?}");
     assert!((found.joint.value - 0.302e-6).abs() < 0.004e-6);

@@ -1,21 +1,21 @@
-//! Diagnosis: campaigns whose truth is known, and campaigns that mean ill.
+//! Diagnosis: campaigns whose truth is known, and adversarial campaigns.
 
 use std::path::{Path, PathBuf};
 
-use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::description::raw::RawEffect;
+use elastogeo::description::campaign::Campaign;
 use elastogeo::diagnosis::{Diagnosis, NoiseSource, Settings, Verdict, diagnose};
 use elastogeo::estimation::CalibrationError;
 use elastogeo::files::{LoadedCampaign, load_campaign};
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::{DEFLECTION, Observes, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
-use super::support::bundled;
+use super::support::{bundled, switch_on};
 
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
@@ -29,8 +29,8 @@ fn loaded(name: &str) -> LoadedCampaign {
 }
 
 fn diagnosed(model: &Model, campaign: &Campaign) -> Result<Diagnosis, CalibrationError> {
-    let aside = vec![false; campaign.readings.len()];
-    diagnose(model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {})
+    let held_out = vec![false; campaign.readings.len()];
+    diagnose(model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {})
 }
 
 fn of(name: &str) -> Diagnosis {
@@ -45,7 +45,7 @@ fn group(found: &Diagnosis) -> Vec<(String, String)> {
     std::iter::once(own).chain(first.rivals.iter().map(|rival| (rival.effect.clone(), rival.site.clone()))).collect()
 }
 
-/// The cause alone is named: in a group of at most three, and nothing beside it.
+/// The cause alone is named: in a group of at most three, and nothing else.
 fn names(name: &str, effect: &str, site: &str) {
     let found = of(name);
     let group = group(&found);
@@ -72,7 +72,7 @@ fn actuator_compliance_is_named() {
 }
 
 #[test]
-fn no_gap_is_said_so() {
+fn no_gap_is_reported() {
     let found = of("d");
     assert_eq!((found.verdict, found.causes.len()), (Verdict::NoGap, 0), "{:?}", found.causes);
 }
@@ -100,7 +100,7 @@ fn what_no_effect_explains_has_no_cause() {
     assert!(!found.location.sites.is_empty() && !found.location.regions.is_empty());
 }
 
-/// The truth beside the campaigns is what the tests above say.
+/// The truth files of the campaigns agree with the tests above.
 #[test]
 fn truths_are_those_of_the_files() {
     let truth = |name: &str| {
@@ -175,7 +175,7 @@ fn plan(configurations: Vec<Vec<f64>>, observes: Observes, sigma: f64) -> Plan {
 
 /// Robots with geometry errors and nothing else, many times over.
 #[test]
-fn noise_beside_geometry_is_no_gap() {
+fn noise_after_calibrated_geometry_is_no_gap() {
     let model = bundled("universal-ur5");
     let mut named = Vec::new();
     for seed in 0..16 {
@@ -183,7 +183,7 @@ fn noise_beside_geometry_is_no_gap() {
         let values = draw_errors(&model, 0.5, 0.0, &mut random);
         let geometry = Geometry::new(&model, &values).expect("assembled");
         let drawn = draw_configurations(&geometry, 45, 0.3, &mut random).expect("drawn");
-        let campaign = simulate(&model, &values, &plan(drawn, Observes::Position, 4e-5), &mut random).expect("made");
+        let campaign = simulate(&model, &values, &plan(drawn, POSITION, 4e-5), &mut random).expect("made");
         let found = diagnosed(&model, &campaign).expect("diagnosed");
         if found.verdict != Verdict::NoGap {
             named.push((seed, found.causes));
@@ -218,7 +218,7 @@ fn shuffled_readings_are_not_explained() {
         let mut measured: Vec<[f64; 6]> = loaded.campaign.readings.iter().map(|r| r.measured).collect();
         measured.shuffle(&mut generator(3));
         loaded.campaign.readings.iter_mut().zip(measured).for_each(|(reading, m)| reading.measured = m);
-        // A fit that breaks down says so, and names nothing.
+        // A fit that breaks down is reported, and names nothing.
         let Ok(found) = diagnosed(&loaded.robot.model, &loaded.campaign) else { continue };
         assert!(found.gap.is_significant, "{name}");
         assert!(found.verdict != Verdict::Explained, "{name}: {:?}", found.causes);
@@ -230,7 +230,7 @@ fn shuffled_readings_are_not_explained() {
 
 /// Few or equal configurations: a clear word, or no claim.
 #[test]
-fn what_tells_nothing_is_not_claimed_from() {
+fn uninformative_readings_name_no_cause() {
     for name in ["a", "b", "e", "g"] {
         let loaded = loaded(name);
         let model = &loaded.robot.model;
@@ -290,11 +290,7 @@ type Declared<'a> = (&'a str, &'a str, &'a [(&'a str, f64)]);
 fn residual(model: &Model, campaign: &Campaign, effects: &[Declared]) -> f64 {
     let mut model = model.clone();
     for (effect, site, parameters) in effects {
-        model.switch_on(RawEffect {
-            effect: Some((*effect).into()),
-            site: Some((*site).into()),
-            parameters: parameters.iter().map(|(name, value)| ((*name).to_string(), *value)).collect(),
-        });
+        switch_on(&mut model, effect, site, parameters);
     }
     let mut found = Linearised::default();
     let predictor = Predictor::new(&model, campaign, Vec::new()).expect("predictable");
@@ -312,8 +308,7 @@ fn declared_effects_predict_what_they_say() {
     let moved = |change: &dyn Fn(&mut Vec<f64>)| {
         let mut reached = commanded.clone();
         reached.iter_mut().for_each(change);
-        let made =
-            simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+        let made = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
         Campaign { joints: commanded.concat(), ..made.expect("made") }
     };
     let still = moved(&|_| {});
@@ -334,8 +329,7 @@ fn declared_effects_predict_what_they_say() {
     let sides: Vec<f64> = (0..20).map(|k| if k % 3 == 0 { 1.0 } else { -1.0 }).collect();
     let mut reached = commanded.clone();
     reached.iter_mut().zip(&sides).for_each(|(q, side)| q[2] += 1e-4 * side);
-    let played =
-        simulate(&model, &model.registry.nominal(), &plan(reached, Observes::Position, 0.0), &mut generator(1));
+    let played = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
     sided.readings = played.expect("made").readings;
     sided.conditions.insert("approach.q3".into(), sides);
     type Case<'a> = (Campaign, &'a str, &'a str, &'a [(&'a str, f64)]);
@@ -363,9 +357,9 @@ fn declared_effects_predict_what_they_say() {
     }
 }
 
-/// Constants of the model that give: declared as an effect, or held by the robot.
+/// Compliances of the model: declared as an effect, or held by the robot.
 #[test]
-fn declared_compliance_predicts_what_gives() {
+fn declared_compliance_predicts_the_deflection() {
     let loaded = loaded("b");
     let model = &loaded.robot.model;
     let slot = model.registry.slot("joint2.kar").expect("a spring");
@@ -374,7 +368,7 @@ fn declared_compliance_predicts_what_gives() {
     let geometry = Geometry::nominal(model).expect("assembled");
     let drawn = draw_configurations(&geometry, 10, 0.5, &mut generator(2)).expect("drawn");
     let loads = vec![[0.0, 0.0, -1500.0, 0.0, 0.0, 0.0]];
-    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, Observes::Deflection, 0.0) };
+    let plan = Plan { wrenches: loads, estimate: [false, false], ..plan(drawn, DEFLECTION, 0.0) };
     let campaign = simulate(model, &values, &plan, &mut generator(2)).expect("made");
     assert!(residual(model, &campaign, &[]) > 1e-4);
     let declared = ("joint-compliance", "joint:2", &[("joint2.kar", 2e-7)][..]);
@@ -393,10 +387,10 @@ fn an_effect_of_ones_own_competes() {
     assert_eq!((beside.verdict, beside.causes.len()), (Verdict::Explained, 1));
     let found = &cause.parameters[0];
     let ci95 = found.ci95.expect("a fitted parameter");
-    assert!((found.value - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
+    assert!((found.value.number().expect("a number") - pull).abs() < 1.5 * ci95 && ci95 < 0.2 * pull, "{found:?}");
 }
 
-/// Where no noise is stated, repeated readings tell it.
+/// Where no noise is stated, repeated readings determine it.
 #[test]
 fn noise_is_taken_from_repeats() {
     let model = bundled("universal-ur5");
@@ -410,7 +404,7 @@ fn noise_is_taken_from_repeats() {
             .expect("drawn"),
         markers: vec![None],
         repeats: 4,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma,
         sigma_orientation: 0.0,
         estimate: [true, false],
@@ -418,8 +412,8 @@ fn noise_is_taken_from_repeats() {
     let mut campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
     campaign.sigma = None;
     campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
-    let aside = vec![false; campaign.readings.len()];
-    let found = diagnose(&model, &campaign, &aside, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = diagnose(&model, &campaign, &held_out, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");
     let noise = sigma * 3.0_f64.sqrt();
     assert!((found.gap.noise / noise - 1.0).abs() < 0.15, "{} for {noise}", found.gap.noise);
     assert_eq!(found.noise_source, NoiseSource::Repeated);

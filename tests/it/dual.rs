@@ -1,6 +1,6 @@
 //! Residuals with exact derivatives: functions of dual numbers as problems.
 
-use elastogeo::estimation::least_squares::{EvaluationError, Problem};
+use elastogeo::least_squares::{EvaluationError, Problem};
 use nalgebra::{Const, DMatrix, DVector, U1};
 use num_dual::{Derivative, DualSVec64};
 

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::kinematics::{Geometry, Rates};
 use elastogeo::model::Model;
+use elastogeo::observation::{DEFLECTION, POSE, POSITION};
 use elastogeo::parameter::{Group, Kind, Slot};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
@@ -56,7 +57,7 @@ fn columns_agree(model: &Model, campaign: &Campaign, values: &[f64], tolerance: 
         let size = analytic.iter().chain(&expected).fold(0.0_f64, |m, v| m.max(v.abs()));
         told += usize::from(size > 0.0 && model.registry[slot].group == Group::Elastic);
         // What is left of a subtraction of metres, or of a deflection of millimetres.
-        let rounding = if campaign.observes == Observes::Deflection { 1e-16 } else { 2e-14 };
+        let rounding = if campaign.observes == DEFLECTION { 1e-16 } else { 2e-14 };
         for (row, (found, expected)) in analytic.iter().zip(&expected).enumerate() {
             if (found - expected).abs() > tolerance * size + rounding / h {
                 let _ = writeln!(
@@ -76,9 +77,9 @@ fn columns_agree(model: &Model, campaign: &Campaign, values: &[f64], tolerance: 
 /// showed.
 fn all_agree(model: &Model, configurations: Vec<Vec<f64>>, values: &[f64], tolerance: f64) -> usize {
     let mut told = 0;
-    for observes in [Observes::Deflection, Observes::Pose, Observes::Position] {
+    for observes in [DEFLECTION, POSE, POSITION] {
         let mut markers: Vec<Option<usize>> = vec![None];
-        if observes != Observes::Pose {
+        if observes != POSE {
             markers.extend((0..model.markers.len()).map(Some));
         }
         let plan = Plan {
@@ -232,7 +233,7 @@ base_stiffness: {kx: {value: 1e8}, krz: {value: 1e6}}
 bodies: {3: {mass: 30, com: [0.1, 0.1, 0.2]}}
 ";
 
-/// A random serial robot with springs in its joints, masses, beams and a pedestal that gives.
+/// A random serial robot with springs in its joints, masses, beams and a compliant pedestal.
 fn with_elastics(sketch: &Sketch, seed: u64) -> String {
     let draw = &mut Draw::new(seed ^ 77);
     let mut text = sketch.yaml();

@@ -128,14 +128,14 @@ fn a_pendulum_on_a_torsional_spring() {
 }
 
 #[test]
-fn near_buckling_it_is_said() {
+fn near_buckling_it_is_reported() {
     // Upright on a spring that holds less than m g l, k theta = m g l sin theta is not stable near 0.
     let upright = std::f64::consts::FRAC_PI_2;
     let push = [5.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let held = found(&pendulum(400.0), &[upright], ("E", [0.0; 3]), push, true).expect("k > m g l");
     assert!(held.displacement.x > 0.0);
     // Fallen over to where the spring holds it.
-    let fallen = found(&pendulum(300.0), &[upright], ("E", [0.0; 3]), push, true).expect("held aside");
+    let fallen = found(&pendulum(300.0), &[upright], ("E", [0.0; 3]), push, true).expect("an equilibrium");
     let theta = fallen.rotation.norm();
     let turning = 40.0 * 9.81 * 0.8 * theta.sin() + 5.0 * 0.8 * theta.cos();
     assert!(theta > 0.3 && (300.0 * theta - turning).abs() < 1e-8, "{theta} {turning}");
@@ -150,10 +150,10 @@ fn near_buckling_it_is_said() {
     let u = std::f64::consts::FRAC_PI_2 * 0.5_f64.sqrt();
     let expected = linear * 3.0 * (u.tan() - u) / u.powi(3);
     assert!((half / expected - 1.0).abs() < 0.02, "{half} {expected}");
-    // Beyond it, bent aside: the elastica of 1.5 Euler loads (Timoshenko and Gere 1961, table 2-4, interpolated).
+    // Beyond it, bent sideways: the elastica of 1.5 Euler loads (Timoshenko and Gere 1961, table 2-4, interpolated).
     let bent = pressed(1.5).expect("a bent column holds").displacement / 2.0;
     assert!((bent.x + 0.64).abs() < 0.01 && (bent.z - 0.79).abs() < 0.01, "{bent}");
-    // Far beyond, no rounds lead there.
+    // Far beyond, no iterations lead there.
     match pressed(100.0) {
         Err(Mechanism(said)) => assert!(said.contains("buckling"), "{said}"),
         Ok(found) => panic!("a column under 100 Euler loads at {}", found.displacement),

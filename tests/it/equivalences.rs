@@ -1,8 +1,9 @@
 //! Springs that readings see as one, against sums known beforehand; and springs that they do not see.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::render::identification::identification;
 use elastogeo::render::table::Screen;
 use elastogeo::results::Identification;
@@ -33,7 +34,7 @@ fn deflections(model: &Model, truth: &[(&str, f64)], along: &[usize], sigma: f64
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k)]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma,
@@ -48,12 +49,12 @@ fn deflections(model: &Model, truth: &[(&str, f64)], along: &[usize], sigma: f64
 }
 
 fn fitted(model: &Model, campaign: &Campaign, split: Split) -> Calibration {
-    let aside = vec![false; campaign.readings.len()];
-    calibrate(model, campaign, &aside, &Settings { split, ..Settings::default() }, &mut |_| {}).expect("calibrated")
+    let held_out = vec![false; campaign.readings.len()];
+    calibrate(model, campaign, &held_out, &Settings { split, ..Settings::default() }, &mut |_| {}).expect("calibrated")
 }
 
 #[test]
-fn a_spring_beside_a_drive_is_one_with_it() {
+fn a_spring_parallel_to_a_drive_is_one_with_it() {
     let (ka, rate, sigma) = (520e3, 90e3, 2e-6);
     // Declared as either, and off by factors; the order of the columns decides which of the two is kept.
     for (drive, spring) in [
@@ -77,11 +78,15 @@ fn a_spring_beside_a_drive_is_one_with_it() {
         let sum = square / (0..readings.len()).map(|i| forces(i) * readings[i]).sum::<f64>();
         for split in [Split::Prior, Split::MinimumNorm] {
             let found = fitted(&model, &campaign, split);
-            assert!(found.converged, "{}", found.ending);
+            assert!(found.converged(), "{}", found.ending);
             let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-            assert_eq!(group.together, Together::Parallel);
-            assert_eq!(group.members.len(), 2);
-            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+            assert_eq!(group.springs.together, Together::Parallel);
+            assert_eq!(group.springs.members.len(), 2);
+            assert!(
+                group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6),
+                "{:?}",
+                group.springs.members
+            );
             assert!((group.value / sum - 1.0).abs() < 1e-6, "{} {sum}", group.value);
             assert!((group.value - ka - rate).abs() < group.ci95 * 1.5, "{} +- {}", group.value, group.ci95);
             let degrees = 3.0 * readings.len() as f64 - 1.0;
@@ -119,7 +124,7 @@ springs:
     let (campaign, _) = deflections(&model, &[("a.stiffness", 2.2e5), ("b.stiffness", 0.5e5)], &[1], 1e-6);
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Parallel);
+    assert_eq!(group.springs.together, Together::Parallel);
     assert!((group.value - 2.7e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
     let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
     assert!((value("b.stiffness") / value("a.stiffness") - 3.0).abs() < 1e-9, "in the description's proportion");
@@ -149,12 +154,12 @@ joint_stiffness:
     let (campaign, _) = deflections(&model, &truth, &[1], 1e-6);
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Parallel, "{:?}", group.members);
-    assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.members);
+    assert_eq!(group.springs.together, Together::Parallel, "{:?}", group.springs.members);
+    assert!(group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-6), "{:?}", group.springs.members);
     assert!((group.value - 1e5).abs() < 1.5 * group.ci95 && group.ci95 < 2e3, "{} {}", group.value, group.ci95);
 }
 
-/// A spring in series is told from one beside: twice the compliance leaves the ratio of the columns.
+/// A spring in series is distinguished from one in parallel: twice the compliance leaves the ratio of the columns.
 #[test]
 fn springs_in_series_stay_in_series() {
     let model = model_of(
@@ -172,7 +177,7 @@ joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5
     let plan = Plan {
         conditions: false,
         configurations: (0..20).map(|k| vec![0.1 + 0.02 * f64::from(k), 0.05]).collect(),
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         markers: vec![None],
         repeats: 1,
         sigma: 1e-6,
@@ -183,12 +188,12 @@ joint_stiffness: {1: {ka: {value: 4e5, identifiable: true}}, 2: {ka: {value: 9e5
     let campaign = simulate(&model, &values, &plan, &mut generator(3)).expect("simulated");
     let found = fitted(&model, &campaign, Split::Prior);
     let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
-    assert_eq!(group.together, Together::Series);
+    assert_eq!(group.springs.together, Together::Series);
     assert!((group.value - 1.0 / 3e5 - 1.0 / 9e5).abs() < 1.5 * group.ci95, "{}", group.value);
 }
 
 #[test]
-fn a_spring_that_moves_nothing_is_told() {
+fn a_spring_that_moves_nothing_is_reported() {
     // 900 N on 3e13 N/m: 3e-8 mm, and 9 mm on the other.
     let text = "units: {length: m, angle: rad}
 gravity: [0, 0, 0]
@@ -208,7 +213,7 @@ joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, id
     let said = identification(&result, Screen::default());
     let row =
         said.lines().find(|line| line.contains("joint1.kr") && line.contains("no reading by more than")).expect("told");
-    // The bound that is told: what would show by the noise, 2e-6 m / 900 N over sqrt(n).
+    // The bound that is reported: what the noise would show, 2e-6 m / 900 N over sqrt(n).
     let least: f64 =
         row.split("above ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number").parse().expect("one");
     assert!((1e8..1e11).contains(&least), "{row}");

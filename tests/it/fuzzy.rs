@@ -1,10 +1,11 @@
-//! Compliances by rules: the published rule base, the form of the IR663 paper's comparison, and what a new user gets wrong.
+//! Fuzzy compliances: the published rule base, the form of the IR663 paper's comparison, and what a new user gets wrong.
 
 use elastogeo::description::fuzzy::Component;
 use elastogeo::fuzzy::{firing, value};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, Ran, run};
+use crate::figures::recorded;
 use crate::support::{golden, numbers};
 
 /// Table 4 of the IR663 paper: modal values in deg, conclusions in mm.
@@ -30,7 +31,7 @@ fn table_4_evaluates_exactly() {
     }
 }
 
-/// The same rule base in a description: what `pose`, `stiffness` and `simulate` say under a load.
+/// The same rule base in a description: what `pose`, `stiffness` and `simulate` predict under a load.
 #[test]
 fn a_declared_rule_base_is_used_wherever_springs_are() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -65,7 +66,7 @@ fn a_declared_rule_base_is_used_wherever_springs_are() {
     assert!(refused.status == 2 && refused.err.contains("leave --equilibrium out"), "{}", refused.err);
 }
 
-/// The campaign of the paper on an IR663 whose screws give: 126 configurations, 36 of them set aside, four loads along x
+/// The campaign of the paper on an IR663 with compliant screws: 126 configurations, 36 of them held out, four loads along x
 /// and z.
 fn campaign(screws: bool) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -119,7 +120,13 @@ fn rules_beat_springs_without_screws_and_screws_beat_rules() {
     let with = compare("screws.yaml");
     let [parametric, fuzzy, grey] = ["parametric", "fuzzy", "grey"].map(|method| overall(&without, method));
     let screws = overall(&with, "parametric");
-    println!("parametric {parametric:.4}, fuzzy {fuzzy:.4}, grey {grey:.4}, screws declared {screws:.4} mm");
+    let rows = [
+        ("springs, screws left out", parametric),
+        ("fuzzy compliance", fuzzy),
+        ("springs without screws, and a fuzzy correction", grey),
+        ("springs and screws", screws),
+    ];
+    recorded("fuzzy", "cargo test rules_beat_springs", &rows.map(|(row, rms)| format!("{row}: {rms:.4} mm")));
     assert!(fuzzy <= parametric * 0.065 / 0.110, "{fuzzy} against {parametric}");
     // What springs leave after taking up all they can is rougher than the compliance itself.
     assert!(grey < 0.7 * parametric, "{grey} against {parametric}");
@@ -188,7 +195,7 @@ fn wrong_rules_are_refused() {
     }
 }
 
-/// Rules in a file of their own do what the same rules do in the description; their faults are told where they stand.
+/// Rules in a file of their own do what the same rules do in the description; their faults are reported where they stand.
 #[test]
 fn rules_may_stand_in_a_file_of_their_own() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -290,7 +297,7 @@ fn rules_say_no_more_than_the_readings_did() {
     }
     println!("{unseen} rules without data");
     assert!(unseen > 0, "the case has rules that no reading reaches");
-    // Two sizes in one direction: whether the arm is linear can be told, and it is.
+    // Two sizes in one direction: whether the arm is linear can be decided, and it is.
     let levels = json["levels"].as_array().expect("levels");
     let linear: Vec<f64> = levels.iter().filter_map(|level| level["linear"]["gain"].as_f64()).collect();
     assert!(linear.len() == 2 && linear.iter().all(|gain| (gain - 1.0).abs() < 0.02), "{levels:?}");

@@ -36,7 +36,7 @@ fn starters_run_at_once() {
             let ran = run(folder.path(), command);
             assert_eq!(ran.status, 0, "{command:?}: {}", ran.err);
         }
-        // What an editor asks for stands where the first line says, of what is written later too.
+        // What an editor asks for stands where the first line names it, also in files written later.
         for file in ["robot.yaml", "campaign.yaml", "calibrated.yaml"] {
             let text = std::fs::read_to_string(folder.path().join(name).join(file)).expect("a file");
             let line = text.lines().next().unwrap_or_default();

@@ -136,7 +136,7 @@ fn strokes_and_loops_are_solved_through() {
 }
 
 #[test]
-fn a_redundant_robot_gives_samples_or_the_nearest() {
+fn a_redundant_robot_has_samples_or_the_nearest() {
     let model = bundled("barrett-wam");
     let geometry = Geometry::nominal(&model).expect("assembled");
     for q in configurations(&geometry, 10, 21) {
@@ -187,7 +187,7 @@ fn from_a_configuration_the_branch_stays() {
 }
 
 #[test]
-fn angles_are_told_by_the_turn_nearest_the_start() {
+fn angles_are_those_of_the_turn_nearest_the_start() {
     let model = bundled("universal-ur5");
     let geometry = Geometry::nominal(&model).expect("assembled");
     let q = [5.5, -4.2, 1.3, -0.7, 0.9, -6.0];
@@ -291,7 +291,7 @@ tool: {frame: E, at: [0.01, 0.02, 0.03]}
 ",
     );
     let geometry = Geometry::nominal(&model).expect("assembled");
-    // Three variables against six equations: reachable poses are met, and the wider turns of q2 are told apart.
+    // Three variables against six equations: reachable poses are met, and the wider turns of q2 are distinguished.
     let branches = round_trips(&geometry, 30, 41);
     assert!(branches.iter().all(|&count| count >= 1), "{branches:?}");
 }

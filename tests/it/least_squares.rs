@@ -1,6 +1,6 @@
 //! Bounded least squares: answers known by hand, robustness, and refusals.
 
-use elastogeo::estimation::least_squares::{
+use elastogeo::least_squares::{
     Bounds, BoundsError, EvaluationError, Loss, Problem, Settings, Side, Solution, Status, UsageError, minimize,
     minimize_in_box, minimize_observed,
 };
@@ -154,7 +154,7 @@ fn a_box_against_every_active_set() {
         let lower: Vec<f64> = (0..n).map(|_| draw(-1.0, 0.5)).collect();
         let upper: Vec<f64> = lower.iter().map(|lower| lower + draw(0.01, 1.0)).collect();
         let mut bounds = Bounds::new(lower, upper).unwrap();
-        // Also variables without room, with hardly any, and with a limit on one side or none.
+        // Also variables with equal bounds, with nearly equal ones, and with a limit on one side or none.
         for j in 0..n {
             match (case / 4 + 3 * j) % 8 {
                 0 => bounds.upper[j] = bounds.lower[j],
@@ -179,7 +179,7 @@ fn unreachable_parameters_stay_and_confounded_ones_share() {
     assert!(solution.status.converged());
     assert_close(&solution.x, &[1.5, 1.5, 7.0], 1e-12);
 
-    // A bound on one of the two sends the rest to the other.
+    // A bound on one of the two sends the remaining step to the other.
     let bounds = Bounds::new(vec![-1.0; 3], vec![1.0, 5.0, 9.0]).unwrap();
     let problem = Linear { a, b: dvector![-3.0, -6.0, 3.0] };
     let solution = minimize(&problem, &[0.0, 0.0, 7.0], &bounds, &Settings::default()).unwrap();

@@ -12,7 +12,7 @@
 
 use std::f64::consts::PI;
 
-use elastogeo::estimation::least_squares::{Bounds, Settings, Side, Solution, minimize};
+use elastogeo::least_squares::{Bounds, Settings, Side, Solution, minimize};
 use num_dual::DualNum;
 
 use crate::dual::{Dual, Smooth};

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use elastogeo::estimation::least_squares::{Bounds, Settings, Solution, minimize};
+use elastogeo::least_squares::{Bounds, Settings, Solution, minimize};
 use nalgebra::DMatrix;
 use num_dual::DualNum;
 
@@ -137,7 +137,7 @@ fn chwirut(b: &[Dual<3>; 3], x: &[f64]) -> Dual<3> {
 
 /// Digits of parameters, deviations and sum of squares.
 const ALL: [f64; 3] = [6.0, 6.0, 10.0];
-/// The residuals of Lanczos1 are 1e-13 beside data of size 1, so that double precision leaves them three digits and their
+/// The residuals of Lanczos1 are 1e-13 for data of size 1, so that double precision leaves them three digits and their
 /// sum of squares, on which the deviations depend, as many.
 const LANCZOS1: [f64; 3] = [10.0, 2.0, 2.0];
 

@@ -1,11 +1,12 @@
 //! Springs of the IR663 as its calibration paper identifies them (sec. 3.3.1, Table 3, eq. (65)-(69)).
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::elastics::{Elastics, Response, Statics, shares, spatial};
 use elastogeo::estimation::{Together, calibrate, observe};
 use elastogeo::identifiability::{Criterion, Scaling, Why};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::Model;
+use elastogeo::observation::DEFLECTION;
 use elastogeo::simulation::{Plan, generator, simulate};
 use nalgebra::{Vector3, Vector6};
 
@@ -30,7 +31,7 @@ fn readings(model: &Model, values: &[f64]) -> Campaign {
         configurations: grid_63(&geometry),
         markers: vec![model.marker("wrist")],
         repeats: 1,
-        observes: Observes::Deflection,
+        observes: DEFLECTION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -52,7 +53,7 @@ fn apart(a: &Campaign, b: &Campaign) -> [f64; 2] {
 const SPRINGS: [&str; 7] =
     ["joint2.kar", "joint8.kar", "joint2.kr", "joint8.kr", "joint3.kr", "joint9.kr", "joint10.kr"];
 
-/// Table 3 in N.mm/rad and N/mm, whatever its header says.
+/// Table 3 in N.mm/rad and N/mm, whatever its header states.
 const DESIGNS: [[f64; 7]; 3] = [
     [1.72e9, 1.56e9, 5.27e10, 2.25e8, 5.10e9, 6.63e5, 6.12e4],
     [1.72e9, 1.56e9, 2.32e10, 7.92e9, 7.1e10, 3.63e9, 5.56e4],
@@ -78,17 +79,21 @@ fn seven_springs_have_rank_four_and_two_groups_in_series() {
     let reduction = &found.identifiability;
     assert_eq!((reduction.columns, reduction.rank, reduction.kept.len()), (7, 4, 4));
     assert!(reduction.dropped.iter().all(|(_, why)| *why == Why::Exact), "{:?}", reduction.dropped);
-    let aside = vec![false; campaign.readings.len()];
-    let fit = calibrate(&model, &campaign, &aside, &Default::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let fit = calibrate(&model, &campaign, &held_out, &Default::default(), &mut |_| {}).expect("calibrated");
     let mut groups: Vec<Vec<&str>> = fit
         .equivalences
         .iter()
         .map(|group| {
-            assert_eq!(group.together, Together::Series);
+            assert_eq!(group.springs.together, Together::Series);
             // Eq. (68), (69): compliances add up, each with weight one.
-            assert!(group.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9), "{:?}", group.members);
+            assert!(
+                group.springs.members.iter().all(|(_, weight)| (weight - 1.0).abs() < 1e-9),
+                "{:?}",
+                group.springs.members
+            );
             let mut names: Vec<&str> =
-                group.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
+                group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.as_str()).collect();
             names.sort_unstable();
             names
         })

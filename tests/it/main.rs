@@ -1,4 +1,4 @@
-//! One binary for all integration tests; the file names say what kind of test is inside.
+//! One binary for all integration tests; the file names tell the kind of test.
 
 mod architecture;
 mod blind;
@@ -9,7 +9,6 @@ mod derivatives;
 mod diagnosis;
 mod diagnostics;
 mod docs;
-mod doubts;
 mod dual;
 mod effects;
 mod elastic_campaigns;
@@ -17,6 +16,8 @@ mod elastic_derivatives;
 mod equilibrium;
 mod equivalences;
 mod estimation;
+mod examples;
+mod figures;
 mod fuzzy;
 mod generated;
 mod golden_elastic;
@@ -29,6 +30,9 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod mistakes;
+mod observation;
+mod orthonormal;
 mod planning;
 mod process;
 mod questions;

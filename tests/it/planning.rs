@@ -1,12 +1,12 @@
 //! Planned measurements against random ones, against their own prediction, and against published intervals.
 
-use elastogeo::description::campaign::Observes;
 use elastogeo::estimation::{Settings, What, calibrate, errors_of};
 use elastogeo::files::load_robot;
 use elastogeo::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::math::median;
 use elastogeo::model::Model;
+use elastogeo::observation::{POSE, POSITION};
 use elastogeo::parameter::{Group, Kind};
 use elastogeo::planning::{Optimality, Request, Sight, plan};
 use elastogeo::prediction::{Linearised, Predictor};
@@ -16,6 +16,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 
 use crate::cli::{PLANAR, run};
+use crate::figures::recorded;
 
 const GEOMETRIC: What = What { geometric: true, elastic: false };
 
@@ -23,7 +24,7 @@ fn request(model: &Model, count: usize) -> Request {
     Request {
         count,
         what: GEOMETRIC,
-        observes: Observes::Position,
+        observes: POSITION,
         markers: vec![None],
         loads: Vec::new(),
         repeats: 1,
@@ -83,8 +84,8 @@ fn achieved(
         estimate: of.estimate,
     };
     let campaign = simulate(model, truth, &plan, &mut random).expect("simulated");
-    let aside = vec![false; campaign.readings.len()];
-    let found = calibrate(model, &campaign, &aside, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let held_out = vec![false; campaign.readings.len()];
+    let found = calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
     (plan.configurations, plan.sigma, plan.sigma_orientation) = (fresh.to_vec(), 0.0, 0.0);
     let check = simulate(model, truth, &plan, &mut random).expect("simulated");
     let mut left = Linearised::default();
@@ -119,14 +120,6 @@ fn compared(of: &Request, model: &Model, ranges: &[[f64; 2]], count: usize) -> [
         })
         .collect();
     let of_kind = |k: usize| median(&mut pairs.iter().map(|pair| pair[k]).collect::<Vec<_>>());
-    println!(
-        "{}: planned {:.4} mm, {count} random {:.4} mm, promised {:.4} mm; as many random as {:?}",
-        model.name,
-        1e3 * of_kind(0),
-        1e3 * of_kind(1),
-        1e3 * planned.error,
-        planned.random_equal
-    );
     [of_kind(0), of_kind(1), planned.error]
 }
 
@@ -140,7 +133,7 @@ fn twenty_planned_do_as_well_as_forty_random() {
         (
             Request {
                 tests: work(&ir663, &IR663, 200, 77),
-                observes: Observes::Pose,
+                observes: POSE,
                 estimate: [false, false],
                 ..request(&ir663, 20)
             },
@@ -157,11 +150,15 @@ fn twenty_planned_do_as_well_as_forty_random() {
             &KR270,
         ),
     ];
+    let mut lines = Vec::new();
     for (of, model, ranges) in &cases {
         let [planned, random, promised] = compared(of, model, *ranges, 40);
         assert!(planned <= random, "{}: {planned} against {random}", model.name);
         assert!((0.75..1.25).contains(&(planned / promised)), "{}: {planned}, promised {promised}", model.name);
+        let [planned, random] = [planned, random].map(|error| 1e3 * error);
+        lines.push(format!("{}: {planned:.4} mm at 20 planned, {random:.4} mm at 40 random", model.name));
     }
+    recorded("twenty-planned", "cargo test twenty_planned", &lines);
 }
 
 /// The promised error, from the planned campaign's Jacobian by a pseudo-inverse.
@@ -188,7 +185,7 @@ fn the_promise_is_that_of_the_covariance() {
         repeats: 1,
         wrenches: Vec::new(),
         conditions: false,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [true, true],
@@ -283,8 +280,10 @@ fn intervals_are_those_of_the_kr270_paper() {
         ("lengths, mm", typical(Group::Geometry, Kind::Length, 1e-3), 0.104),
         ("angles, deg", typical(Group::Geometry, Kind::Angle, deg), 0.0145),
     ];
+    let line = |(what, ours, paper): (&str, f64, f64)| format!("{what}: {ours:.4}, paper {paper}");
+    let geometry = [line(cases[3]), line(cases[4])];
+    recorded("planned-intervals", "cargo test intervals_are_those_of_the_kr270_paper", &geometry);
     for (what, ours, paper) in cases {
-        println!("{what}: {ours:.4}, paper {paper}");
         assert!((0.2..5.0).contains(&(ours / paper)), "{what}: {ours} against {paper}");
     }
 }

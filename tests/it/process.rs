@@ -1,4 +1,4 @@
-//! The elastic strip against published solutions of the elastica, and the arm in equilibrium with what pushes back.
+//! The elastic strip against published solutions of the elastica, and the arm in equilibrium with an external process.
 
 use elastogeo::compensation::{Asked, Controller, Desired, Refusal, Settings, compensate, desire, predict_path};
 use elastogeo::description::process::{RawProcess, Theory};
@@ -9,6 +9,7 @@ use elastogeo::process::{Process, ProcessError, bend};
 use nalgebra::Vector3;
 
 use crate::cli::run;
+use crate::figures::recorded;
 use crate::support::{model_of, nominal_path};
 
 /// A cantilever of length 1 under a force P across its undeformed axis that keeps its direction, P L^2 / EI = load:
@@ -35,13 +36,18 @@ fn tip_deflections_are_those_of_the_published_elastica() {
         (5.0, [0.71379, 0.38763, 1.21537]),
         (10.0, [0.81061, 0.55500, 1.43029]),
     ];
+    let mut lines = Vec::new();
     for (load, published) in table {
         let found = dead_load(load);
-        println!("PL2/EI {load}: w/L {:.6}, u/L {:.6}, slope {:.6}", found[0], found[1], found[2]);
+        lines.push(format!(
+            "{load}: deflection {:.5} published, {:.6} here; shortening {:.5}, {:.6}; slope {:.5}, {:.6}",
+            published[0], found[0], published[1], found[1], published[2], found[2]
+        ));
         for (found, published) in found.iter().zip(published) {
             assert!((found - published).abs() < 5.1e-6, "{load}: {found} {published}");
         }
     }
+    recorded("elastica", "cargo test published_elastica", &lines);
 }
 
 fn strip(theory: Theory, friction: f64) -> Process {
@@ -108,7 +114,7 @@ fn gradients_of_the_push_are_those_of_differences() {
 }
 
 #[test]
-fn places_that_the_strip_does_not_have_are_told() {
+fn places_that_the_strip_does_not_have_are_refused() {
     let process = strip(Theory::Large, 0.0);
     let push = |along, depth| process.push(&place(&process, along, depth), &Vector3::zeros());
     assert!(matches!(push(0.585, 0.2), Err(ProcessError::Off { .. })));
@@ -126,7 +132,7 @@ joint_stiffness:
   1: {kar: {value: 1e5}}
 ";
 
-/// A lever of 1 m on a torsional spring of 1e5 N.m/rad, at rest along x: 1e5 N/m in y at its end.
+/// A lever of 1 m on a torsional spring of 1e5 N.m/rad, unloaded along x: 1e5 N/m in y at its end.
 fn lever(spring: f64) -> Result<(f64, f64), Refusal> {
     let model = model_of(PRESS);
     let process = Process {
@@ -152,7 +158,7 @@ fn arm_and_process_share_the_load_or_buckle() {
 }
 
 /// Section 4 of the IR663 paper. What its robot misses by grows from 0.4 to 1.5 mm along the path, 3.75 times; the strip
-/// alone, of known section and alloy, says by how much the force grows.
+/// alone, of known section and alloy, determines by how much the force grows.
 #[test]
 fn the_force_of_the_forming_path_grows_as_the_papers_deviations() {
     let process = strip(Theory::Large, 0.0);
@@ -161,7 +167,8 @@ fn the_force_of_the_forming_path_grows_as_the_papers_deviations() {
         -process.push(&place(&process, along, 0.025), &Vector3::zeros()).expect("a push").force.dot(&own.push)
     };
     let growth = across(0.38) / across(0.58);
-    println!("{:.1} N to {:.1} N: {growth:.2} times", across(0.58), across(0.38));
+    let found = format!("force: {growth:.3} times from the free end to the clamp");
+    recorded("strip-force", "cargo test the_force_of_the_forming_path", &[found]);
     assert!((3.0..4.5).contains(&growth), "{growth}");
 }
 
@@ -211,9 +218,47 @@ fn missed(
     (squares.sum::<f64>() / targets.len() as f64).sqrt()
 }
 
+/// How far the described arm misses the forming path by the strip alone: what the docs compare with the paper's figures.
+#[test]
+fn deviations_by_the_strip_are_as_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/processes/ir663-strip");
+    let whole = std::fs::read_to_string(format!("{root}/process.yaml")).expect("a file");
+    let (weight, _) = whole.split_once("strip:\n").expect("a strip");
+    let straight = whole.replace("theory: large", "theory: euler-bernoulli");
+    let deviations = |name: &str, text: &str, by: &str| -> Vec<Vector3<f64>> {
+        std::fs::write(folder.path().join(name), text).expect("written");
+        let arguments = ["compensate", "kuka-ir663", "ir663-strip", "--process", name, "--format", "json"];
+        let ran = run(folder.path(), &arguments);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let json: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+        let points = json["points"].as_array().expect("points").iter();
+        let of = |point: &serde_json::Value, axis: usize| 1e3 * point["before"][by][axis].as_f64().expect("a number");
+        points.map(|point| Vector3::new(of(point, 0), of(point, 1), of(point, 2))).collect()
+    };
+    let [strip, carried, straight] =
+        [("strip.yaml", whole.as_str()), ("carried.yaml", weight), ("straight.yaml", straight.as_str())]
+            .map(|(name, text)| deviations(name, text, "wrench"));
+    let weight = deviations("carried.yaml", weight, "all");
+    // The path slides along the strip from its sixth point on.
+    let (first, last) = (5, strip.len() - 1);
+    let [from, to] = [first, last].map(|k| (strip[k] - carried[k]).z);
+    let theory = straight[last] - strip[last];
+    let lines = [
+        format!("strip: {from:.4} to {to:.4} mm along z, {:.3} times", to / from),
+        format!("own weight and 920 N: {:.3} to {:.3} mm along z", -weight[first].z, -weight[last].z),
+        format!(
+            "theory: {:.4} mm ({:.4} along z) between Euler and Bernoulli's and large bending",
+            theory.norm(),
+            theory.z
+        ),
+    ];
+    recorded("strip-deviations", "cargo test deviations_by_the_strip", &lines);
+}
+
 /// The table of docs/compensation.md: a machine whose springs are 17 and 19 % off the description forms the strip.
 #[test]
-fn a_strip_is_formed_by_an_arm_that_gives_otherwise() {
+fn a_strip_is_formed_by_an_arm_of_other_stiffness() {
     let folder = tempfile::tempdir().expect("a folder");
     let ran = |arguments: &[&str]| {
         let ran = run(folder.path(), arguments);
@@ -243,9 +288,14 @@ fn a_strip_is_formed_by_an_arm_that_gives_otherwise() {
     let described = miss(&process, Some(&nominal));
     let fitted = miss(&process, Some(&identified));
     let euler = miss(&straight, Some(&identified));
-    println!(
-        "rms mm: uncorrected {uncorrected:.4}, description {described:.4}, identified {fitted:.4}, Euler {euler:.4}"
+    let less = |left: f64| 100.0 * (1.0 - left / uncorrected);
+    let found = format!(
+        "{uncorrected:.4} mm uncorrected; {described:.4} mm ({:.2} % less) with the description, {fitted:.5} mm ({:.3} % less) \
+         with the springs identified, {euler:.4} mm with these and Euler and Bernoulli's strip",
+        less(described),
+        less(fitted)
     );
+    recorded("strip-compensated", "cargo test a_strip_is_formed", &[found]);
     // The paper took 80 % away.
     assert!(described < 0.2 * uncorrected && fitted < 0.005 * uncorrected, "{uncorrected} {described} {fitted}");
     assert!(fitted < 0.03 && euler > 5.0 * fitted && euler < described, "{fitted} {euler}");
@@ -262,6 +312,6 @@ fn friction_is_compensated() {
     let without = 1e3 * missed(&model, &process, &desired, &free, &nominal);
     let with = commands(&model, &process, &desired, Some(&nominal));
     let rubbed = 1e3 * missed(&model, &process, &desired, &with, &nominal);
-    println!("left, mm: smooth {smooth:.5}, friction left out {without:.4}, taken in {rubbed:.5}");
+    recorded("friction", "cargo test friction_is_compensated", &[format!("{without:.4} mm with friction left out")]);
     assert!(smooth < 2e-4 && rubbed < 2e-4 && without > 0.1, "{smooth} {without} {rubbed}");
 }

@@ -1,11 +1,11 @@
-//! The open questions of the calibration papers, asked of the tool (`docs/questions.md`), and what it says where it is
-//! asked too little.
+//! The open questions of the calibration papers, answered by `diagnose` (`docs/questions.md`), and its
+//! warnings where a campaign asks too little.
 
 use serde_json::Value;
 
 use super::cli::run;
 
-fn said(folder: &std::path::Path, arguments: &[&str]) -> Value {
+fn json(folder: &std::path::Path, arguments: &[&str]) -> Value {
     let ran = run(folder, arguments);
     assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
     serde_json::from_str(&ran.out).expect("JSON")
@@ -13,7 +13,7 @@ fn said(folder: &std::path::Path, arguments: &[&str]) -> Value {
 
 fn diagnosed(campaign: &str) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
-    said(folder.path(), &["diagnose", campaign, "--format", "json"])
+    json(folder.path(), &["diagnose", campaign, "--format", "json"])
 }
 
 fn number(value: &Value) -> f64 {
@@ -86,7 +86,7 @@ fn joint_one_described_rigid() {
     let found = diagnosed("kr270-rigid-joint-1");
     assert_eq!(causes(&found), [named("joint-compliance", "joint:1")]);
     assert_eq!((found["verdict"].as_str(), first_site(&found)), (Some("explained"), "joint:1"));
-    // About the same axis the foot cannot be told from the joint.
+    // About the same axis the base cannot be distinguished from the joint.
     let rivals = &found["causes"][0]["indistinguishable_from"];
     assert_eq!(rivals.as_array().map(Vec::len), Some(1), "{rivals}");
     assert_eq!(rivals[0]["effect"], "base-compliance");
@@ -114,7 +114,7 @@ frames:
 tool: {frame: flange}
 ";
 
-/// A position campaign of a robot that was never calibrated says what competes.
+/// A position campaign of a robot that was never calibrated is warned of what competes.
 #[test]
 fn campaign_that_calibrates_nothing_is_warned_of() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -135,9 +135,9 @@ fn campaign_that_calibrates_nothing_is_warned_of() {
 }
 
 /// What was diagnosed stays in the description when the campaign leaves out what its own robot declares, and nothing is
-/// said of elements that are gone already.
+/// reported of elements that are gone already.
 #[test]
-fn applied_description_keeps_what_was_found_beside_without() {
+fn applied_description_keeps_the_cause_despite_without() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let effect = "effects: [{effect: transmission-error, site: \"joint:2\", parameters: {cos: 4.0e-4, sin: 2.0e-4, order: 2}}]\n";
@@ -148,7 +148,7 @@ fn applied_description_keeps_what_was_found_beside_without() {
     let file = at.join("own/campaign.yaml");
     let text = std::fs::read_to_string(&file).expect("a file");
     std::fs::write(&file, format!("{text}without: [transmission-error]\n")).expect("written");
-    let found = said(at, &["diagnose", "own", "--apply", "found.yaml", "--format", "json"]);
+    let found = json(at, &["diagnose", "own", "--apply", "found.yaml", "--format", "json"]);
     assert_eq!(causes(&found), [named("transmission-error", "joint:2")]);
     let held = run(at, &["residuals", "found.yaml", "own", "--format", "json"]);
     assert!(held.status == 0 && !held.err.contains("leaves nothing out"), "{}", held.err);
@@ -159,7 +159,7 @@ fn applied_description_keeps_what_was_found_beside_without() {
     assert_eq!(applied.status, 0, "{}", applied.err);
     let again = run(at, &["residuals", "kr.yaml", "kr270-no-compensator"]);
     assert!(again.status == 0 && !again.err.contains("leaves nothing out"), "{}", again.err);
-    // A name that no robot has is still told.
+    // A name that no robot has is still reported.
     let text = std::fs::read_to_string(&file).expect("a file").replace("[transmission-error]", "[springg]");
     std::fs::write(&file, text).expect("written");
     let wrong = run(at, &["residuals", "found.yaml", "own"]);

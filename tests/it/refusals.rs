@@ -12,12 +12,12 @@ fn folder_with(files: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-/// The lines that say something, as `message @ place`: without drawings.
+/// The lines with a message, as `message @ place`: without drawings.
 fn check(yaml: &str) -> Ran {
     run(folder_with(&[("arm.yaml", yaml.as_bytes())]).path(), &["check", "arm.yaml"])
 }
 
-/// Replaces one piece of a sound description, adds to its end, and looks for what is said and the one line it is said of.
+/// Replaces one piece of a sound description, adds to its end, and looks for the message and the one line that it names.
 fn refuses(replace: (&str, &str), more: &str, at: &str, expected: &[&str]) {
     assert!(PLANAR.contains(replace.0), "{replace:?}");
     let text = PLANAR.replacen(replace.0, replace.1, 1) + more;
@@ -312,7 +312,7 @@ fn the_compensator_can_be_left_out() {
 }
 
 #[test]
-fn a_faulty_value_is_told_once() {
+fn a_faulty_value_is_reported_once() {
     for replace in [
         ("variable: q2", "varable: q2"),
         ("variable: q2", "variable: [q2]"),
@@ -330,7 +330,7 @@ fn a_faulty_value_is_told_once() {
 }
 
 #[test]
-fn several_faults_are_all_told() {
+fn several_faults_are_all_reported() {
     let text = PLANAR.replacen("antecedent: 1", "antecedent: 11", 1).replacen("d: 400", "d: four hundred", 1).replacen(
         "limits: [-90, 90]",
         "limits: [90, -90]",

@@ -202,7 +202,7 @@ const RIVALS: [&str; 14] = [
 ];
 
 #[test]
-fn proposed_configurations_are_told_and_drawn() {
+fn proposed_configurations_are_listed_and_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
     assert_eq!(run(folder.path(), &[&RIVALS[..], &["c"]].concat()).status, 0);
     let ran = run(folder.path(), &["report", "c", "--json", "r.json"]);
@@ -214,7 +214,7 @@ fn proposed_configurations_are_told_and_drawn() {
     assert!(html.contains("data-shots=\"next\""));
     let data = html.split("id=\"scene\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("data");
     assert_eq!(parsed(data)["next"].as_array().expect("drawn").len(), proposed);
-    // Angles are told in deg: 0.5 rad is 28.65.
+    // Angles are in deg: 0.5 rad is 28.65.
     let (path, value, text, _, scale) =
         figures(&html).into_iter().find(|f| f.0 == "/diagnose/next_poses/0/joints/q2").expect("told");
     assert!((text.parse::<f64>().expect(&path) - value.to_degrees()).abs() < 0.0051 && (scale - 57.29578).abs() < 1e-4);

@@ -1,10 +1,11 @@
 //! Autocorrelation of residuals: found where it is, not found in noise.
 
-use elastogeo::description::campaign::{Campaign, Observes};
+use elastogeo::description::campaign::Campaign;
 use elastogeo::diagnosis::{Autocorrelation, AutocorrelationSettings, Settings, Verdict, autocorrelation, diagnose};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 use nalgebra::DVector;
 use rand::seq::SliceRandom;
@@ -23,7 +24,7 @@ fn campaign(model: &Model) -> Campaign {
         configurations: draw_configurations(&geometry, 60, 0.6, &mut random).expect("drawn"),
         markers: vec![Some(0), Some(1)],
         repeats: 1,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],
@@ -122,16 +123,16 @@ fn unstated_noise_does_not_hide_a_gap() {
         configurations: draw_configurations(&geometry, 150, 0.2, &mut random).expect("drawn"),
         markers: vec![None],
         repeats: 2,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: 3e-5,
         sigma_orientation: 0.0,
         estimate: [true, true],
     };
     let mut campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("made");
     campaign.sigma = None;
-    let aside = vec![false; campaign.readings.len()];
+    let held_out = vec![false; campaign.readings.len()];
     let diagnosed = |campaign: &Campaign| {
-        let found = diagnose(&model, campaign, &aside, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
+        let found = diagnose(&model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
         (found.verdict, found.autocorrelation)
     };
     assert_eq!(diagnosed(&campaign).0, Verdict::NoGap);

@@ -1,4 +1,4 @@
-//! The robot as it is drawn, and how it gives over a slice of its workspace.
+//! The robot as it is drawn, and its stiffness over a slice of its workspace.
 
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::review::slice;

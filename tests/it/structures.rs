@@ -333,7 +333,7 @@ fn energy_and_reciprocity_of_a_frame_with_closed_cycles() {
     }
 }
 
-/// Beams whose ends are released carry force along themselves alone: the apex gives by the sum of E A / L x x'.
+/// Beams whose ends are released carry force along themselves alone: the apex moves by the sum of E A / L x x'.
 #[test]
 fn a_tripod_of_hinged_beams_is_a_truss() {
     let feet = [[1.0, 0.2, 0.0], [-0.6, 0.9, 0.1], [-0.3, -0.8, -0.2]];
@@ -481,7 +481,7 @@ fn description(structure: &Value, body: &str) -> String {
         );
     }
     if body == "1" {
-        // The joint holds what the ground holds already.
+        // The joint holds what the base holds already.
         let _ = writeln!(text, "joint_stiffness: {{1: {{at: {}}}}}", word(&supports[0]["node"]));
     }
     text

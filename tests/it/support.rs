@@ -3,16 +3,29 @@
 use std::path::Path;
 
 use elastogeo::compensation::{Desired, Refusal};
-use elastogeo::description::campaign::{Campaign, Observes};
-use elastogeo::description::{raw::RawRobot, resolve::resolve};
+use elastogeo::description::campaign::Campaign;
+use elastogeo::description::{
+    raw::{RawEffect, RawRobot},
+    resolve::resolve,
+};
+use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
+use elastogeo::observation::POSE;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
     let (robot, diagnostics) = resolve(&raw, &|_| None);
-    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}"))).expect("a model")
+    build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model")
+}
+
+/// Switches an effect on as an entry of a description does.
+pub fn switch_on(model: &mut Model, effect: &str, site: &str, parameters: &[(&str, f64)]) {
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), (*value).into())).collect();
+    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters };
+    let entry = model.resolve_effect(&raw).expect("an effect of this robot");
+    model.switch_on(entry);
 }
 
 pub fn bundled(name: &str) -> Model {
@@ -39,7 +52,7 @@ pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
 /// Masses of the KR-270, to stand below its description.
 pub const KR270_MASSES: &str = include_str!("../data/kr270-masses.yaml");
 
-/// The KR-270 with more below its description (`heavy.yaml`, its URDF beside it); the file's name.
+/// The KR-270 with more below its description (`heavy.yaml`, its URDF in the same folder); the file's name.
 pub fn heavy_kr270(folder: &Path, extra: &str) -> String {
     let root = env!("CARGO_MANIFEST_DIR");
     std::fs::copy(format!("{root}/robots/kuka-kr270.urdf"), folder.join("kuka-kr270.urdf")).expect("copied");
@@ -65,7 +78,7 @@ pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Ve
         configurations: configurations.to_vec(),
         markers: vec![None],
         repeats: 1,
-        observes: Observes::Pose,
+        observes: POSE,
         sigma: 0.0,
         sigma_orientation: 0.0,
         estimate: [false, false],

@@ -30,7 +30,7 @@ fn read(bytes: &[u8]) -> Result<Table, Vec<Diagnostic>> {
 }
 
 /// Each diagnostic as `line:column [what is highlighted] message | remedy`.
-fn told(result: Result<Table, Vec<Diagnostic>>) -> String {
+fn reported(result: Result<Table, Vec<Diagnostic>>) -> String {
     let mut told = String::new();
     for diagnostic in result.unwrap_err() {
         let place = diagnostic.place.as_ref().unwrap();
@@ -89,7 +89,7 @@ fn the_first_number_with_a_sign_settles_the_decimal_sign() {
         (b"pose;q1;x\n1;1.234,5;3\n", "2:3 [1.234,5]"),
         (b"pose,q1,x\n1,\"1,5\",3\n", "2:3 [\"1,5\"]"),
     ] {
-        assert!(told(read(bytes)).starts_with(place), "{}", told(read(bytes)));
+        assert!(reported(read(bytes)).starts_with(place), "{}", reported(read(bytes)));
     }
 }
 
@@ -104,15 +104,15 @@ fn remedies_name_keys_only_where_a_campaign_has_them() {
         b"1,2,3\n4,5,6\n",
     ];
     for bytes in all {
-        let plain = told(read_as(bytes, &Dialect::default()));
+        let plain = reported(read_as(bytes, &Dialect::default()));
         assert!(!plain.contains("columns:") && !plain.contains("ignore:") && !plain.contains("csv:"), "{plain}");
         assert!(!plain.contains("| \n"), "no remedy: {plain}");
     }
-    assert!(told(read(all[0])).contains("columns: {q1: Q1}") && told(read(all[1])).contains("`ignore:`"));
-    let numbers = told(read(all[5]));
+    assert!(reported(read(all[0])).contains("columns: {q1: Q1}") && reported(read(all[1])).contains("`ignore:`"));
+    let numbers = reported(read(all[5]));
     assert!(numbers.starts_with("1:1 [1,2,3] the first line must be a header"), "{numbers}");
     assert!(numbers.ends_with("start it with a header line that names pose, q1, x\n"), "{numbers}");
-    // A column may well be called by a number, where that is said.
+    // A column may well be called by a number, where that is declared.
     let rename = BTreeMap::from([("q1".to_owned(), "1".to_owned()), ("x".to_owned(), "2".to_owned())]);
     let dialect = dialect(None, '.');
     assert!(read_table("m.csv", &b"pose,1,2\na,1,2\n"[..], &expected(), &rename, &[], &dialect, 9).is_ok());
@@ -126,17 +126,17 @@ fn renamed_columns_are_read() {
     assert_eq!(table.numbers("q1").unwrap(), [1.0]);
     let rename = BTreeMap::from([("q1".to_owned(), "joint1".to_owned()), ("qq".to_owned(), "x".to_owned())]);
     let result = read_table("m.csv", bytes, &expected(), &rename, &[], &dialect(None, '.'), 9);
-    insta::assert_snapshot!(told(result));
+    insta::assert_snapshot!(reported(result));
 }
 
 #[test]
 fn every_fault_of_the_header_and_cells_is_found() {
     let bytes = b"pose, Q1,x,x,temp\n1,2,3,4,5\n,abc,1,2,3\n2,3,nan,1,1\n3,4,\"1,5\",1,2\n4,5\n5,6,7,8,9,10\n6,1,1e999,\xff,1\n\xff\xfe,1,\xe9,1,1\n7,1,\xe2\x88\x923,1,1\n";
-    insta::assert_snapshot!(told(read(bytes)));
+    insta::assert_snapshot!(reported(read(bytes)));
 }
 
 #[test]
-fn faults_of_the_whole_file_are_told() {
+fn faults_of_the_whole_file_are_reported() {
     let utf16: Vec<u8> = std::iter::once(0xfeff).chain("pose,q1".encode_utf16()).flat_map(u16::to_le_bytes).collect();
     let cases: [(&[u8], Dialect); 14] = [
         (b"", dialect(None, '.')),
@@ -154,7 +154,7 @@ fn faults_of_the_whole_file_are_told() {
         (b"pose,q1,x\n1,2,3\n", dialect(Some(','), ',')),
         (b"pose,q1,\"x\n1,2,3\n", dialect(None, '.')),
     ];
-    let all: Vec<String> = cases.iter().map(|(bytes, dialect)| told(read_as(bytes, dialect))).collect();
+    let all: Vec<String> = cases.iter().map(|(bytes, dialect)| reported(read_as(bytes, dialect))).collect();
     insta::assert_snapshot!(all.join(""));
 }
 
@@ -163,7 +163,7 @@ fn many_faults_are_counted() {
     let text = format!("pose,q1,x\n{}", "1,a,b\n".repeat(50));
     let faults = read(text.as_bytes()).unwrap_err();
     assert_eq!(faults.len(), 21);
-    assert!(told(read(b"pose,q1,x\n\n\r\n\n1,2,z\n")).starts_with("5:5 [z]"), "empty lines count");
+    assert!(reported(read(b"pose,q1,x\n\n\r\n\n1,2,z\n")).starts_with("5:5 [z]"), "empty lines count");
     let last = faults.last().unwrap();
     assert_eq!(last.message, "and 80 more; the first of them is here");
     assert_eq!(last.place.as_ref().unwrap().line, 12);
@@ -193,12 +193,12 @@ fn no_file_is_too_long_to_be_refused() {
         let file = Endless { unit, header, given: 0 };
         read_table("m.csv", file, &expected(), &BTreeMap::new(), &[], &Dialect::default(), 5000)
     };
-    assert!(told(endless(b"pose,q1,x\n", b"1,2,3\n")).starts_with("5002:1 [1] more than 5000 rows"));
-    assert!(told(endless(b"pose,q1,x\n", b"1,b,3\n")).contains("more than 5000 rows"));
-    assert!(told(endless(b"pose,q1,x\n", b"11111111")).contains("a row longer than"));
-    assert!(told(endless(b"pose,q1,x\n\"", b"a\n")).starts_with("2:1 [\"] this quote is not closed within"));
-    assert!(told(endless(b"", b"pose,")).starts_with("1:1 [] the file cannot be read: a row is longer"));
-    assert!(told(endless(b"", b"\n")).starts_with("1:1 [] the file cannot be read: a row is longer"));
+    assert!(reported(endless(b"pose,q1,x\n", b"1,2,3\n")).starts_with("5002:1 [1] more than 5000 rows"));
+    assert!(reported(endless(b"pose,q1,x\n", b"1,b,3\n")).contains("more than 5000 rows"));
+    assert!(reported(endless(b"pose,q1,x\n", b"11111111")).contains("a row longer than"));
+    assert!(reported(endless(b"pose,q1,x\n\"", b"a\n")).starts_with("2:1 [\"] this quote is not closed within"));
+    assert!(reported(endless(b"", b"pose,")).starts_with("1:1 [] the file cannot be read: a row is longer"));
+    assert!(reported(endless(b"", b"\n")).starts_with("1:1 [] the file cannot be read: a row is longer"));
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_large_file_is_read_in_bounded_memory() {
     assert_eq!((table.row_count(), table.line(rows - 1)), (rows, Some(rows + 1)));
     assert!(table.numbers("x").unwrap().iter().all(|&x| x == -3.5));
     let wide = format!("pose,q1,x,note\n1,2,3,{}\n2,y,3,-\n", "z".repeat(500_000));
-    assert_eq!(told(read(wide.as_bytes())).lines().count(), 1);
+    assert_eq!(reported(read(wide.as_bytes())).lines().count(), 1);
 }
 
 #[test]

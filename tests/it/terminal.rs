@@ -118,7 +118,7 @@ fn every_command_fits_a_screen() {
 }
 
 #[test]
-fn a_pipe_gets_whole_lines_and_quiet_says_nothing() {
+fn a_pipe_gets_whole_lines_and_quiet_prints_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let piped = run(folder.path(), &["check", "kuka-ir663"]);
     assert!(piped.out.lines().any(|line| line.chars().count() > 140), "{}", piped.out);

@@ -70,7 +70,7 @@ fn read(text: &str) -> (Option<Robot>, Document, Vec<Diagnostic>) {
 }
 
 /// Each diagnostic as `line:column message | remedy`, with its related places.
-fn told(text: &str) -> String {
+fn reported(text: &str) -> String {
     let mut told = String::new();
     for diagnostic in read(text).2 {
         let at = diagnostic.place.as_ref().map_or("?".into(), |place| format!("{}:{}", place.line, place.column));
@@ -138,7 +138,7 @@ markers:
   - 5
 gravity: [0, 0]
 ";
-    insta::assert_snapshot!(told(text));
+    insta::assert_snapshot!(reported(text));
 }
 
 #[test]
@@ -150,13 +150,15 @@ fn blanking_one_entry_leaves_the_others() {
     assert_eq!(robot.frames["1"], Frame::default());
     assert_eq!(robot.frames["2"], Frame { alpha: Some(3.0), turns: Some(4), ..Frame::default() });
     assert!(document.is_faulty(&["frames", "2", "d"]) && !document.is_faulty(&["frames", "2", "alpha"]));
-    assert!(document.has(&["frames", "1", "d"]), "what was set aside is still there to be pointed at");
+    assert!(document.has(&["frames", "1", "d"]), "what was replaced is still there to be pointed at");
 }
 
 #[test]
 fn aliases_and_merges_are_seen_through() {
     assert_eq!(
-        told("frames:\n  1: &a {d: 1, turns: 2}\n  2: {<<: *a, d: no}\n  3: *a\nrobot: &n x\nmarkers: [{at: *n}]\n"),
+        reported(
+            "frames:\n  1: &a {d: 1, turns: 2}\n  2: {<<: *a, d: no}\n  3: *a\nrobot: &n x\nmarkers: [{at: *n}]\n"
+        ),
         "3:18 `frames.2.d` must be a number, found `no` | \n6:16 `markers.0.at` must be a number, found `*n` (5:11 what is repeated stands here) | \n"
     );
     let (_, document, _) = read("frames:\n  1: &a {d: 1}\n  3: *a\n");
@@ -180,19 +182,19 @@ fn hostile_texts_are_refused_with_a_place() {
         let deep =
             [nested("[", "]"), nested("{a: ", "}"), stairs("a:"), "- ".repeat(n), "? ".repeat(n), nested("[", "")];
         for text in &deep {
-            let told = told(text);
+            let told = reported(text);
             assert!(told.contains("nested more than 64 levels deep"), "{told}");
             assert_eq!(told.lines().count(), 1);
         }
-        assert!(told(&bomb).contains("with its aliases written out"), "{}", told(&bomb));
+        assert!(reported(&bomb).contains("with its aliases written out"), "{}", reported(&bomb));
         let lines: String = (0..20_000).map(|i| format!("k{i}: {i}\n")).collect();
-        assert!(told(&lines).contains("unknown key `k0`"));
+        assert!(reported(&lines).contains("unknown key `k0`"));
         assert!(read(&lines).2.len() <= 101);
     });
 }
 
 #[test]
-fn what_is_not_yaml_is_told_once_where_it_stands() {
+fn what_is_not_yaml_is_reported_once_where_it_stands() {
     let texts = [
         "",
         "# nothing\n",
@@ -219,23 +221,23 @@ fn what_is_not_yaml_is_told_once_where_it_stands() {
         "free: ]\n",
         "robot: x\r\nfree: {\r\n",
     ];
-    let all: Vec<String> = texts.iter().map(|text| format!("{text:?}\n{}", told(text))).collect();
+    let all: Vec<String> = texts.iter().map(|text| format!("{text:?}\n{}", reported(text))).collect();
     insta::assert_snapshot!(all.join(""));
 }
 
 #[test]
 fn bytes_become_text_or_a_diagnostic() {
-    let told = |bytes: &[u8]| {
+    let reported = |bytes: &[u8]| {
         let diagnostic = yaml::text_of("f", bytes).unwrap_err();
         let place = diagnostic.place.unwrap();
         format!("{}:{} {} | {}", place.line, place.column, diagnostic.message, diagnostic.remedy.unwrap())
     };
     assert_eq!(yaml::text_of("f", b"\xef\xbb\xbfa: 1\r\n").unwrap(), "a: 1\r\n");
-    assert_eq!(told(b"a: 1\n\xc3\xa9\xe9: 2\n"), "2:2 the byte 0xe9 is not UTF-8 | save the file as UTF-8");
-    assert_eq!(told(b"a: 1\nb\0"), "2:2 a NUL byte stands here; the file is not a text | save the file as UTF-8");
-    assert!(told(b"\xff\xfea\0").starts_with("1:1 the file is in UTF-16"));
-    assert!(told(b"a\0:\0").starts_with("1:1 the file is in UTF-16"));
-    assert!(told(b"ab\xc3").starts_with("1:3 the byte 0xc3"));
+    assert_eq!(reported(b"a: 1\n\xc3\xa9\xe9: 2\n"), "2:2 the byte 0xe9 is not UTF-8 | save the file as UTF-8");
+    assert_eq!(reported(b"a: 1\nb\0"), "2:2 a NUL byte stands here; the file is not a text | save the file as UTF-8");
+    assert!(reported(b"\xff\xfea\0").starts_with("1:1 the file is in UTF-16"));
+    assert!(reported(b"a\0:\0").starts_with("1:1 the file is in UTF-16"));
+    assert!(reported(b"ab\xc3").starts_with("1:3 the byte 0xc3"));
 }
 
 fn roundtrip<T: Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug>(value: &T) {

@@ -11,7 +11,7 @@ pub use campaign::{
     Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Report, Scale,
     SchemeName, SplitName, WeightsName,
 };
-pub use planned::{Compensate, FrameName, HoldName, ObservesName, Plan, Simulate};
+pub use planned::{Compensate, FrameName, HoldName, Plan, Simulate};
 pub use robot::{Check, Convert, Pose, Solve, Stiffness, View};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
 

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::builder::ArgPredicate;
+use clap::builder::{ArgPredicate, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::Reduction;
+use crate::observation::{FAMILY, Observes};
 
 /// `simulate`
 #[derive(Debug, Args)]
@@ -24,8 +25,8 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,
     /// What a reading is.
-    #[arg(long, value_enum, default_value_t = ObservesName::Position)]
-    pub observes: ObservesName,
+    #[arg(long, value_parser = kinds_of_readings(), default_value = "position")]
+    pub observes: Observes,
     /// Markers read at each configuration; the tool centre point by default.
     #[arg(long, value_delimiter = ',')]
     pub markers: Vec<String>,
@@ -88,8 +89,8 @@ pub struct Plan {
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
     /// What a reading is; by default a deflection where only stiffness is to be identified, else a position.
-    #[arg(long, value_enum)]
-    pub observes: Option<ObservesName>,
+    #[arg(long, value_parser = kinds_of_readings())]
+    pub observes: Option<Observes>,
     /// Markers read at each configuration; the tool centre point by default.
     #[arg(long, value_delimiter = ',')]
     pub markers: Vec<String>,
@@ -160,17 +161,10 @@ pub struct Plan {
     pub reduction: Reduction,
 }
 
-/// What a reading is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ObservesName {
-    /// Position.
-    Position,
-    /// Position and orientation.
-    Pose,
-    /// Distance from the description's anchors.
-    Distance,
-    /// Loaded less unloaded position.
-    Deflection,
+/// Reads a kind of readings by its name in files.
+fn kinds_of_readings() -> impl TypedValueParser<Value = Observes> {
+    let values = FAMILY.map(|kind| PossibleValue::new(kind.name()).help(kind.about().trim_end_matches('.')));
+    PossibleValuesParser::new(values).try_map(|name| Observes::named(&name).ok_or("no such kind of readings"))
 }
 
 /// `compensate`

@@ -14,7 +14,7 @@ use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
-use crate::model::Model;
+use crate::model::{Condition, Model};
 use crate::render::compensation::Compensation;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
@@ -49,13 +49,18 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         }
         None => None,
     };
-    let has = |name: &str| model.effects.iter().any(|entry| entry.entry.effect.as_deref() == Some(name));
-    if has("thermal-expansion") && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature")) {
-        let text = "the description has `thermal-expansion`, and the path no temperature: it is not corrected";
+    let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
+    if let Some(effect) = reader(Condition::Temperature)
+        && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature"))
+    {
+        let text = format!("the description has `{}`, and the path no temperature: it is not corrected", effect.name());
         diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
     }
-    if has("backlash") && path.campaign.readings.len() < 2 {
-        let text = "the description has `backlash`, and one point does not say from which side it is reached";
+    if let Some(effect) = reader(Condition::Approach)
+        && path.campaign.readings.len() < 2
+    {
+        let name = effect.name();
+        let text = format!("the description has `{name}`, and one point does not say from which side it is reached");
         diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
     }
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;

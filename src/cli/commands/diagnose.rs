@@ -7,10 +7,10 @@ use super::identify::left_to_fit;
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::{Output, Session};
-use crate::description::campaign::Observes;
 use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::model::with_values;
+use crate::observation::Purpose;
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -35,7 +35,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
-    if campaign.calibrate.is_empty() && campaign.observes != Observes::Deflection {
+    if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(
             Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
                 "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
@@ -44,10 +44,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        for cause in found.causes.iter().filter(|cause| cause.effect != "outliers") {
-            raw.effects.push(cause.entry.clone());
-            raw.effects.extend(cause.further.iter().cloned());
-        }
+        raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());

@@ -8,9 +8,9 @@ use crate::Error;
 use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
 use crate::cli::values::known_parameters;
 use crate::cli::{Output, Session};
-use crate::description::campaign::{Campaign, Observes};
-use crate::estimation::least_squares::Loss;
+use crate::description::campaign::Campaign;
 use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
+use crate::least_squares::Loss;
 use crate::model::with_values;
 use crate::render::identification as render;
 use crate::results::{Identification, SchemeComparison};
@@ -87,7 +87,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let result = Identification::new(model, &campaign, &found, started.elapsed().as_secs_f64());
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
-    output.failed = !found.converged;
+    output.failed = !found.converged();
     if let Some(path) = &command.save {
         let (text, diagnostics) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
         output.diagnostics.extend(diagnostics);
@@ -107,9 +107,9 @@ pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Error> {
             "mark readings to fit with `fit` in the column `set`",
         ));
     }
-    if campaign.observes == Observes::Deflection && fitted.all(|reading| reading.wrench == [0.0; 6]) {
+    if campaign.observes.is_difference() && fitted.all(|reading| reading.wrench == [0.0; 6]) {
         return Err(Error::input(
-            "no reading to fit is loaded, and deflections are observed",
+            format!("no reading to fit is loaded, and {}s are observed", campaign.observes.name()),
             "mark loaded readings with `fit` in the column `set`",
         ));
     }

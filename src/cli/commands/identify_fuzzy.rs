@@ -10,15 +10,15 @@ use super::schema::file_name;
 use crate::Error;
 use crate::cli::args::{Identify, PlacementName, SchemaOf};
 use crate::cli::{Output, Session};
-use crate::description::campaign::{Campaign, Observes, Reading};
+use crate::description::campaign::{Campaign, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
-use crate::estimation::least_squares::Progress;
 use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
+use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
 use crate::render::fuzzy as render;
@@ -65,7 +65,7 @@ pub fn run(
     session: &Session,
 ) -> Result<Output, Error> {
     let model = &loaded.robot.model;
-    if campaign.observes != Observes::Deflection {
+    if !campaign.observes.is_difference() {
         return Err(Error::input(
             "rules are fitted to deflections, and the campaign observes something else",
             "measure loaded minus unloaded positions (`observes: deflection`)",

@@ -9,9 +9,9 @@ use super::{schema, simulate};
 use crate::Error;
 use crate::cli::args::{Init, SchemaOf, StarterKind};
 use crate::cli::{Output, Session};
-use crate::description::campaign::Observes;
 use crate::files::LoadedRobot;
 use crate::kinematics::Geometry;
+use crate::observation::POSITION;
 use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
 
 const SERIAL: &str = include_str!("init/serial.yaml");
@@ -151,7 +151,7 @@ fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Error> {
         repeats: 1,
         wrenches: Vec::new(),
         conditions: false,
-        observes: Observes::Position,
+        observes: POSITION,
         sigma: SIGMA,
         sigma_orientation: 0.0,
         estimate: [true, true],

@@ -8,13 +8,13 @@ use super::identifiability::{reduction, what};
 use super::pose::{LOAD, loaded_configurations};
 use super::simulate::{markers, observed};
 use crate::Error;
-use crate::cli::args::{ObservesName, Plan};
+use crate::cli::args::Plan;
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
 use crate::cli::{Output, Session};
-use crate::description::campaign::Observes;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, writable};
+use crate::observation::{DEFLECTION, POSITION};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::render::plan as render;
 use crate::results;
@@ -57,15 +57,15 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let observes = match (measured, command.observes) {
         (Some(measured), _) => measured.observes,
         (None, Some(name)) => observed(model, name)?,
-        (None, None) if asked.is_some_and(|what| what.elastic && !what.geometric) => {
-            observed(model, ObservesName::Deflection)?
-        }
-        (None, None) => Observes::Position,
+        (None, None) if asked.is_some_and(|what| what.elastic && !what.geometric) => DEFLECTION,
+        (None, None) => POSITION,
     };
-    let what = asked
-        .unwrap_or(What { geometric: observes != Observes::Deflection, elastic: observes == Observes::Deflection });
-    if observes == Observes::Deflection && loads.is_empty() {
-        return Err(Error::input("deflections: nothing loads the robot", "give --wrench FX,FY,FZ,MX,MY,MZ"));
+    let what = asked.unwrap_or_else(|| What::of(observes));
+    if observes.is_difference() && loads.is_empty() {
+        return Err(Error::input(
+            format!("{}s: nothing loads the robot", observes.name()),
+            "give --wrench FX,FY,FZ,MX,MY,MZ",
+        ));
     }
     let used = |measured: &crate::description::campaign::Campaign| {
         let mut used: Vec<Option<usize>> = measured.readings.iter().map(|reading| reading.marker).collect();

@@ -12,19 +12,20 @@ use serde_json::{Map, Value, json};
 use super::pose::loaded_configurations;
 use super::schema::file_name;
 use crate::Error;
-use crate::cli::args::{ObservesName, SchemaOf, Simulate};
+use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::values::{known_parameters, ranges, wrench};
 use crate::cli::{Output, Session};
+use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
-use crate::description::campaign::{Campaign, Observes};
-use crate::description::raw::RawEffect;
+use crate::description::raw::{RawAmount, RawEffect};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::diagnostic::Diagnostic;
-use crate::effects::{Form, by_name, catalogue};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::effects::EffectEntry;
 use crate::files::{LoadedRobot, schema_line};
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::observation::Observes;
 use crate::parameter::{Kind, Parameter};
 use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, generator, joint_box, unmeasured};
 
@@ -110,8 +111,11 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         wrenches.dedup();
     }
-    if observes == Observes::Deflection && wrenches.is_empty() {
-        return Err(Error::input("--observes deflection: nothing loads the robot", "give --wrench FX,FY,FZ,MX,MY,MZ"));
+    if observes.is_difference() && wrenches.is_empty() {
+        return Err(Error::input(
+            format!("--observes {}: nothing loads the robot", observes.name()),
+            "give --wrench FX,FY,FZ,MX,MY,MZ",
+        ));
     }
     let plan = Plan {
         wrenches,
@@ -178,7 +182,7 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
         .filter(|(parameter, value)| parameter.nominal != **value)
         .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
         .collect();
-    let effects: Vec<_> = model.effects.iter().map(|effect| &effect.entry).collect();
+    let effects: Vec<_> = model.effects.iter().map(|effect| effect.entry.raw(model)).collect();
     let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": effects});
     let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let mut output = Output::new(
@@ -204,17 +208,11 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
     Ok(output)
 }
 
-/// What a reading is; distances need anchors.
-pub(super) fn observed(model: &Model, name: ObservesName) -> Result<Observes, Error> {
-    let observes = match name {
-        ObservesName::Position => Observes::Position,
-        ObservesName::Pose => Observes::Pose,
-        ObservesName::Distance => Observes::Distance,
-        ObservesName::Deflection => Observes::Deflection,
-    };
-    if observes == Observes::Distance && model.anchors.is_empty() {
+/// Refuses a kind of readings that needs anchors where the description has none.
+pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Error> {
+    if observes.anchor_column().is_some() && model.anchors.is_empty() {
         return Err(Error::input(
-            "--observes distance: the description has no anchors",
+            format!("--observes {}: the description has no anchors", observes.name()),
             "add `anchors: {name: [x, y, z]}` to the description",
         ));
     }
@@ -222,46 +220,32 @@ pub(super) fn observed(model: &Model, name: ObservesName) -> Result<Observes, Er
 }
 
 /// `EFFECT@SITE:parameter=value,...`, SI.
-fn effect(model: &Model, text: &str) -> Result<RawEffect, Error> {
-    let (name, rest) = text.split_once('@').unwrap_or((text, ""));
-    let Some(known) = by_name(name.trim()) else {
-        let names: Vec<&str> = catalogue().iter().map(|effect| effect.name()).collect();
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--effect: unknown effect `{name}`")).suggest(name, names),
-        ]));
+fn effect(model: &Model, text: &str) -> Result<EffectEntry, Error> {
+    let refused = |diagnostic: Diagnostic| {
+        let message = format!("--effect `{text}`: {}", diagnostic.message);
+        Error::from(Diagnostic { message, severity: Severity::Error, ..diagnostic })
     };
+    let (name, rest) = text.split_once('@').unwrap_or((text, ""));
     // A site may hold a colon of its own: what follows the last one with `=` in it are parameters.
-    let (site, parameters) = match rest.rsplit_once(':') {
-        Some((site, parameters)) if parameters.contains('=') => (site, parameters),
+    let (site, stated) = match rest.rsplit_once(':') {
+        Some((site, stated)) if stated.contains('=') => (site, stated),
         _ => (rest, ""),
     };
-    let sites = known.sites(model);
-    let Some(at) = sites.iter().find(|known| known.name == site) else {
-        let valid = sites.iter().map(|site| site.name.as_str());
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--effect `{text}`: `{name}` cannot sit at `{site}`")).suggest(site, valid),
-        ]));
-    };
-    let mut symbols: Vec<String> = known.form_symbols().iter().map(ToString::to_string).collect();
-    let mut values = IndexMap::new();
-    for entry in parameters.split(',').filter(|entry| !entry.trim().is_empty()) {
-        let parsed = entry.split_once('=').and_then(|(k, v)| Some((k.trim(), v.trim().parse::<f64>().ok()?)));
-        match parsed {
-            Some((key, value)) if value.is_finite() => values.insert(key.to_string(), value),
-            _ => return Err(Error::input(format!("--effect `{text}`: `{entry}`"), "write parameter=number, SI")),
+    let mut parameters = IndexMap::new();
+    for entry in stated.split(',').filter(|entry| !entry.trim().is_empty()) {
+        let Some((key, value)) = entry.split_once('=') else {
+            return Err(Error::input(format!("--effect `{text}`: `{entry}`"), "write parameter=value, SI"));
         };
+        let value = value.trim();
+        let value = value.parse::<f64>().map_or_else(|_| value.into(), RawAmount::from);
+        parameters.insert(key.trim().to_string(), value);
     }
-    let form = known
-        .form_symbols()
-        .iter()
-        .find_map(|&symbol| values.get(symbol).map(|&value| Form { symbol, value, continuous: false }));
-    let form = form.unwrap_or(Form::ONLY);
-    symbols.extend(known.parameters(model, at, &form).into_iter().map(|parameter| parameter.symbol));
-    if values.is_empty() || values.keys().any(|key| !symbols.contains(key)) {
-        let remedy = format!("its parameters (SI): {}", symbols.join(", "));
-        return Err(Error::input(format!("--effect `{text}`: it has other parameters"), remedy));
+    let raw = RawEffect { effect: Some(name.trim().into()), site: Some(site.into()), parameters };
+    let entry = model.resolve_effect(&raw).map_err(|fault| refused(fault.diagnostic))?;
+    match entry.doubt(model) {
+        Some(doubt) if entry.amounts.is_empty() => Err(refused(doubt)),
+        _ => Ok(entry),
     }
-    Ok(RawEffect { effect: Some(name.into()), site: Some(site.into()), parameters: values })
 }
 
 fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> Result<(), Error> {
@@ -350,7 +334,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
         observes: Some(plan.observes),
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
-            orientation: (plan.observes == Observes::Pose && command.orientation_noise > 0.0)
+            orientation: (plan.observes.sees_orientation() && command.orientation_noise > 0.0)
                 .then_some(command.orientation_noise),
         }),
         estimate: RawEstimate { base: command.unknown_base, tool: command.unknown_tool },
@@ -378,16 +362,12 @@ fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
 pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
     let model = &loaded.model;
     let marked = campaign.readings.iter().any(|reading| reading.marker.is_some());
-    let measured: &[&str] = match campaign.observes {
-        Observes::Distance => &["distance"],
-        Observes::Pose => &["x", "y", "z", "rx", "ry", "rz"],
-        _ => &["x", "y", "z"],
-    };
+    let (measured, anchor) = (campaign.observes.columns(), campaign.observes.anchor_column());
     let mut header = vec!["pose".to_string()];
     header.extend(marked.then(|| "marker".to_string()));
     header.extend(model.variables.iter().map(|variable| variable.name.clone()));
-    header.extend(measured.iter().map(ToString::to_string));
-    header.extend((campaign.observes == Observes::Distance).then(|| "anchor".to_string()));
+    header.extend(measured.iter().map(|column| column.name.to_string()));
+    header.extend(anchor.map(String::from));
     let loaded_at_all = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
     if loaded_at_all {
         header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(String::from));
@@ -406,14 +386,12 @@ pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
                 if variable.is_angle { format!("{:.9}", q.to_degrees()) } else { format!("{:.9}", q * 1e3) }
             },
         ));
-        row.extend((0..measured.len()).map(|k| {
-            if k < 3 {
-                format!("{:.6}", reading.measured[k] * 1e3)
-            } else {
-                format!("{:.9}", reading.measured[k].to_degrees())
-            }
+        row.extend(measured.iter().zip(reading.measured).map(|(column, value)| match column.kind {
+            Kind::Length => format!("{:.6}", value * 1e3),
+            Kind::Angle => format!("{:.9}", value.to_degrees()),
+            _ => format!("{value}"),
         }));
-        if campaign.observes == Observes::Distance {
+        if anchor.is_some() {
             row.push(campaign.anchors.get_index(reading.anchor).map_or(String::new(), |(name, _)| name.clone()));
         }
         if loaded_at_all {

@@ -1,6 +1,6 @@
 //! What a campaign's readings say that can hardly be meant.
 
-use super::{Campaign, Observes};
+use super::Campaign;
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
@@ -22,9 +22,10 @@ pub fn doubts(campaign: &Campaign, units: &Units, locate: Locate, robot: &Robot,
     }
     diagnostics.extend(one_name_for_two(campaign, units, robot, &place));
     let unloaded = campaign.readings.iter().all(|reading| reading.wrench == [0.0; 6]);
-    if campaign.observes == Observes::Deflection && unloaded && !campaign.readings.is_empty() {
+    if campaign.observes.is_difference() && unloaded && !campaign.readings.is_empty() {
         let diagnostic =
-            Diagnostic::error("deflections are observed, and no reading is loaded").at(locate(&["observes"]));
+            Diagnostic::error(format!("{}s are observed, and no reading is loaded", campaign.observes.name()))
+                .at(locate(&["observes"]));
         diagnostics.push(diagnostic.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
     }
     diagnostics

@@ -7,7 +7,7 @@ mod read;
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-pub use raw::Observes;
+use crate::observation::{Noise, Observes, Rows};
 pub use read::{expected_columns, faults, resolve};
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
@@ -53,9 +53,9 @@ pub struct Reading {
     pub pose: usize,
     /// The marker measured; `None` is the tool centre point.
     pub marker: Option<usize>,
-    /// Position (or deflection), and rotation vector of a pose; of a distance: the distance.
-    pub measured: [f64; 6],
-    /// The anchor of a distance, by index in [`Campaign::anchors`].
+    /// The measured values, in the order of the columns of [`Campaign::observes`], m and rad.
+    pub measured: Rows,
+    /// The anchor, by index in [`Campaign::anchors`], where [`Campaign::observes`] needs one.
     pub anchor: usize,
     /// Force and torque applied on the tool at the marker, base axes.
     pub wrench: [f64; 6],
@@ -69,13 +69,26 @@ impl Campaign {
         &self.joints[reading * self.variables..(reading + 1) * self.variables]
     }
 
-    /// Number of residuals of a reading: 3, 6 (pose) or 1 (distance).
+    /// Number of residuals of a reading.
     pub fn components(&self) -> usize {
-        match self.observes {
-            Observes::Position | Observes::Deflection => 3,
-            Observes::Pose => 6,
-            Observes::Distance => 1,
-        }
+        self.observes.rows()
+    }
+
+    /// The instrument's noise, one sigma: as stated, else 1 mm and 1 mrad. Where only that of positions is stated, a
+    /// rotation vector has the same number in rad: a component of it weighs as much as a coordinate at an arm of 1 m.
+    pub fn noise(&self) -> Noise {
+        let orientation = self.sigma_orientation.unwrap_or_else(|| self.sigma.map_or(1e-3, |sigma| sigma[0]));
+        Noise { position: self.sigma.unwrap_or([1e-3; 3]), orientation }
+    }
+
+    /// Anchors to which each point is measured; one (of no meaning) where the kind of reading needs none.
+    pub fn anchors_per_point(&self) -> usize {
+        if self.observes.anchor_column().is_some() { self.anchors.len().max(1) } else { 1 }
+    }
+
+    /// The anchor of a reading, m, measurement frame; the origin where it has none.
+    pub fn anchor(&self, reading: &Reading) -> Vector3<f64> {
+        self.anchors.get_index(reading.anchor).map_or_else(Vector3::zeros, |(_, at)| *at)
     }
 
     /// The campaign with only the readings for which `keep` holds.

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::description::units::Units;
+use crate::observation::Observes;
 
 /// One set of measurements of one robot: what was measured, with what, and where the readings are.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -51,20 +52,6 @@ pub struct RawCampaign {
     pub ignore: Vec<String>,
     /// How the files are written.
     pub csv: RawCsv,
-}
-
-/// What a reading is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Observes {
-    /// Position of a marker or the tool centre point.
-    Position,
-    /// Position and orientation of the tool.
-    Pose,
-    /// Loaded position minus unloaded position.
-    Deflection,
-    /// Length from a fixed anchor to a marker or the tool centre point.
-    Distance,
 }
 
 /// The instrument's noise, one sigma.

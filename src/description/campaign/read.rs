@@ -6,34 +6,25 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::doubts::doubts;
-use super::raw::{Observes, RawCampaign, RawSigma};
+use super::raw::{RawCampaign, RawSigma};
 use super::{Campaign, Reading};
-use crate::description::resolve::{EFFECTS, Explained, GREATEST, Locate};
+use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::diagnostic::Diagnostic;
+use crate::observation::{FAMILY, MOST_ROWS, POSITION};
 
-const POSITION: [&str; 3] = ["x", "y", "z"];
-const ROTATION: [&str; 3] = ["rx", "ry", "rz"];
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// Columns a campaign about this robot may have, under our names.
 pub fn expected_columns(raw: &RawCampaign, robot: &Robot) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
     let number = |name: &str, required| column(name, ColumnKind::Number, required);
-    let observes = raw.observes.unwrap_or(Observes::Position);
+    let observes = raw.observes.unwrap_or(POSITION);
     let mut columns = vec![column("pose", ColumnKind::Text, false), column("marker", ColumnKind::Text, false)];
     columns.extend(robot.variables.iter().map(|variable| number(&variable.name, true)));
-    match observes {
-        Observes::Distance => {
-            columns.push(number("distance", true));
-            columns.push(column("anchor", ColumnKind::Text, false));
-        }
-        _ => columns.extend(POSITION.map(|name| number(name, true))),
-    }
-    if observes == Observes::Pose {
-        columns.extend(ROTATION.map(|name| number(name, true)));
-    }
+    columns.extend(observes.columns().iter().map(|measured| number(measured.name, true)));
+    columns.extend(observes.anchor_column().map(|name| column(name, ColumnKind::Text, false)));
     columns.extend(WRENCH.map(|name| number(name, false)));
     columns.push(column("set", ColumnKind::Text, false));
     columns.extend(["temperature", "time"].map(|name| number(name, false)));
@@ -54,7 +45,7 @@ pub fn resolve(
 ) -> Result<(Campaign, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
-    let observes = raw.observes.unwrap_or(Observes::Position);
+    let observes = raw.observes.unwrap_or(POSITION);
     let instrument = raw.instrument.clone().unwrap_or_default();
     let sigma = instrument.sigma.map(|sigma| match sigma {
         RawSigma::All(sigma) => [sigma * length; 3],
@@ -65,8 +56,9 @@ pub fn resolve(
     for (name, at) in &raw.anchors {
         anchors.insert(name.clone(), Vector3::from(*at) * length);
     }
-    if observes == Observes::Distance && anchors.is_empty() {
-        let diagnostic = Diagnostic::error("distances are measured from a fixed anchor, and none is declared");
+    if observes.anchor_column().is_some() && anchors.is_empty() {
+        let message = format!("{}s are measured from a fixed anchor, and none is declared", observes.name());
+        let diagnostic = Diagnostic::error(message);
         diagnostics.push(
             diagnostic.at(locate(&["observes"])).remedy("add `anchors: {name: [x, y, z]}`, in the measurement frame"),
         );
@@ -104,19 +96,20 @@ pub fn resolve(
     if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
 }
 
-/// Faults and doubts of the campaign file alone.
-pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Diagnostic> {
+/// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list.
+pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Explained) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     if raw.observes.is_none() && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
-        diagnostics.push(diagnostic.remedy("add `observes: position` (or pose, deflection, distance)"));
+        let others: Vec<&str> = FAMILY.iter().map(|kind| kind.name()).filter(|name| *name != POSITION.name()).collect();
+        diagnostics.push(diagnostic.remedy(format!("add `observes: position` (or {})", others.join(", "))));
     }
     for (position, effect) in raw.calibrate.iter().enumerate() {
-        if !EFFECTS.iter().any(|(known, _)| known == effect) {
+        if !effects.contains(&effect.as_str()) {
             let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
                 .at(locate(&["calibrate", &position.to_string()]));
-            diagnostics.push(diagnostic.suggest(effect, EFFECTS.iter().map(|(known, _)| *known)));
+            diagnostics.push(diagnostic.suggest(effect, effects.iter().copied()));
         }
     }
     for (name, at) in &raw.anchors {
@@ -126,6 +119,15 @@ pub fn faults(raw: &RawCampaign, locate: Locate, explained: Explained) -> Vec<Di
         }
     }
     let instrument = raw.instrument.clone().unwrap_or_default();
+    let observes = raw.observes.unwrap_or(POSITION);
+    if let Some(RawSigma::ByAxis { x, y, z }) = instrument.sigma
+        && observes.length_rows() == 1
+        && (x != y || y != z)
+    {
+        let message = format!("the noise of a {} is one number, not one by axis", observes.name());
+        let diagnostic = Diagnostic::error(message).at(locate(&["instrument", "sigma"]));
+        diagnostics.push(diagnostic.remedy("give `sigma:` as one number, that of the length itself"));
+    }
     let mut noise = |path: &[&str], value: f64, factor: f64| {
         if !(value * factor >= LEAST_NOISE && value * factor <= GREATEST) {
             let diagnostic =
@@ -174,6 +176,7 @@ impl Rows<'_> {
     fn append(&mut self, table: &Table, campaign: &mut Campaign, diagnostics: &mut Vec<Diagnostic>) {
         let units = &self.raw.units;
         let (length, angle) = (units.length.factor(), units.angle.factor());
+        let observes = campaign.observes;
         let before = campaign.readings.len();
         let number = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
         let mut told = 0;
@@ -236,44 +239,39 @@ impl Rows<'_> {
                 Some(_) => {}
             }
             let mut anchor = 0;
-            if campaign.observes == Observes::Distance {
-                match table.texts("anchor").and_then(|texts| texts.get(row)) {
+            if let Some(column) = observes.anchor_column() {
+                match table.texts(column).and_then(|texts| texts.get(row)) {
                     Some(name) => match campaign.anchors.get_index_of(name) {
                         Some(index) => anchor = index,
                         None => {
                             let diagnostic =
-                                Diagnostic::error(format!("unknown anchor `{name}`")).at(table.place(row, "anchor"));
+                                Diagnostic::error(format!("unknown anchor `{name}`")).at(table.place(row, column));
                             tell(diagnostics, diagnostic.suggest(name, campaign.anchors.keys().map(String::as_str)));
                         }
                     },
                     None if campaign.anchors.len() > 1 => {
                         let diagnostic =
                             Diagnostic::error("several anchors are declared, and the rows do not say which was used");
-                        tell(diagnostics, diagnostic.at(table.place(row, "distance")).remedy("add a column `anchor`"));
+                        tell(
+                            diagnostics,
+                            diagnostic
+                                .at(table.place(row, observes.columns()[0].name))
+                                .remedy(format!("add a column `{column}`")),
+                        );
                     }
                     None => {}
                 }
             }
-            let mut measured = [0.0; 6];
-            if campaign.observes == Observes::Distance {
-                measured[0] = number("distance", row) * length;
-                if measured[0] <= 0.0 {
-                    tell(diagnostics, Diagnostic::error("a distance must be above 0").at(table.place(row, "distance")));
-                }
-            } else {
-                for k in 0..3 {
-                    measured[k] = number(POSITION[k], row) * length;
-                    measured[k + 3] = number(ROTATION[k], row) * angle;
-                }
+            let mut measured = [0.0; MOST_ROWS];
+            for (value, column) in measured.iter_mut().zip(observes.columns()) {
+                *value = number(column.name, row) * units.of(column.kind);
             }
-            let columns: &[&str] = match campaign.observes {
-                Observes::Distance => &["distance"],
-                Observes::Pose => &["x", "y", "z", "rx", "ry", "rz"],
-                Observes::Position | Observes::Deflection => &POSITION,
-            };
-            for (column, value) in columns.iter().zip(measured) {
+            if let Some((column, fault)) = observes.fault(&measured) {
+                tell(diagnostics, Diagnostic::error(fault).at(table.place(row, column)));
+            }
+            for (column, value) in observes.columns().iter().zip(measured) {
                 if value.abs() > GREATEST {
-                    tell(diagnostics, too_great(column).at(table.place(row, column)));
+                    tell(diagnostics, too_great(column.name).at(table.place(row, column.name)));
                 }
             }
             for column in WRENCH.iter().filter(|column| number(column, row).abs() > GREATEST) {

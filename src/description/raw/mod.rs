@@ -101,8 +101,49 @@ raw! {
         effect: Option<String>,
         /// Where it sits: `joint:2`, `link:3`, `actuator:screw2`, `frame:4`, `base`, `tool`, `instrument`.
         site: Option<String>,
-        /// Its parameters, SI.
-        parameters: IndexMap<String, f64>,
+        /// Its parameters: amounts in SI, and what it is not linear in by name or number.
+        parameters: IndexMap<String, RawAmount>,
+    }
+}
+
+/// A value of an effect's parameter.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum RawAmount {
+    /// A number, SI.
+    Number(f64),
+    /// A word.
+    Name(String),
+}
+
+impl RawAmount {
+    /// The number, where it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(*value),
+            Self::Name(_) => None,
+        }
+    }
+}
+
+impl From<f64> for RawAmount {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}
+
+impl From<&str> for RawAmount {
+    fn from(name: &str) -> Self {
+        Self::Name(name.into())
+    }
+}
+
+impl std::fmt::Display for RawAmount {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(value) => write!(f, "{value}"),
+            Self::Name(name) => f.write_str(name),
+        }
     }
 }
 

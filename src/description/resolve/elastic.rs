@@ -1,34 +1,13 @@
-//! The elastic keys and the effects of a description: names, ranges and completeness.
+//! The elastic keys of a description: names, ranges and completeness.
 
+use super::super::elastic::own_axis;
+use super::super::parameters::{JOINT, MATERIAL, PEDESTAL, POISSON, SECTION, section_symbols};
 use super::super::raw::{JointKind, RawRobot, RawSection, RawStiffness, SectionShape};
-use super::Complaints;
+use super::collector::Collector;
 
-/// Effects of the catalogue and the kinds of site they can sit at.
-pub const EFFECTS: [(&str, &str); 19] = [
-    ("geometry", "frame"),
-    ("joint-offset", "joint"),
-    ("gear-ratio", "joint"),
-    ("transmission-error", "joint"),
-    ("joint-coupling", "joint"),
-    ("backlash", "joint"),
-    ("joint-compliance", "joint"),
-    ("joint-stiffening", "joint"),
-    ("bearing-compliance", "joint"),
-    ("link-compliance", "link"),
-    ("actuator-compliance", "actuator"),
-    ("gravity-compensator", "joint"),
-    ("link-weight", "link"),
-    ("payload", "tool"),
-    ("base-compliance", "base"),
-    ("thermal-expansion", "link"),
-    ("frame-drift", "base"),
-    ("instrument-scale", "instrument"),
-    ("outliers", "instrument"),
-];
-
-pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
+pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
     let is_frame = |name: &str| frames.iter().any(|known| known == name);
-    let frame = |diagnostics: &mut Complaints, path: &[&str], name: &str| {
+    let frame = |diagnostics: &mut Collector, path: &[&str], name: &str| {
         if !is_frame(name) {
             diagnostics.unknown(path, "frame", name, frames.iter().map(String::as_str));
         }
@@ -51,14 +30,8 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints)
         diagnostics.vector(&["bodies", name, "com"], body.com, 1.0);
     }
     for (name, material) in &raw.materials {
-        let entries = [
-            ("young", material.young),
-            ("shear", material.shear),
-            ("density", material.density),
-            ("expansion", material.expansion),
-        ];
-        for (key, value) in entries {
-            positive(diagnostics, &["materials", name, key], key, value);
+        for row in MATERIAL.iter().filter(|row| row.symbol != POISSON.symbol) {
+            positive(diagnostics, &["materials", name, row.symbol], row.symbol, (row.get)(material));
         }
         if material.young.is_none() {
             diagnostics.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
@@ -107,40 +80,27 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints)
             let nodes = raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
             diagnostics.unknown(&["joint_stiffness", joint, "at"], "node", at, nodes);
         }
-        let entries = [("ka", &springs.ka), ("kr", &springs.kr), ("kar", &springs.kar), ("krr", &springs.krr)];
-        for (key, value) in entries {
-            let driven = raw
-                .actuators
-                .values()
-                .any(|actuator| actuator.joint.as_deref() == Some(joint) && actuator.axial.is_some());
-            let held = raw.frames.get(joint).is_some_and(|frame| frame.passive) || driven;
-            let prismatic = raw.frames.get(joint).is_some_and(|frame| frame.joint == Some(JointKind::Prismatic));
-            let axis = if prismatic { "ka" } else { "kar" };
-            let also = if held && key == axis { Also::RigidOrFree } else { Also::Rigid };
-            stiffness(diagnostics, &["joint_stiffness", joint, key], value.as_ref(), also);
+        let frame = raw.frames.get(joint);
+        let driven = raw.actuators.values().any(|of| of.joint.as_deref() == Some(joint) && of.axial.is_some());
+        let held = frame.is_some_and(|frame| frame.passive) || driven;
+        let axis = own_axis(frame.and_then(|frame| frame.joint).unwrap_or(JointKind::Revolute));
+        for (k, row) in JOINT.iter().enumerate() {
+            let also = if held && k == axis { Also::RigidOrFree } else { Also::Rigid };
+            stiffness(diagnostics, &["joint_stiffness", joint, row.symbol], (row.get)(springs), also);
         }
     }
     if let Some(base) = &raw.base_stiffness {
-        let entries = [
-            ("kx", &base.kx),
-            ("ky", &base.ky),
-            ("kz", &base.kz),
-            ("krx", &base.krx),
-            ("kry", &base.kry),
-            ("krz", &base.krz),
-        ];
-        for (key, value) in entries {
-            stiffness(diagnostics, &["base_stiffness", key], value.as_ref(), Also::Rigid);
+        for row in &PEDESTAL {
+            stiffness(diagnostics, &["base_stiffness", row.symbol], (row.get)(base), Also::Rigid);
         }
     }
     for (name, actuator) in &raw.actuators {
         stiffness(diagnostics, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
     }
     springs(raw, frames, diagnostics);
-    effects(raw, frames, diagnostics);
 }
 
-fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
+fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
     let nodes = || raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
     for (name, beam) in &raw.beams {
         for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
@@ -223,37 +183,15 @@ fn rigid_root<'r>(raw: &'r RawRobot, frame: &'r str) -> &'r str {
     root
 }
 
-fn validate_section(diagnostics: &mut Complaints, name: &str, section: &RawSection) {
-    let values = [
-        ("width", section.width),
-        ("height", section.height),
-        ("wall", section.wall),
-        ("flange", section.flange),
-        ("diameter", section.diameter),
-        ("area", section.area),
-        ("iy", section.iy),
-        ("iz", section.iz),
-        ("j", section.j),
-        ("shear_y", section.shear_y),
-        ("shear_z", section.shear_z),
-    ];
-    for (key, value) in values {
-        positive(diagnostics, &["sections", name, key], key, value);
+fn validate_section(diagnostics: &mut Collector, name: &str, section: &RawSection) {
+    for row in &SECTION {
+        positive(diagnostics, &["sections", name, row.symbol], row.symbol, (row.get)(section));
     }
-    let needed: &[&str] = match section.shape {
-        Some(SectionShape::Box) => &["width", "height", "wall"],
-        Some(SectionShape::Tube) => &["diameter", "wall"],
-        Some(SectionShape::Rectangle) => &["width", "height"],
-        Some(SectionShape::Rod) => &["diameter"],
-        Some(SectionShape::I) => &["width", "height", "wall", "flange"],
-        None => &["area", "iy", "iz", "j"],
-    };
-    for key in needed {
-        if values.iter().any(|(known, value)| known == key && value.is_none()) {
-            let diagnostic = diagnostics.lacking(&["sections", name], key, format!("section `{name}` lacks `{key}`"));
-            if let Some(diagnostic) = diagnostic {
-                diagnostic.remedy = Some(format!("this kind of section needs: {}", needed.join(", ")));
-            }
+    let needed = section_symbols(section.shape);
+    for key in SECTION.iter().filter(|row| needed.contains(&row.symbol) && (row.get)(section).is_none()) {
+        let message = format!("section `{name}` lacks `{}`", key.symbol);
+        if let Some(diagnostic) = diagnostics.lacking(&["sections", name], key.symbol, message) {
+            diagnostic.remedy = Some(format!("this kind of section needs: {}", needed.join(", ")));
         }
     }
     let thin = [section.width, section.height, section.diameter].into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -266,7 +204,7 @@ fn validate_section(diagnostics: &mut Complaints, name: &str, section: &RawSecti
     }
 }
 
-fn positive(diagnostics: &mut Complaints, path: &[&str], key: &str, value: Option<f64>) {
+fn positive(diagnostics: &mut Collector, path: &[&str], key: &str, value: Option<f64>) {
     if let Some(value) = value
         && !(value.is_finite() && value > 0.0)
     {
@@ -285,7 +223,7 @@ enum Also {
     Nothing,
 }
 
-fn stiffness(diagnostics: &mut Complaints, path: &[&str], stiffness: Option<&RawStiffness>, also: Also) {
+fn stiffness(diagnostics: &mut Collector, path: &[&str], stiffness: Option<&RawStiffness>, also: Also) {
     let Some(given) = stiffness else { return };
     let (value, inverse) = (given.value, given.compliance);
     if given.value.is_some() != given.compliance.is_some() {
@@ -330,7 +268,7 @@ fn stiffness(diagnostics: &mut Complaints, path: &[&str], stiffness: Option<&Raw
     }
 }
 
-fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
+fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
     for (name, spring) in &raw.springs {
         match &spring.bodies {
             None => {
@@ -363,50 +301,6 @@ fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
         }
         if spring.preload.is_some() != spring.preload_length.is_some() {
             diagnostics.error(&["springs", name], "`preload` and `preload_length` go together");
-        }
-    }
-}
-
-fn effects(raw: &RawRobot, frames: &[String], diagnostics: &mut Complaints) {
-    for (position, effect) in raw.effects.iter().enumerate() {
-        let position = position.to_string();
-        let path = |key: &'static str| ["effects", position.as_str(), key];
-        for (name, value) in &effect.parameters {
-            if !value.is_finite() {
-                let path = ["effects", &position, "parameters", name];
-                diagnostics.error(&path, format!("`{value}` where a finite number is needed"));
-            }
-        }
-        let Some(name) = effect.effect.as_deref() else {
-            diagnostics.lacking(&["effects", &position], "effect", "an effect lacks its name, `effect`");
-            continue;
-        };
-        let Some((_, kind)) = EFFECTS.iter().find(|(known, _)| *known == name) else {
-            diagnostics.unknown(&path("effect"), "effect", name, EFFECTS.iter().map(|(known, _)| *known));
-            continue;
-        };
-        let Some(site) = effect.site.as_deref() else {
-            diagnostics.lacking(&["effects", &position], "site", format!("effect `{name}` lacks its `site`"));
-            continue;
-        };
-        let (found, owner) = site.split_once(':').unwrap_or((site, ""));
-        if found != *kind {
-            diagnostics.error(&path("site"), format!("effect `{name}` cannot sit at `{site}`")).remedy =
-                Some(if matches!(*kind, "base" | "tool" | "instrument") {
-                    format!("write `{kind}`")
-                } else {
-                    format!("write `{kind}:<name>`")
-                });
-            continue;
-        }
-        match *kind {
-            "frame" | "joint" | "link" if !frames.iter().any(|known| known == owner) => {
-                diagnostics.unknown(&path("site"), "frame", owner, frames.iter().map(String::as_str));
-            }
-            "actuator" if !raw.actuators.contains_key(owner) => {
-                diagnostics.unknown(&path("site"), "actuator", owner, raw.actuators.keys().map(String::as_str));
-            }
-            _ => {}
         }
     }
 }

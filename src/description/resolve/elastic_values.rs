@@ -4,19 +4,24 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::super::elastic::{
-    Beam, Body, Elastic, JointStiffness, Material, Node, Screw, Section, Shear, Spring, Stiffness, section_symbols,
+    Beam, Body, Elastic, JointStiffness, Material, Node, Screw, Section, Shear, Spring, Stiffness, own_axis,
 };
-use super::super::raw::{BeamTheory, LoadPath, RawRobot, RawSection, RawStiffness, SpringAction};
+use super::super::frame::Motion;
+use super::super::parameters::{
+    AXIAL, DENSITY, EXPANSION, JOINT, Number, PEDESTAL, POISSON, RATE, SECTION, SHEAR, YOUNG, section_symbols,
+};
+use super::super::raw::{BeamTheory, LoadPath, RawMaterial, RawRobot, RawStiffness, SpringAction};
+use super::super::units::Units;
 use super::tree::Tree;
+use crate::parameter::Kind;
 
 /// Standard gravity of a description that states none, m/s2.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// Values of the elastic keys. Entries whose names are unknown, which validation has told, are passed over.
+/// Values of the elastic keys. Entries whose names are unknown, which validation has reported, are passed over.
 pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
     let units = &raw.units;
     let length = units.length.factor();
-    let (linear, rotational) = (units.stiffness.factor(), units.rotational_stiffness.factor());
     let frame = |name: &str| tree.frames.iter().position(|frame| frame.name == name);
     let vector = |value: Option<[f64; 3]>| Vector3::from(value.unwrap_or_default()) * length;
     let mut elastic = Elastic { gravity: Vector3::from(raw.gravity.unwrap_or(GRAVITY)), ..Elastic::default() };
@@ -29,29 +34,19 @@ pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
         })
         .collect();
     for (name, material) in &raw.materials {
-        let pressure = units.pressure.factor();
-        let shear = match material.shear {
-            Some(shear) => Shear::Modulus(shear * pressure),
-            None => Shear::Poisson(material.poisson.unwrap_or_default()),
-        };
+        let number = |row: &Number<RawMaterial>| row.si(material, units);
         let resolved = Material {
-            young: material.young.unwrap_or_default() * pressure,
-            shear,
-            density: material.density.unwrap_or_default(),
-            expansion: material.expansion.unwrap_or_default(),
+            young: number(&YOUNG).unwrap_or_default(),
+            shear: number(&SHEAR).map_or(Shear::Poisson(number(&POISSON).unwrap_or_default()), Shear::Modulus),
+            density: number(&DENSITY).unwrap_or_default(),
+            expansion: number(&EXPANSION).unwrap_or_default(),
         };
         elastic.materials.insert(name.clone(), resolved);
     }
     for (name, section) in &raw.sections {
-        let mut values: Vec<(&'static str, f64)> = section_symbols(section.shape)
-            .iter()
-            .filter_map(|&symbol| number(section, symbol).map(|value| (symbol, value * length.powi(power(symbol)))))
-            .collect();
-        values.extend(
-            ["shear_y", "shear_z"]
-                .into_iter()
-                .filter_map(|symbol| number(section, symbol).map(|value| (symbol, value * length.powi(power(symbol))))),
-        );
+        let needed = section_symbols(section.shape);
+        let used = SECTION.iter().filter(|row| needed.contains(&row.symbol) || row.symbol.starts_with("shear_"));
+        let values = used.filter_map(|row| Some((row.symbol, row.si(section, units)?))).collect();
         elastic.sections.insert(name.clone(), Section { shape: section.shape, values });
     }
     for (name, node) in &raw.nodes {
@@ -103,33 +98,31 @@ pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
         .joint_stiffness
         .iter()
         .filter_map(|(name, joint)| {
-            let given = |spring: &Option<RawStiffness>, factor: f64| spring.as_ref().map(|s| stiffness(s, factor));
-            Some(JointStiffness {
-                frame: frame(name)?,
-                at: joint.at.as_ref().and_then(|at| node(at, None)),
-                springs: [
-                    given(&joint.ka, linear),
-                    given(&joint.kr, linear),
-                    given(&joint.kar, rotational),
-                    given(&joint.krr, rotational),
-                ],
-            })
+            let index = frame(name)?;
+            let moved = &tree.frames[index];
+            let springs = std::array::from_fn(|k| {
+                // What resists a passive joint's own motion acts in parallel with it.
+                let parallel = moved.motion == Motion::Passive && k == own_axis(moved.joint);
+                let kind = JOINT[k].kind;
+                let held = if parallel { kind } else { kind.inverse() };
+                (JOINT[k].get)(joint).map(|given| stiffness(given, kind, held, units))
+            });
+            Some(JointStiffness { frame: index, at: joint.at.as_ref().and_then(|at| node(at, None)), springs })
         })
         .collect();
-    elastic.base = raw.base_stiffness.as_ref().map(|base| {
-        let all = [&base.kx, &base.ky, &base.kz, &base.krx, &base.kry, &base.krz];
-        std::array::from_fn(|k| all[k].as_ref().map(|s| stiffness(s, if k < 3 { linear } else { rotational })))
-    });
+    if let Some(base) = &raw.base_stiffness {
+        elastic.base = PEDESTAL.map(|row| Some(stiffness((row.get)(base)?, row.kind, row.kind.inverse(), units)));
+    }
     elastic.springs = raw
         .springs
         .iter()
         .filter_map(|(name, spring)| {
             let [a, b] = spring.bodies.as_ref()?;
             let [first, second] = spring.anchors?;
-            let rate = stiffness(spring.rate.as_ref()?, linear);
+            let rate = stiffness((RATE.get)(spring)?, RATE.kind, RATE.kind, units);
             let free_length = spring.free_length.map(|l| l * length).or_else(|| {
                 let preload = spring.preload? * units.force.factor();
-                Some(spring.preload_length? * length - preload * rate.compliance)
+                Some(spring.preload_length? * length - preload / rate.nominal)
             });
             Some(Spring {
                 name: name.clone(),
@@ -147,8 +140,8 @@ pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
         .enumerate()
         .filter_map(|(index, actuator)| {
             let raw = raw.actuators.get(&actuator.name)?;
-            let axial = stiffness(raw.axial.as_ref()?, linear);
-            let held = axial.compliance == 0.0 && !axial.identifiable;
+            let axial = stiffness((AXIAL.get)(raw)?, AXIAL.kind, AXIAL.kind.inverse(), units);
+            let held = axial.nominal == 0.0 && !axial.identifiable;
             let path = raw.path.unwrap_or(if held { LoadPath::Joint } else { LoadPath::Pins });
             Some((index, Screw { axial, path }))
         })
@@ -156,38 +149,17 @@ pub fn resolve(raw: &RawRobot, tree: &Tree) -> Elastic {
     elastic
 }
 
-fn number(section: &RawSection, symbol: &str) -> Option<f64> {
-    match symbol {
-        "width" => section.width,
-        "height" => section.height,
-        "wall" => section.wall,
-        "flange" => section.flange,
-        "diameter" => section.diameter,
-        "area" => section.area,
-        "iy" => section.iy,
-        "iz" => section.iz,
-        "j" => section.j,
-        "shear_y" => section.shear_y,
-        "shear_z" => section.shear_z,
-        _ => None,
-    }
-}
-
-/// Power of the length unit in which a section's symbol is written.
-pub fn power(symbol: &str) -> i32 {
-    match symbol {
-        "area" | "shear_y" | "shear_z" => 2,
-        "iy" | "iz" | "j" => 4,
-        _ => 1,
-    }
-}
-
-/// A stiffness written in a unit of `factor` SI.
-fn stiffness(raw: &RawStiffness, factor: f64) -> Stiffness {
-    let compliance = match (raw.value, raw.compliance) {
-        (Some(value), _) => 1.0 / (value * factor),
-        (None, compliance) => compliance.unwrap_or_default() / factor,
-    };
-    let bounds = raw.bounds.map_or([0.0, f64::INFINITY], |[low, high]| [1.0 / (high * factor), 1.0 / (low * factor)]);
-    Stiffness { compliance, identifiable: raw.identifiable, bounds, as_compliance: raw.value.is_none() }
+/// A stiffness of the file, held as the model computes with it: once inverted here, it is not inverted again.
+fn stiffness(given: &RawStiffness, declared: Kind, held: Kind, units: &Units) -> Stiffness {
+    let factor = units.of(declared);
+    let by_value = given.value.is_some();
+    let written = given.value.map_or_else(|| given.compliance.unwrap_or_default() / factor, |value| value * factor);
+    let inverted = by_value != (declared == held);
+    let nominal = if inverted { 1.0 / written } else { written };
+    // Bounds are those of the stiffness, however its value is declared.
+    let bounds = given.bounds.map_or([0.0, f64::INFINITY], |[low, high]| {
+        let [low, high] = [low * factor, high * factor];
+        if declared == held { [low, high] } else { [1.0 / high, 1.0 / low] }
+    });
+    Stiffness { kind: held, nominal, identifiable: given.identifiable, bounds, inverted }
 }

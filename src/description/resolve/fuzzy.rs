@@ -1,6 +1,6 @@
 //! Fuzzy compliances.
 
-use super::Complaints;
+use super::collector::Collector;
 use super::tree::Tree;
 use crate::description::fuzzy::{Component, DISPLACEMENTS, Fuzzy, Input, LOADS};
 use crate::description::raw::{JointKind, RawRobot};
@@ -8,7 +8,7 @@ use crate::description::raw::{JointKind, RawRobot};
 /// Most rules of a component.
 const MOST_RULES: usize = 100_000;
 
-pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Complaints) -> Option<Fuzzy> {
+pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Option<Fuzzy> {
     let given = raw.fuzzy.as_ref()?;
     if given.file.is_some() {
         // Files are put in where descriptions are read from disk.

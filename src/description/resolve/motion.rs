@@ -1,9 +1,10 @@
 //! What moves each joint: variables, actuators, couplings, closed loops. Exactly one for every joint that moves.
 
 use super::super::coupling::parse_coupling;
+use super::super::parameters::SLIDER_CRANK;
 use super::super::raw::{JointKind, LoopKind, Meet, RawRobot};
 use super::super::robot::{Coupling, Frame, FrameIndex, Loop, Motion, SliderCrank, Variable, branches};
-use super::Complaints;
+use super::collector::Collector;
 use crate::diagnostic::Diagnostic;
 
 pub struct Motions {
@@ -18,7 +19,7 @@ struct Drivers {
     of_frame: Vec<Vec<(Motion, Vec<String>)>>,
 }
 
-pub fn resolve(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Complaints) -> Motions {
+pub fn resolve(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Collector) -> Motions {
     let mut drivers = Drivers { of_frame: vec![Vec::new(); frames.len()] };
     let mut variables = ordered_variables(raw, frames, diagnostics);
     for (index, resolved) in frames.iter().enumerate().skip(1) {
@@ -57,7 +58,7 @@ pub fn resolve(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Complaint
 }
 
 /// The names of all variables, in the declared order where there is one.
-fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Complaints) -> Vec<Variable> {
+fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collector) -> Vec<Variable> {
     let mut users: Vec<(&String, Vec<String>)> = Vec::new();
     for frame in frames.iter().skip(1) {
         if let Some(variable) = raw.frames.get(&frame.name).and_then(|raw| raw.variable.as_ref()) {
@@ -117,9 +118,9 @@ fn actuators(
     frames: &[Frame],
     variables: &mut [Variable],
     drivers: &mut Drivers,
-    diagnostics: &mut Complaints,
+    diagnostics: &mut Collector,
 ) -> Vec<SliderCrank> {
-    let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
+    let length = raw.units.length.factor();
     let mut actuators = Vec::new();
     for (name, actuator) in &raw.actuators {
         let path = |key: &'static str| ["actuators", name.as_str(), key];
@@ -130,19 +131,17 @@ fn actuators(
             diagnostic.remedy = Some("add `kind: slider-crank`".into());
         }
         let mut complete = true;
-        let given = [actuator.stroke, actuator.kappa, actuator.lambda, actuator.l1, actuator.l3];
-        let units = [length, angle, angle, length, length];
-        let mut constants = [0.0; 5];
-        for (k, symbol) in super::super::robot::SLIDER_CRANK_SYMBOLS.into_iter().enumerate() {
-            if given[k].is_none() && symbol != "stroke" {
+        let constants = SLIDER_CRANK.map(|row| {
+            let (symbol, given) = (row.symbol, (row.get)(actuator));
+            if given.is_none() && symbol != "stroke" {
                 diagnostics.lacking(&["actuators", name], symbol, format!("actuator `{name}` lacks `{symbol}`"));
                 complete = false;
             }
-            constants[k] = diagnostics.finite(&path(symbol), given[k], units[k]);
-            if matches!(symbol, "l1" | "l3") && given[k].is_some_and(|l| l <= 0.0) {
+            if matches!(symbol, "l1" | "l3") && given.is_some_and(|l| l <= 0.0) {
                 diagnostics.error(&path(symbol), format!("length `{symbol}` of actuator `{name}` must be above 0"));
             }
-        }
+            diagnostics.finite(&path(symbol), given, raw.units.of(row.kind))
+        });
         let limits = diagnostics.limits(&path("limits"), actuator.limits, length);
         let [zero, _, _, l1, l3] = constants;
         if let Some([low, high]) = limits
@@ -186,7 +185,7 @@ fn actuators(
     actuators
 }
 
-fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, diagnostics: &mut Complaints) -> Vec<Coupling> {
+fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, diagnostics: &mut Collector) -> Vec<Coupling> {
     let mut couplings = Vec::new();
     for (position, text) in raw.couplings.iter().enumerate() {
         let position = position.to_string();
@@ -194,6 +193,7 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, diagnostic
         let (joint, terms) = match parse_coupling(text) {
             Ok(parsed) => parsed,
             Err(why) => {
+                diagnostics.couplings_failed = true;
                 diagnostics.error(&path, format!("coupling `{text}`: {why}")).remedy =
                     Some("write `joint = factor * joint`, as in `6 = -1 * 5` or `3 = 1 * 2 - 0.5 * 4`".into());
                 continue;
@@ -255,12 +255,12 @@ fn couplings(raw: &RawRobot, frames: &[Frame], drivers: &mut Drivers, diagnostic
 }
 
 /// Every joint that moves has one driver, a fixed one none.
-fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, diagnostics: &mut Complaints) {
+fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, diagnostics: &mut Collector) {
     let mut positions = 0..raw.couplings.len() + 1;
     let driver_faulty = diagnostics.explained(&["actuators"])
         || diagnostics.explained(&["couplings"])
         || positions.any(|k| diagnostics.explained(&["couplings", &k.to_string()]))
-        || diagnostics.diagnostics.iter().any(|diagnostic| diagnostic.message.starts_with("coupling `"))
+        || diagnostics.couplings_failed
         || raw
             .actuators
             .keys()
@@ -298,7 +298,7 @@ fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, diagnost
     }
 }
 
-fn coupling_circles(couplings: &[Coupling], frames: &[Frame], diagnostics: &mut Complaints) {
+fn coupling_circles(couplings: &[Coupling], frames: &[Frame], diagnostics: &mut Collector) {
     for (index, coupling) in couplings.iter().enumerate() {
         let mut reached: Vec<FrameIndex> = coupling.terms.iter().map(|term| term.1).collect();
         let mut next = 0;
@@ -346,12 +346,12 @@ fn followed_first(couplings: Vec<Coupling>, frames: &mut [Frame]) -> Vec<Couplin
     ordered
 }
 
-fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnostics: &mut Complaints) -> Vec<Loop> {
+fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnostics: &mut Collector) -> Vec<Loop> {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let mut loops = Vec::new();
     // Whether some loop could not be followed, so that nothing is known of its joints.
     let mut unclear = diagnostics.explained(&["loops"]);
-    let faulty_tree = diagnostics.diagnostics.iter().any(|diagnostic| diagnostic.message.contains("antecedent"))
+    let faulty_tree = diagnostics.antecedents_failed
         || raw.frames.keys().any(|name| diagnostics.explained(&["frames", name, "antecedent"]));
     let mut in_loop = vec![false; frames.len()];
     for (name, raw_loop) in &raw.loops {

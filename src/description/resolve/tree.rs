@@ -1,8 +1,10 @@
 //! Frames, their antecedents, and what hangs between them.
 
+use super::super::parameters::FRAME;
 use super::super::raw::{JointKind, RawFrame, RawRobot};
 use super::super::robot::{Constants, Coupling, Frame, Loop, Motion, SliderCrank, Variable};
-use super::{Complaints, motion};
+use super::collector::Collector;
+use super::motion;
 
 /// The kinematic part of a resolved robot.
 pub struct Tree {
@@ -13,7 +15,7 @@ pub struct Tree {
     pub actuators: Vec<SliderCrank>,
 }
 
-pub fn resolve(raw: &RawRobot, diagnostics: &mut Complaints) -> Tree {
+pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Tree {
     if raw.frames.is_empty() && !diagnostics.explained(&["frames"]) && !diagnostics.explained(&["urdf"]) {
         diagnostics.error(&["frames"], "the description declares no frame").remedy =
             Some("add `frames:` (or `urdf:`), see `elastogeo schema robot`".into());
@@ -56,10 +58,11 @@ fn base_frame() -> Frame {
 }
 
 /// Names of the frames, each after its antecedent, otherwise in the file's order; circles and unknown names told.
-fn antecedents_first(raw: &RawRobot, diagnostics: &mut Complaints) -> Vec<String> {
+fn antecedents_first(raw: &RawRobot, diagnostics: &mut Collector) -> Vec<String> {
     for (name, frame) in &raw.frames {
         match frame.antecedent.as_deref() {
             None => {
+                diagnostics.antecedents_failed = true;
                 if let Some(diagnostic) =
                     diagnostics.lacking(&["frames", name], "antecedent", format!("frame `{name}` has no antecedent"))
                 {
@@ -92,8 +95,9 @@ fn antecedents_first(raw: &RawRobot, diagnostics: &mut Complaints) -> Vec<String
             return placed;
         }
         if waiting.len() == before {
-            tell_circles(raw, &waiting, diagnostics);
-            // They are kept, in the base, so that nothing that names them is told unknown.
+            diagnostics.antecedents_failed = true;
+            report_circles(raw, &waiting, diagnostics);
+            // They are kept, in the base, so that nothing that names them is reported as unknown.
             placed.extend(waiting.into_iter().cloned());
             return placed;
         }
@@ -101,7 +105,7 @@ fn antecedents_first(raw: &RawRobot, diagnostics: &mut Complaints) -> Vec<String
 }
 
 /// Each circle among the frames that wait for each other, once.
-fn tell_circles(raw: &RawRobot, waiting: &[&String], diagnostics: &mut Complaints) {
+fn report_circles(raw: &RawRobot, waiting: &[&String], diagnostics: &mut Collector) {
     let mut told: Vec<String> = Vec::new();
     for start in waiting {
         let mut walk: Vec<&str> = vec![start];
@@ -133,29 +137,21 @@ fn resolve_frame(
     name: &str,
     frame: &RawFrame,
     antecedent: usize,
-    diagnostics: &mut Complaints,
+    diagnostics: &mut Collector,
 ) -> Frame {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let joint = frame.joint.unwrap_or(JointKind::Fixed);
     let joint_unit = if joint == JointKind::Prismatic { length } else { angle };
-    let mut number =
-        |key: &str, value: Option<f64>, factor: f64| diagnostics.finite(&["frames", name, key], value, factor);
-    let constants = Constants {
-        beta: number("beta", frame.beta, angle),
-        gamma: number("gamma", frame.gamma, angle),
-        b: number("b", frame.b, length),
-        alpha: number("alpha", frame.alpha, angle),
-        d: number("d", frame.d, length),
-        theta: number("theta", frame.theta, angle),
-        r: number("r", frame.r, length),
-    };
-    let offset = number("offset", frame.offset, joint_unit);
+    let constants =
+        FRAME.map(|row| diagnostics.finite(&["frames", name, row.symbol], (row.get)(frame), raw.units.of(row.kind)));
+    let constants = Constants::from_values(constants);
+    let offset = diagnostics.finite(&["frames", name, "offset"], frame.offset, joint_unit);
     let limits = diagnostics.limits(&["frames", name, "limits"], frame.limits, joint_unit);
     Frame { name: name.into(), antecedent, joint, motion: Motion::Fixed, constants, coaxial: None, offset, limits }
 }
 
 /// A coaxial frame takes over the shared constants; it must have the same antecedent and none of its own.
-fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Complaints) {
+fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Collector) {
     for index in 1..frames.len() {
         let name = frames[index].name.clone();
         let Some(frame) = raw.frames.get(&name) else { continue };
@@ -183,9 +179,9 @@ fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Compla
             diagnostics.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
                 Some("name the frame that holds the constants".into());
         } else {
-            let own =
-                [("beta", frame.beta), ("gamma", frame.gamma), ("b", frame.b), ("alpha", frame.alpha), ("d", frame.d)];
-            for (key, _) in own.iter().filter(|(_, value)| value.is_some()) {
+            // All but theta and r.
+            for row in FRAME.iter().take(5).filter(|row| (row.get)(frame).is_some()) {
+                let key = row.symbol;
                 diagnostics.error(&["frames", &name, key], format!("`{key}` is shared with frame `{other}`")).remedy =
                     Some(format!("leave it out, or leave out `coaxial: {other}`"));
             }

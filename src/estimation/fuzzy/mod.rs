@@ -15,12 +15,12 @@ pub use rules::Partition;
 pub use samples::Level;
 
 use super::calibrate;
-use super::least_squares::Progress;
 use super::result::{Calibration, CalibrationError};
 use super::settings::{Settings, What};
 use super::statistics::{Errors, errors_of};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::Input;
+use crate::least_squares::Progress;
 use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::Placement;
 use super::rules::{Group, Partition};
-use crate::estimation::least_squares::{self, Bounds, EvaluationError, Problem};
+use crate::least_squares::{self, Bounds, EvaluationError, Problem};
 
 /// Least gap between neighbouring modes, and to the ends of the range, beside the others.
 const LEAST_GAP: f64 = 0.02;

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::grow::Grown;
 use super::samples::Samples;
 use crate::description::fuzzy::{Component, Fuzzy, Input};
-use crate::estimation::least_squares::{Bounds, minimize_in_box};
 use crate::fuzzy::firing;
+use crate::least_squares::{Bounds, minimize_in_box};
 
 /// Modal values by input, rad or m; one where the input has no say.
 pub type Partition = Vec<Vec<f64>>;

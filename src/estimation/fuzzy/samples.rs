@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::description::campaign::{Campaign, Observes};
+use crate::description::campaign::Campaign;
 use crate::description::fuzzy::Input;
 use crate::estimation::{Calibration, CalibrationError};
 use crate::fuzzy;
@@ -60,7 +60,7 @@ impl Samples {
         displacement: &[f64],
     ) -> Result<Self, CalibrationError> {
         let malformed = |text: &str| Err(CalibrationError::Malformed(text.into()));
-        if campaign.observes != Observes::Deflection {
+        if !campaign.observes.is_difference() {
             return malformed("a fuzzy compliance is fitted to deflections (`observes: deflection`)");
         }
         let Some(first) = campaign.readings.first() else { return malformed("the campaign has no readings") };

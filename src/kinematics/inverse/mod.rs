@@ -14,7 +14,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::geometry::{AssemblyError, Geometry, Placements};
+use super::assembly_error::AssemblyError;
+use super::geometry::{Geometry, Placements};
 use descent::{Memory, Problem, Within};
 
 /// Where the tool centre point should be.

@@ -5,11 +5,10 @@ use serde_json::{Value, json};
 
 use super::{Made, delivered};
 use crate::Error;
-use crate::cli::args::{FrameName, ObservesName, Simulate};
+use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::{Output, Session};
 use crate::compensation::predict_path;
-use crate::description::campaign::Observes;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
 use crate::results::units::mm;
@@ -25,16 +24,13 @@ pub struct Scene<'a> {
 
 pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Scene { command, loaded, values, markers } = *scene;
-    let observes = match command.observes {
-        ObservesName::Position => Observes::Position,
-        ObservesName::Pose => Observes::Pose,
-        ObservesName::Distance | ObservesName::Deflection => {
-            return Err(Error::input(
-                "--process: what is read along a path are positions or poses",
-                "give --observes position or pose",
-            ));
-        }
-    };
+    let observes = command.observes;
+    if observes.is_difference() || observes.anchor_column().is_some() {
+        return Err(Error::input(
+            "--process: what is read along a path are positions or poses",
+            "give --observes position or pose",
+        ));
+    }
     let [marker] = markers else {
         return Err(Error::input(
             "--process: the process pushes on one point",

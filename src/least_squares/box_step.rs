@@ -12,8 +12,8 @@ use clarabel::solver::{
 use nalgebra::{DMatrix, DVector};
 
 use super::bounds::{Bounds, Side};
-use super::orthogonal::least_norm;
 use super::solution::UsageError;
+use crate::math::linear::least_norm;
 
 /// Stiffness added to the programme, beside coefficients of size 1. Among equally good points an interior-point method
 /// goes to the middle of the box, far from where we are; with this it stays near 0. The active-set method works without.
@@ -78,7 +78,7 @@ pub fn minimize_in_box(a: &DMatrix<f64>, b: &DVector<f64>, bounds: &Bounds) -> R
         lower: DVector::from_fn(n, |j, _| (bounds.lower[j] - origin[j]) * scale[j]),
         upper: DVector::from_fn(n, |j, _| (bounds.upper[j] - origin[j]) * scale[j]),
     };
-    let free = least_norm(&scaled, &shifted);
+    let free = least_norm(scaled.clone(), &shifted);
     let z = if region.contains(&free) { free } else { minimize_from_zero(&scaled, &shifted, &region) };
     let mut z: Vec<f64> = z.component_div(&scale).iter().zip(&origin).map(|(z, origin)| origin + z).collect();
     bounds.clamp(&mut z);
@@ -196,7 +196,7 @@ fn active_set(
         let residual = a * &z + b;
         let free: Vec<usize> = (0..n).filter(|&j| active[j].is_none()).collect();
         // The move, not the point, is solved for: it is small near the end and so are its rounding errors.
-        let shift = least_norm(&a.select_columns(&free), &residual);
+        let shift = least_norm(a.select_columns(&free), &residual);
         let reach = |(&j, d): (&usize, &f64)| {
             let limit = if *d < 0.0 { region.lower[j] } else { region.upper[j] };
             if *d == 0.0 { f64::INFINITY } else { ((limit - z[j]) / d).max(0.0) }

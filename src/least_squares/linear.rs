@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::bounds::{Bounds, Side};
 use super::box_step::{Region, minimize_from_zero};
-use super::orthogonal::{Spectrum, apply_transpose, factor_in_place, least_norm};
+use super::damped::damped;
+use crate::math::linear::{Svd, apply_transpose, factor_in_place, least_norm};
 
 /// The map `v -> Q' W v`, cut to the rows that the columns of the Jacobian reach.
 struct Reduction {
@@ -100,7 +101,7 @@ impl Reduced {
                 free.column_mut(j).fill(0.0);
             }
         }
-        let gauss_newton = least_norm(&free, &b);
+        let gauss_newton = least_norm(free.clone(), &b);
         let noise = a.column_iter().zip(scale).zip(x).map(|((column, d), x)| column.norm() * (d * x).abs());
         Linear {
             noise: f64::EPSILON * noise.fold(0.0, f64::max),
@@ -131,7 +132,7 @@ pub(super) struct Linear {
     /// The step of least norm that minimises `|free z + b|` without limits.
     gauss_newton: DVector<f64>,
     /// Of `free`; made when a step has to be damped.
-    spectrum: OnceCell<Option<Spectrum>>,
+    spectrum: OnceCell<Option<Svd>>,
     reduction: Reduction,
     /// `a' b` (n): gradient of the cost in scaled variables.
     pub gradient: DVector<f64>,
@@ -190,7 +191,7 @@ impl Linear {
     /// of Transtrum and Sethna (2012) without a second derivative.
     pub fn bent_step(&self, curvature: DVector<f64>, region: &Region, radius: f64) -> DVector<f64> {
         let b = &self.b + self.reduction.apply(curvature);
-        self.solve(&least_norm(&self.free, &b), &b, region, radius).0
+        self.solve(&least_norm(self.free.clone(), &b), &b, region, radius).0
     }
 
     /// Minimises `|a z + b|` over the region, damped if need be; `full` is the minimiser over the free variables.
@@ -206,10 +207,10 @@ impl Linear {
         }
         // The box alone would let a variable that hardly matters run to its corner for a negligible gain, and once there
         // an exponential never comes back. Levenberg's damping, as strong as the radius asks for, keeps those still.
-        let spectrum = self.spectrum.get_or_init(|| Spectrum::new(&self.free));
+        let spectrum = self.spectrum.get_or_init(|| Svd::new(&self.free));
         let damping = match spectrum {
             Some(spectrum) => {
-                let (damping, z) = spectrum.damped(b, radius);
+                let (damping, z) = damped(spectrum, b, radius);
                 if self.is_optimal(&z, b, region) {
                     return (z, true);
                 }

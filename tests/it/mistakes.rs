@@ -1,4 +1,4 @@
-//! What a newcomer stumbles over: told before it costs a day, and nothing lost by it.
+//! Mistakes of new users: reported early, and no file lost by them.
 
 use std::path::Path;
 
@@ -209,7 +209,7 @@ fn amounts_that_no_robot_has() {
         &["`joint2.krr: -1e-6` makes it -1e-6 rad/(N.m)", "e.yaml:12:", "0 errors, 1 warning"],
     );
     assert_eq!(check(&bearing("1e-6")).err, "");
-    // Of a spring that gives already, less is meant.
+    // A spring that is compliant already changes by less.
     let less =
         |amount: &str| format!("{{effect: joint-compliance, site: \"joint:2\", parameters: {{joint2.kar: {amount}}}}}");
     assert_eq!(check(&less("-1e-6")).err, "");

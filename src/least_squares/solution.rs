@@ -71,6 +71,21 @@ pub enum Status {
     NoStart(EvaluationError),
 }
 
+impl std::fmt::Display for Status {
+    /// One word, as reports and JSON have it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Gradient => "gradient",
+            Self::Cost => "cost",
+            Self::Step => "step",
+            Self::PerfectFit => "perfectfit",
+            Self::IterationLimit => "iterationlimit",
+            Self::Stalled => "stalled",
+            Self::NoStart(_) => "nostart",
+        })
+    }
+}
+
 impl Status {
     /// Whether the answer is a local minimum as far as the tolerances can tell.
     pub fn converged(&self) -> bool {

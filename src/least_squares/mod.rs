@@ -29,7 +29,7 @@
 //! | `trust_region` | the scaling, the radius, the box |
 //! | `linear` | the linearised problem at one iterate, reduced by QR, and its step |
 //! | `box_step` | linear least squares over a box: interior point, then active set |
-//! | `orthogonal` | QR factorisations, least-norm and damped solutions |
+//! | `damped` | the step of Levenberg and Marquardt |
 //! | `solution` | the answer, and the ways a question can be malformed |
 //!
 //! # Limits
@@ -51,9 +51,9 @@
 
 mod bounds;
 mod box_step;
+mod damped;
 mod linear;
 mod loss;
-mod orthogonal;
 mod problem;
 mod settings;
 mod solution;

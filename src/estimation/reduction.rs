@@ -1,18 +1,18 @@
-//! The observation matrix of a campaign and its reduction, without a fit.
+//! Which parameters a campaign can determine: the candidates, and the reduction of their observation matrix.
 
 use super::problem::row_sigmas;
 use super::registration::{arrangement, rough};
 use super::result::CalibrationError;
-use super::settings::What;
+use super::settings::{RegistrationSettings, What};
 use crate::description::campaign::Campaign;
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor, declared};
 
-/// What a campaign can tell, and about which parameters.
+/// Candidates and the reduction of their columns.
 #[derive(Debug, Clone)]
-pub struct Observation {
+pub struct Reduction {
     /// Parameters in the order of columns.
     pub slots: Vec<Slot>,
     /// The reduction.
@@ -31,10 +31,10 @@ pub fn observe(
     scaling: Scaling,
     criterion: Criterion,
     what: Option<What>,
-) -> Result<Observation, CalibrationError> {
+) -> Result<Reduction, CalibrationError> {
     let what = what.unwrap_or_else(|| What::usual(campaign));
     let predictor = Predictor::new(model, campaign, candidates(model, campaign, what)?)?;
-    let start = rough(model, campaign, &model.registry.nominal())?;
+    let start = rough(model, campaign, &model.registry.nominal(), &RegistrationSettings::default())?;
     let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
     Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
 }
@@ -69,7 +69,7 @@ pub(super) fn reduced(
     held: &[Slot],
     scaling: Scaling,
     criterion: Criterion,
-) -> Result<Observation, PredictionError> {
+) -> Result<Reduction, PredictionError> {
     let slots = predictor.slots.clone();
     let mut found = Linearised::default();
     predictor.linearise(values, true, &mut found)?;
@@ -79,5 +79,5 @@ pub(super) fn reduced(
     let registry = &predictor.model.registry;
     let about: Vec<Column> = slots.iter().map(|slot| Column::about(&registry[*slot], held.contains(slot))).collect();
     let identifiability = reduce(&found.jacobian, &about, scaling, criterion);
-    Ok(Observation { slots, identifiability })
+    Ok(Reduction { slots, identifiability })
 }

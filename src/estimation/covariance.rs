@@ -1,0 +1,78 @@
+//! How certain fitted parameters are.
+//!
+//! # Covariance of a fit
+//! Residuals `r` (m) are in standard deviations of what was stated about the noise; `J` (m x n) is their Jacobian at the
+//! minimum and `W` (m) are the robust weights, all 1 for plain squares. If the model is right and the noise is independent
+//! and normal, the parameters scatter about the truth with
+//!
+//! ```text
+//!   C = s^2 (J' W J)^-1        s^2 = sum w_i r_i^2 / (m - n)
+//! ```
+//!
+//! (Seber and Wild, *Nonlinear Regression*, 1989, sections 2.1 and 14.6; the Gauss-Newton approximation drops second
+//! derivatives, which is right as far as residuals are noise). `s` is [`Covariance::noise_ratio`]: 1 where the noise is as
+//! stated. It multiplies the covariance, so that intervals speak of the noise that the residuals show and only the ratios
+//! of stated deviations matter. A reading whose robust weight is [`OUTLIER`] or less determines nothing and is not counted
+//! in `m`; a prior counts as a reading.
+//!
+//! Intervals are two-sided, 95 %, of Student's t with `m - n` degrees of freedom: `C_kk^(1/2) t`. They hold for one
+//! parameter at a time, not for all together, and to first order: not near a bound, and not for a parameter whose
+//! influence changes over its own interval. What is dropped by the reduction has no interval; its effect is in the kept
+//! parameters it was merged into.
+//!
+//! Columns are scaled to length one and decomposed by singular values ([`crate::math::linear::cofactor`]); directions that
+//! no reading determines get variance zero instead of infinite, which the reduction before the fit prevents.
+
+use nalgebra::{DMatrix, DVector, DVectorView};
+
+use crate::math::linear::cofactor;
+use crate::math::quantiles::t95;
+
+/// Robust weight at or below which a reading counts as an outlier that determines nothing. Tukey's loss gives 0 beyond its
+/// scale; Huber's and Cauchy's reach this only at hundreds of standard deviations.
+const OUTLIER: f64 = 1e-3;
+
+/// Covariance of the parameters of a fit, in the order of its columns.
+#[derive(Debug, Clone)]
+pub struct Covariance {
+    /// C (n x n), in the products of the parameters' units (SI).
+    pub matrix: DMatrix<f64>,
+    /// Standard deviation of the weighted residuals: 1 where the noise is as stated.
+    pub noise_ratio: f64,
+    /// Residuals and priors that determine something, less parameters; at least 1.
+    pub degrees_of_freedom: f64,
+}
+
+impl Covariance {
+    /// From weighted residuals (m), their Jacobian (m x n) and robust weights (m), of which the last `priors` rows are
+    /// priors.
+    pub fn new(residual: &DVector<f64>, jacobian: &DMatrix<f64>, weights: &DVector<f64>, priors: usize) -> Self {
+        let data = weights.len() - priors;
+        let counted = weights.iter().take(data).filter(|weight| **weight > OUTLIER).count() + priors;
+        let degrees_of_freedom = (counted as f64 - jacobian.ncols() as f64).max(1.0);
+        let squares: f64 = residual.iter().zip(weights).map(|(r, w)| w * r * r).sum();
+        let noise_ratio = (squares / degrees_of_freedom).sqrt();
+        let weighted =
+            DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * weights[i].sqrt());
+        Self { matrix: cofactor(&weighted) * noise_ratio.powi(2), noise_ratio, degrees_of_freedom }
+    }
+
+    /// Half width of the 95 % interval of each parameter (n), in its unit.
+    pub fn ci95(&self) -> Vec<f64> {
+        let quantile = t95(self.degrees_of_freedom);
+        self.matrix.diagonal().iter().map(|variance| quantile * variance.max(0.0).sqrt()).collect()
+    }
+
+    /// Correlations (n x n), between -1 and 1.
+    pub fn correlation(&self) -> DMatrix<f64> {
+        let deviations = self.matrix.diagonal().map(f64::sqrt);
+        let size = &deviations * deviations.transpose();
+        self.matrix.zip_map(&size, |covariance, size| covariance / size.max(f64::MIN_POSITIVE))
+    }
+
+    /// Variance of a quantity whose derivative by the parameters is `row` (n).
+    pub fn variance(&self, row: &[f64]) -> f64 {
+        let row = DVectorView::from_slice(row, row.len());
+        (&self.matrix * row).dot(&row)
+    }
+}

@@ -1,0 +1,49 @@
+//! Why a mechanism cannot be put together.
+
+/// The mechanism cannot be put together.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AssemblyError {
+    /// A closed loop does not close.
+    #[error(
+        "loop {} cannot close{branch}: the frames that should meet stay {gap:.3e} m (or rad) apart",
+        quoted(name, others)
+    )]
+    Loop {
+        /// The loop, or the first of those that are closed together.
+        name: String,
+        /// The others that are closed together with it.
+        others: Vec<String>,
+        /// Smallest gap reached, m or rad.
+        gap: f64,
+        /// What was said about the branch.
+        branch: &'static str,
+    },
+    /// A slider-crank's triangle does not close.
+    #[error(
+        "the triangle of actuator `{name}` cannot close at stroke {stroke:.6} m: its length is {gap:.3e} m out of reach"
+    )]
+    SliderCrank {
+        /// The actuator.
+        name: String,
+        /// Commanded stroke, m.
+        stroke: f64,
+        /// Missing length, m.
+        gap: f64,
+    },
+    /// A value or joint is not a finite number.
+    #[error("`{0}` is not a finite number")]
+    NotFinite(String),
+    /// A configuration has the wrong number of joints.
+    #[error("a configuration of {expected} variables was expected, and {found} given")]
+    WrongLength {
+        /// Number of variables of the model.
+        expected: usize,
+        /// Number given.
+        found: usize,
+    },
+}
+
+fn quoted(name: &str, others: &[String]) -> String {
+    let names = std::iter::once(name).chain(others.iter().map(String::as_str));
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,11 @@
+//! Mathematics that knows no robot: rotations, factorisations, quantiles and summaries of samples.
+
+pub(crate) mod linear;
+mod orthonormal;
+pub mod quantiles;
+mod se3;
+mod summary;
+
+pub use orthonormal::{independent, joined, least_squares, orthonormal, project_off};
+pub use se3::{left_jacobian, rotation_vector};
+pub use summary::{mean_rms_max, median};

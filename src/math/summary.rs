@@ -1,0 +1,23 @@
+//! Summaries of samples.
+
+/// Mean, root mean square and greatest of a set of magnitudes; zeros for none.
+pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {
+    let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
+    for value in values {
+        n += 1.0;
+        sum += value;
+        squares += value * value;
+        max = max.max(value.abs());
+    }
+    if n == 0.0 { [0.0; 3] } else { [sum / n, f64::sqrt(squares / n), max] }
+}
+
+/// Median; NaN for none.
+pub fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => values[n / 2],
+        n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
+    }
+}

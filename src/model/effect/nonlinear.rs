@@ -1,0 +1,140 @@
+//! Nonlinear parameters of effects: what an effect is not linear in, as named and typed values.
+//!
+//! A prediction is linear in the amounts of an effect, so that they are found by linear least squares. An order, a load, a
+//! time or an alternative is not: the effect declares it as a [`NonlinearParameter`], offers several values to the
+//! diagnosis, and an entry of a description states one. Numbers are SI unless the declaration says otherwise.
+
+use crate::description::raw::RawAmount;
+
+/// Declaration of a nonlinear parameter.
+#[derive(Debug, PartialEq)]
+pub struct NonlinearParameter {
+    /// Key in a description.
+    pub name: &'static str,
+    /// What its value is.
+    pub kind: NonlinearKind,
+    /// Value where an entry states none; without one it must be stated.
+    pub default: Option<NonlinearValue>,
+    /// A choice that another parameter must have for this one to exist: its name and value.
+    pub only_with: Option<(&'static str, &'static str)>,
+    /// One line of documentation.
+    pub meaning: &'static str,
+}
+
+/// What a nonlinear parameter can be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NonlinearKind {
+    /// One of several words.
+    Choice(&'static [&'static str]),
+    /// A number.
+    Real {
+        /// Its unit.
+        unit: &'static str,
+        /// Whether values between those offered make sense, so that the diagnosis refines it.
+        is_continuous: bool,
+    },
+    /// A whole number from 1 to this one.
+    Count(usize),
+    /// An actuated variable, by its name; or by its place among the variables, counted from 0.
+    Variable,
+}
+
+/// Value of a nonlinear parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NonlinearValue {
+    /// The word chosen.
+    Choice(&'static str),
+    /// A number.
+    Real(f64),
+    /// A whole number.
+    Count(usize),
+    /// An actuated variable, by its index.
+    Variable(usize),
+}
+
+impl NonlinearParameter {
+    /// The value that an entry states, `variables` being the names of the actuated variables.
+    ///
+    /// # Errors
+    /// What is accepted instead.
+    pub(in crate::model) fn read(&self, given: &RawAmount, variables: &[&str]) -> Result<NonlinearValue, String> {
+        let value = match (self.kind, given) {
+            (NonlinearKind::Choice(words), RawAmount::Name(name)) => {
+                words.iter().find(|word| *word == name).map(|word| NonlinearValue::Choice(word))
+            }
+            (NonlinearKind::Real { .. }, RawAmount::Number(value)) => Some(NonlinearValue::Real(*value)),
+            (NonlinearKind::Count(most), RawAmount::Number(value)) => {
+                (1..=most).find(|count| *count as f64 == *value).map(NonlinearValue::Count)
+            }
+            (NonlinearKind::Variable, RawAmount::Number(value)) => {
+                (0..variables.len()).find(|index| *index as f64 == *value).map(NonlinearValue::Variable)
+            }
+            (NonlinearKind::Variable, RawAmount::Name(name)) => {
+                variables.iter().position(|known| known == name).map(NonlinearValue::Variable)
+            }
+            _ => None,
+        };
+        value.ok_or_else(|| match self.kind {
+            NonlinearKind::Choice(words) => format!("write one of: {}", words.join(", ")),
+            NonlinearKind::Real { unit, .. } => format!("write a number ({unit})"),
+            NonlinearKind::Count(most) => format!("write a whole number from 1 to {most}"),
+            NonlinearKind::Variable => format!("write one of the variables: {}", variables.join(", ")),
+        })
+    }
+}
+
+/// Values of the nonlinear parameters of an effect, in the order of their declarations; empty for an effect without.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Nonlinear(Vec<(&'static NonlinearParameter, NonlinearValue)>);
+
+impl Nonlinear {
+    /// These values.
+    pub fn new(values: impl IntoIterator<Item = (&'static NonlinearParameter, NonlinearValue)>) -> Self {
+        Self(values.into_iter().collect())
+    }
+
+    /// The values alone, in order.
+    pub fn values(&self) -> Vec<NonlinearValue> {
+        self.0.iter().map(|(_, value)| *value).collect()
+    }
+
+    /// The number of the parameter that can be refined, if there is one.
+    pub fn continuous(&self) -> Option<f64> {
+        self.0.iter().find_map(|(parameter, value)| match (parameter.kind, value) {
+            (NonlinearKind::Real { is_continuous: true, .. }, NonlinearValue::Real(value)) => Some(*value),
+            _ => None,
+        })
+    }
+
+    /// The same with another value of the parameter that can be refined.
+    #[must_use]
+    pub fn with_continuous(mut self, value: f64) -> Self {
+        for (parameter, known) in &mut self.0 {
+            if matches!(parameter.kind, NonlinearKind::Real { is_continuous: true, .. }) {
+                *known = NonlinearValue::Real(value);
+            }
+        }
+        self
+    }
+
+    /// Names, units and values as they are written, `variables` being the names of the actuated variables.
+    pub fn written(&self, variables: &[&str]) -> Vec<(&'static str, &'static str, RawAmount)> {
+        let one = |(parameter, value): &(&'static NonlinearParameter, NonlinearValue)| {
+            let unit = match parameter.kind {
+                NonlinearKind::Real { unit, .. } => unit,
+                _ => "",
+            };
+            let value = match *value {
+                NonlinearValue::Choice(word) => RawAmount::Name(word.into()),
+                NonlinearValue::Real(value) => RawAmount::Number(value),
+                NonlinearValue::Count(count) => RawAmount::Number(count as f64),
+                NonlinearValue::Variable(index) => match variables.get(index) {
+                    Some(name) => RawAmount::Name((*name).into()),
+                    None => RawAmount::Number(index as f64),
+                },
+            };
+            (parameter.name, unit, value)
+        };
+        self.0.iter().map(one).collect()
+    }
+}

@@ -1,0 +1,99 @@
+//! What an effect may look at in a reading, and what it may change there.
+//!
+//! Lengths in m, angles in rad, loads in N and N.m; the measured point and the base in the measurement frame.
+
+use indexmap::IndexMap;
+use nalgebra::Vector3;
+
+use super::site::Site;
+use crate::parameter::Slot;
+
+/// What one unit of an effect's parameter changes in a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// A joint (by its variable) stands elsewhere than commanded, rad or m of the joint. Where a reading is the
+    /// difference of two at one pose, it cancels.
+    Joint(usize, f64),
+    /// A joint deflects under load, rad or m: only what the applied wrench adds counts in a difference.
+    Deflection(usize, f64),
+    /// A parameter of the model has another value in this reading, SI.
+    Slot(Slot, f64),
+    /// The measured point is displaced (m) and the tool turned (rad), measurement frame.
+    Point(Vector3<f64>, Vector3<f64>),
+}
+
+/// The changes of a reading by one unit of each parameter: the index of the parameter, and what it changes. Made once
+/// for an effect at a site ([`super::Effect::changes`]) and evaluated for every reading: it must not allocate.
+pub type Changes = std::sync::Arc<dyn Fn(&ReadingContext, &mut Vec<(usize, Change)>) + Send + Sync>;
+
+/// A quantity of the surroundings that an effect reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Condition {
+    /// Time of the reading.
+    Time,
+    /// Temperature, of the site where it is measured there.
+    Temperature,
+    /// Side from which each variable approached its value.
+    Approach,
+}
+
+/// The state of the robot and its surroundings in one reading.
+#[derive(Debug, Clone)]
+pub struct ReadingContext<'a> {
+    /// Actuated variables, rad or m.
+    pub q: &'a [f64],
+    /// Joint values by frame, rad or m.
+    pub joints: &'a [f64],
+    /// Load on the joint of each variable under own weight and the applied wrench, N.m or N.
+    pub load: &'a [f64],
+    /// The same under own weight alone.
+    pub own_load: &'a [f64],
+    /// Side of approach of each variable, +1 or -1; 0 where it is not known.
+    pub side: &'a [f64],
+    /// s from the start, where known.
+    pub time: Option<f64>,
+    /// Temperature of the reading, degC or K as given, where known; of the effect's site where that is measured.
+    pub temperature: Option<f64>,
+    /// Measured point, measurement frame, m (of a deflection: where it is, not how far it moves).
+    pub position: Vector3<f64>,
+    /// Origin of the base in the measurement frame, m.
+    pub base: Vector3<f64>,
+    /// Displacement by the applied wrench alone, measurement frame, m.
+    pub deflection: Vector3<f64>,
+    /// The reading is the loaded position less the unloaded one.
+    pub is_difference: bool,
+}
+
+impl ReadingContext<'_> {
+    /// A function of the load on the joint of a variable, as it shows in this reading: of a difference, what the applied
+    /// wrench adds to it.
+    pub fn of_load(&self, variable: usize, law: impl Fn(f64) -> f64) -> f64 {
+        law(self.load[variable]) - if self.is_difference { law(self.own_load[variable]) } else { 0.0 }
+    }
+}
+
+/// What a campaign offers, for effects to choose by which nonlinear values to try.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Survey {
+    /// Greatest load on the joint of each variable, N.m or N.
+    pub greatest_load: Vec<f64>,
+    /// Greatest load of own weight alone on the joint of each variable, N.m or N.
+    pub greatest_own_load: Vec<f64>,
+    /// Times of the configurations in order, s; empty where not known.
+    pub times: Vec<f64>,
+    /// Mean temperature by the name of its column ([`super::Site::temperature_columns`]); none where it does not vary.
+    pub temperatures: IndexMap<String, Option<f64>>,
+    /// Variables whose side of approach is known and not always the same.
+    pub sides: Vec<bool>,
+    /// Whether a wrench is applied.
+    pub loaded: bool,
+    /// Readings are differences.
+    pub is_difference: bool,
+}
+
+impl Survey {
+    /// Mean of the temperature that a site has, where it is known and varies.
+    pub fn mean_temperature(&self, site: &Site) -> Option<f64> {
+        site.temperature_columns().iter().find_map(|name| self.temperatures.get(name)).copied().flatten()
+    }
+}

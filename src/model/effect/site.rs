@@ -1,0 +1,46 @@
+//! Where an effect can sit: a frame, joint, link or actuator of the robot, its base, its tool, or the instrument.
+
+use crate::description::robot::FrameIndex;
+
+/// Kinds of site.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SiteKind {
+    /// `frame:<n>`
+    Frame,
+    /// `joint:<n>`: one that an actuated variable moves.
+    Joint,
+    /// `link:<n>`: the body that moves with frame n.
+    Link,
+    /// `actuator:<name>`
+    Actuator,
+    /// `base`
+    Base,
+    /// `tool`
+    Tool,
+    /// `instrument`
+    Instrument,
+}
+
+/// A site on a robot.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Site {
+    /// As written: `joint:2`, `base`.
+    pub name: String,
+    /// Its kind.
+    pub kind: SiteKind,
+    /// Its frame, of a frame, joint or link; the driven joint's of an actuator.
+    pub frame: FrameIndex,
+    /// The variable that moves the joint, or the actuator's.
+    pub variable: usize,
+    /// The actuator, by index in [`Model::actuators`].
+    pub actuator: usize,
+}
+
+impl Site {
+    /// Names of the columns that may hold its temperature, the most specific first: `temperature.joint:2`,
+    /// `temperature.2`, `temperature`.
+    pub fn temperature_columns(&self) -> [String; 3] {
+        let owner = self.name.rsplit(':').next().unwrap_or(&self.name);
+        [format!("temperature.{}", self.name), format!("temperature.{owner}"), "temperature".into()]
+    }
+}

@@ -1,0 +1,234 @@
+//! The one place where an entry of `effects:` is resolved against a robot and its catalogue, validated, and switched on.
+//!
+//! Amounts are SI. They become parameters of the registry, named `effect@site.symbol`; those of an effect that is nothing
+//! but constants of the model shift these constants instead.
+
+use indexmap::IndexMap;
+
+use super::site::{Site, SiteKind};
+use super::tags::named_choices;
+use super::{Nonlinear, NonlinearParameter, NonlinearValue};
+use crate::description::raw::{JointKind, RawAmount, RawEffect};
+use crate::description::robot::Motion;
+use crate::diagnostic::Diagnostic;
+use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Model, SwitchedOn};
+use crate::parameter::{Group, Kind, Parameter, Slot};
+
+impl EffectEntry {
+    /// As it is written into a description.
+    pub fn raw(&self, model: &Model) -> RawEffect {
+        let amounts = self.amounts.iter().map(|(symbol, value)| (symbol.clone(), RawAmount::Number(*value)));
+        let nonlinear = self.nonlinear.written(&model.variable_names());
+        RawEffect {
+            effect: Some(self.effect.name().into()),
+            site: Some(self.site.name.clone()),
+            parameters: amounts.chain(nonlinear.into_iter().map(|(name, _, value)| (name.into(), value))).collect(),
+        }
+    }
+
+    /// A warning where the entry has no amount, or one that makes a parameter negative that cannot be.
+    pub fn doubt(&self, model: &Model) -> Option<Diagnostic> {
+        let parameters = self.effect.parameters(model, &self.site, &self.nonlinear);
+        if !parameters.is_empty() && self.amounts.is_empty() {
+            let symbols: Vec<&str> = parameters.iter().map(|parameter| parameter.symbol.as_str()).collect();
+            let message = format!("`{}` has no amount, and changes nothing", self.effect.name());
+            return Some(
+                Diagnostic::warning(message).remedy(format!("give its parameters (SI): {}", symbols.join(", "))),
+            );
+        }
+        parameters.iter().filter(|parameter| parameter.is_positive).find_map(|parameter| {
+            let (symbol, unit, amount) = (&parameter.symbol, parameter.unit, *self.amounts.get(&parameter.symbol)?);
+            let declared = model.registry.slot(symbol).map_or(0.0, |slot| model.registry[slot].nominal);
+            (declared + amount < 0.0).then(|| {
+                let sum = declared + amount;
+                Diagnostic::warning(format!("`{symbol}: {amount:e}` makes it {sum:e} {unit}, and it cannot be below 0"))
+                    .remedy(format!("the amount adds to what the description says, {declared:e} {unit}"))
+            })
+        })
+    }
+}
+
+impl Model {
+    /// Sites of a kind on this robot.
+    pub fn sites(&self, kind: SiteKind) -> Vec<Site> {
+        let site = |name: String, frame: usize, variable: usize, actuator: usize| Site {
+            name,
+            kind,
+            frame,
+            variable,
+            actuator,
+        };
+        let frames = || self.frames.iter().enumerate().skip(1);
+        match kind {
+            SiteKind::Frame => {
+                frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index, 0, 0)).collect()
+            }
+            SiteKind::Joint => frames()
+                .filter_map(|(index, frame)| {
+                    let variable = match frame.motion {
+                        Motion::Variable { index, .. } => index,
+                        Motion::Actuator(_) => self.actuators.iter().find(|actuator| actuator.joint == index)?.variable,
+                        _ => return None,
+                    };
+                    Some(site(format!("joint:{}", frame.name), index, variable, 0))
+                })
+                .collect(),
+            SiteKind::Link => frames()
+                .filter(|(_, frame)| frame.joint != JointKind::Fixed)
+                .map(|(index, frame)| site(format!("link:{}", frame.name), index, 0, 0))
+                .collect(),
+            SiteKind::Actuator => (0..)
+                .zip(&self.actuators)
+                .map(|(k, actuator)| site(format!("actuator:{}", actuator.name), actuator.joint, actuator.variable, k))
+                .collect(),
+            SiteKind::Base => vec![site("base".into(), 0, 0, 0)],
+            SiteKind::Tool => vec![site("tool".into(), self.tool.0, 0, 0)],
+            SiteKind::Instrument => vec![site("instrument".into(), 0, 0, 0)],
+        }
+    }
+
+    /// The sites at which this robot has the constants of an effect.
+    pub fn sites_with_constants(&self, effect: &dyn Effect) -> Vec<Site> {
+        let mut sites = self.sites(effect.sits_at());
+        sites.retain(|site| !effect.constants(self, site, &Nonlinear::default()).is_empty());
+        sites
+    }
+
+    /// Parameters of an effect that is nothing but constants of the model: their shifts.
+    pub fn shifts_of(&self, constants: &[Slot]) -> Vec<EffectParameter> {
+        let of = |parameter: &Parameter| EffectParameter {
+            is_positive: parameter.bounds[0] == 0.0,
+            ..EffectParameter::new(&parameter.name, parameter.kind.unit(), parameter.tolerance)
+        };
+        constants.iter().map(|&slot| of(&self.registry[slot])).collect()
+    }
+
+    /// Slots of the names that this robot has.
+    pub fn slots_named(&self, names: impl IntoIterator<Item = String>) -> Vec<Slot> {
+        names.into_iter().filter_map(|name| self.registry.slot(&name)).collect()
+    }
+
+    /// Names of the actuated variables.
+    pub fn variable_names(&self) -> Vec<&str> {
+        self.variables.iter().map(|variable| variable.name.as_str()).collect()
+    }
+
+    /// Resolves an entry of `effects:` against this robot and its catalogue; what versions up to 0.1 wrote is read too.
+    ///
+    /// # Errors
+    /// An unknown effect, site or parameter, or a value that cannot be; the path is relative to the entry.
+    pub fn resolve_effect(&self, raw: &RawEffect) -> Result<EffectEntry, Fault> {
+        let raw = &named_choices(raw);
+        let lacks = |message: String| Fault::new(&[], Diagnostic::error(message));
+        let name = raw.effect.as_deref().ok_or_else(|| lacks("an effect lacks its name, `effect`".into()))?;
+        let Some(effect) = self.catalogue.get(name) else {
+            let diagnostic = Diagnostic::error(format!("unknown effect `{name}`"));
+            return Err(Fault::new(&["effect"], diagnostic.suggest(name, self.catalogue.names())));
+        };
+        let at = raw.site.as_deref().ok_or_else(|| lacks(format!("effect `{name}` lacks its `site`")))?;
+        let sites = effect.sites(self);
+        let Some(site) = sites.iter().find(|known| known.name == at) else {
+            let known: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
+            let known = if known.is_empty() { "nowhere on this robot".into() } else { known.join(", ") };
+            let diagnostic = Diagnostic::error(format!("`{name}` cannot sit at `{at}`"));
+            return Err(Fault::new(&["site"], diagnostic.remedy(format!("it can sit at: {known}"))));
+        };
+        let (nonlinear, amounts) = self.stated(effect.as_ref(), site, &raw.parameters)?;
+        Ok(EffectEntry { effect: effect.clone(), site: site.clone(), nonlinear, amounts })
+    }
+
+    /// Nonlinear values and amounts that an entry states, all known and possible.
+    fn stated(
+        &self,
+        effect: &dyn Effect,
+        site: &Site,
+        given: &IndexMap<String, RawAmount>,
+    ) -> Result<(Nonlinear, IndexMap<String, f64>), Fault> {
+        let name = effect.name();
+        let fault = |key: &str, message: String, remedy: String| {
+            Fault::new(&["parameters", key], Diagnostic::error(message).remedy(remedy))
+        };
+        let finite = |value: &RawAmount| !matches!(value, RawAmount::Number(value) if !value.is_finite());
+        if let Some((key, value)) = given.iter().find(|(_, value)| !finite(value)) {
+            let message = format!("`{value}` where a finite number is needed");
+            return Err(Fault::new(&["parameters", key], Diagnostic::error(message)));
+        }
+        let mut values: Vec<(&'static NonlinearParameter, NonlinearValue)> = Vec::new();
+        for parameter in effect.nonlinear_parameters() {
+            let chosen = |(other, word): (&str, &'static str)| {
+                values.iter().any(|(known, value)| known.name == other && *value == NonlinearValue::Choice(word))
+            };
+            if !parameter.only_with.is_none_or(chosen) {
+                continue;
+            }
+            let value = match (given.get(parameter.name), parameter.default) {
+                (Some(stated), _) => parameter.read(stated, &self.variable_names()).map_err(|remedy| {
+                    fault(parameter.name, format!("`{}: {stated}` of `{name}`", parameter.name), remedy)
+                })?,
+                (None, Some(default)) => default,
+                (None, None) => {
+                    let message = format!("`{name}` lacks `{}`", parameter.name);
+                    let diagnostic = Diagnostic::error(message).remedy(format!("give {}", parameter.meaning));
+                    return Err(Fault::new(&["parameters"], diagnostic));
+                }
+            };
+            values.push((parameter, value));
+        }
+        let mut symbols: Vec<String> = values.iter().map(|(known, _)| known.name.to_string()).collect();
+        let nonlinear = Nonlinear::new(values);
+        let parameters = effect.parameters(self, site, &nonlinear);
+        let mut amounts = IndexMap::new();
+        for (key, value) in given {
+            match (parameters.iter().find(|known| known.symbol == *key), value) {
+                (Some(_), RawAmount::Number(value)) => {
+                    amounts.insert(key.clone(), *value);
+                }
+                (Some(known), RawAmount::Name(_)) => {
+                    let message = format!("`{key}: {value}` of `{name}`");
+                    return Err(fault(key, message, format!("write a number ({})", known.unit)));
+                }
+                (None, _) if symbols.contains(key) || symbols.is_empty() && parameters.is_empty() => {}
+                (None, _) => {
+                    symbols.extend(parameters.into_iter().map(|known| known.symbol));
+                    let remedy = format!("its parameters (SI): {}", symbols.join(", "));
+                    return Err(fault(key, format!("`{name}` has no parameter `{key}`"), remedy));
+                }
+            }
+        }
+        Ok((nonlinear, amounts))
+    }
+
+    /// Switches an effect on: its amounts join the registry, or shift the constants of the model that it consists of.
+    pub fn switch_on(&mut self, entry: EffectEntry) {
+        let owner = format!("{}@{}", entry.effect.name(), entry.site.name);
+        let alike = |known: &&SwitchedOn| {
+            known.entry.effect.name() == entry.effect.name() && known.entry.site.name == entry.site.name
+        };
+        let owner = match self.effects.iter().filter(alike).count() {
+            0 => owner,
+            before => format!("{owner}#{}", before + 1),
+        };
+        let constants = entry.effect.constants(self, &entry.site, &entry.nonlinear);
+        let mut slots: IndexMap<&str, Slot> = IndexMap::new();
+        for (symbol, &nominal) in entry.amounts.iter().filter(|_| constants.is_empty()) {
+            let parameter = Parameter {
+                name: format!("{owner}.{symbol}"),
+                kind: Kind::Other("SI"),
+                group: Group::Effect,
+                nominal,
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+                tolerance: 1.0,
+                free: false,
+                closing: false,
+                inverted: false,
+            };
+            slots.insert(symbol, self.registry.add(parameter));
+        }
+        let parameters = entry.effect.parameters(self, &entry.site, &entry.nonlinear);
+        let own = |parameter: &EffectParameter| slots.get(parameter.symbol.as_str()).copied();
+        let slots = if constants.is_empty() { parameters.iter().map(own).collect() } else { Vec::new() };
+        let amount = |slot: Slot| entry.amounts.get(&self.registry[slot].name).copied().unwrap_or_default();
+        let shifts = constants.into_iter().map(|slot| (slot, amount(slot))).collect();
+        self.effects.push(SwitchedOn { entry, parameters, slots, shifts });
+    }
+}

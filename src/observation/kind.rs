@@ -1,0 +1,226 @@
+//! What a kind of reading must say about itself, and what the model tells it of a measured point.
+//!
+//! Quantities are SI (m, rad); vectors have the axes of the measurement frame unless said otherwise. Rotations of a point
+//! are spatial (left) rotation vectors, so that residuals of orientations are to first order what derivatives describe
+//! (Barfoot, *State Estimation for Robotics*, sec. 7.1).
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::parameter::Kind;
+
+/// Greatest number of rows of one reading.
+pub const MOST_ROWS: usize = 6;
+
+/// One number for each row of a reading, lengths before angles; zero beyond the kind's number of rows.
+pub type Rows = [f64; MOST_ROWS];
+
+/// A column of measured values in a CSV file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ValueColumn {
+    /// Its name.
+    pub name: &'static str,
+    /// What it measures: says the unit in which files write it.
+    pub kind: Kind,
+}
+
+impl ValueColumn {
+    /// A column of lengths.
+    pub const fn length(name: &'static str) -> Self {
+        Self { name, kind: Kind::Length }
+    }
+
+    /// A column of angles, or of the components of a rotation vector.
+    pub const fn angle(name: &'static str) -> Self {
+        Self { name, kind: Kind::Angle }
+    }
+}
+
+/// Columns of a position.
+pub const XYZ: [ValueColumn; 3] = [ValueColumn::length("x"), ValueColumn::length("y"), ValueColumn::length("z")];
+
+/// What the model predicts of a measured point (a marker or the tool centre point).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredPoint {
+    /// Position with nothing deflected, m.
+    pub undeflected: Vector3<f64>,
+    /// Displacement by load, own weight and effects, m.
+    pub displacement: Vector3<f64>,
+    /// Orientation of the tool, deflected.
+    pub orientation: Rotation3<f64>,
+    /// The fixed point to which a distance is measured, m; the origin for kinds without one.
+    pub anchor: Vector3<f64>,
+}
+
+impl MeasuredPoint {
+    /// Position, deflected, m.
+    pub fn position(&self) -> Vector3<f64> {
+        self.undeflected + self.displacement
+    }
+}
+
+/// Displacement (m) and rotation vector (rad) of a point, or their derivatives by a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Twist {
+    /// Displacement.
+    pub displacement: Vector3<f64>,
+    /// Rotation vector.
+    pub rotation: Vector3<f64>,
+}
+
+impl Twist {
+    /// No motion.
+    pub fn zero() -> Self {
+        Self::new(Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// A displacement and a rotation vector.
+    pub fn new(displacement: Vector3<f64>, rotation: Vector3<f64>) -> Self {
+        Self { displacement, rotation }
+    }
+}
+
+/// Derivative of a measured point by one parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointDerivative {
+    /// Of the undeflected point, as the frames that carry it move.
+    pub undeflected: Twist,
+    /// Of its displacement and rotation by load.
+    pub deflection: Twist,
+}
+
+impl PointDerivative {
+    /// The frames move, and the deflection stays.
+    pub fn of_frames(undeflected: Twist) -> Self {
+        Self { undeflected, deflection: Twist::zero() }
+    }
+
+    /// The deflection changes, and the frames stay.
+    pub fn of_deflection(deflection: Twist) -> Self {
+        Self { undeflected: Twist::zero(), deflection }
+    }
+
+    /// Of the deflected point.
+    pub fn total(&self) -> Twist {
+        Twist::new(
+            self.undeflected.displacement + self.deflection.displacement,
+            self.undeflected.rotation + self.deflection.rotation,
+        )
+    }
+}
+
+/// The instrument's noise, one sigma.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Of a coordinate by axis, m; of a distance the first (a file gives one number there).
+    pub position: [f64; 3],
+    /// Of a component of a rotation vector, rad.
+    pub orientation: f64,
+}
+
+/// What the readings of a kind are made for: it decides what is estimated where nobody says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// Geometry and joint offsets.
+    Geometry,
+    /// Stiffness: geometry shows in the readings only through the deflection.
+    Stiffness,
+}
+
+/// A kind of reading.
+pub trait Observation: Sync {
+    /// Its name in files, `observes: <name>`, and on the command line.
+    fn name(&self) -> &'static str;
+
+    /// One sentence about it, for the JSON Schema and the help.
+    fn about(&self) -> &'static str;
+
+    /// Columns of the measured values, lengths first, in the order of [`Rows`].
+    fn columns(&self) -> &'static [ValueColumn];
+
+    /// Number of residuals of a reading.
+    fn rows(&self) -> usize {
+        self.columns().len()
+    }
+
+    /// Number of residuals that are lengths, m; they come first.
+    fn length_rows(&self) -> usize {
+        self.columns().iter().filter(|column| column.kind == Kind::Length).count()
+    }
+
+    /// Whether the orientation of the tool shows: then the tool has 6 parameters, else 3, and residuals behind the
+    /// lengths are a rotation vector, rad.
+    fn sees_orientation(&self) -> bool {
+        false
+    }
+
+    /// The text column that names the fixed point of a reading ([`MeasuredPoint::anchor`]), for kinds that need one.
+    fn anchor_column(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Whether a reading is the difference of two at one configuration, with and without the wrench: then own weight and
+    /// the pose of the base drop out, and readings without load say nothing.
+    fn is_difference(&self) -> bool {
+        false
+    }
+
+    /// What is usually estimated from it.
+    fn purpose(&self) -> Purpose {
+        Purpose::Geometry
+    }
+
+    /// Name of one residual in reports, in the plural.
+    fn residuals_named(&self) -> &'static str {
+        "coordinates"
+    }
+
+    /// A value that cannot be measured: its column, and what it must be.
+    fn fault(&self, _measured: &Rows) -> Option<(&'static str, &'static str)> {
+        None
+    }
+
+    /// The measured position of the point, m, where the reading holds it: base and markers can then be fitted point by
+    /// point.
+    fn measured_position(&self, _measured: &Rows) -> Option<Vector3<f64>> {
+        None
+    }
+
+    /// The measured orientation of the tool, where the reading holds it.
+    fn measured_orientation(&self, _measured: &Rows) -> Option<Rotation3<f64>> {
+        None
+    }
+
+    /// What an ideal instrument would read, as columns.
+    fn value(&self, point: &MeasuredPoint) -> Rows;
+
+    /// Measured minus predicted, m and rad.
+    fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
+        let value = self.value(point);
+        std::array::from_fn(|k| measured[k] - value[k])
+    }
+
+    /// Derivative of the prediction by a parameter, with the sign of [`Observation::residual`]'s `measured`.
+    fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows;
+
+    /// One sigma of each row, m and rad.
+    fn sigmas(&self, noise: &Noise) -> Rows;
+
+    /// Adds noise to an ideal reading; `normal` draws standard normal numbers, in the order of rows.
+    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
+        let sigmas = self.sigmas(noise);
+        for (value, sigma) in measured.iter_mut().zip(sigmas).take(self.rows()) {
+            *value += sigma * normal();
+        }
+    }
+
+    /// Whether residuals of two readings of one configuration may be compared: neither shares a measurement with the
+    /// other, and both look along the same direction.
+    fn is_comparable(&self, _same_point: bool, _same_anchor: bool) -> bool {
+        true
+    }
+}
+
+/// A vector in the first three rows.
+pub fn rows_of(vector: &Vector3<f64>) -> Rows {
+    [vector.x, vector.y, vector.z, 0.0, 0.0, 0.0]
+}

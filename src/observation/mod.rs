@@ -1,0 +1,96 @@
+//! Kinds of readings: one file each says how it is written in files, what it reads of a measured point, how that changes
+//! with the point, and its noise. To add a kind: its file, and its line in [`FAMILY`]; nothing else in the program asks which
+//! kind a campaign has. SI throughout; vectors have the axes of the measurement frame.
+
+mod deflection;
+mod distance;
+mod kind;
+mod pose;
+mod position;
+
+use std::borrow::Cow;
+use std::sync::LazyLock;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+pub use kind::{
+    MOST_ROWS, MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, Twist, ValueColumn, XYZ, rows_of,
+};
+
+/// The kind of a campaign's readings: a handle on an [`Observation`], equal by name.
+#[derive(Clone, Copy)]
+pub struct Observes(&'static dyn Observation);
+
+/// Position of a marker or the tool centre point.
+pub const POSITION: Observes = Observes(&position::Position);
+/// Position and orientation of the tool.
+pub const POSE: Observes = Observes(&pose::Pose);
+/// Loaded position minus unloaded position.
+pub const DEFLECTION: Observes = Observes(&deflection::Deflection);
+/// Length from a fixed anchor.
+pub const DISTANCE: Observes = Observes(&distance::Distance);
+
+/// All kinds, in the order in which help and schema list them.
+pub const FAMILY: [Observes; 4] = [POSITION, POSE, DEFLECTION, DISTANCE];
+
+static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
+
+impl Observes {
+    /// A handle on a kind, which need not be in [`FAMILY`].
+    pub const fn new(kind: &'static dyn Observation) -> Self {
+        Self(kind)
+    }
+
+    /// A kind of the family by its name in files.
+    pub fn named(name: &str) -> Option<Self> {
+        FAMILY.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+impl std::ops::Deref for Observes {
+    type Target = dyn Observation;
+
+    fn deref(&self) -> &Self::Target {
+        self.0
+    }
+}
+
+impl PartialEq for Observes {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl std::fmt::Debug for Observes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Serialize for Observes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Observes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = Cow::<str>::deserialize(deserializer)?;
+        Self::named(&name).ok_or_else(|| serde::de::Error::unknown_variant(&name, &NAMES))
+    }
+}
+
+impl JsonSchema for Observes {
+    fn schema_name() -> Cow<'static, str> {
+        "Observes".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let kinds: Vec<_> = FAMILY
+            .iter()
+            .map(|kind| json_schema!({"description": kind.about(), "type": "string", "const": kind.name()}))
+            .collect();
+        json_schema!({"description": "What a reading is.", "oneOf": kinds})
+    }
+}
