@@ -1,11 +1,10 @@
 //! Campaigns made by the model itself: prediction plus noise, for planning and for checks whose truth is known.
 
-use indexmap::IndexMap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, Conditions, Reading};
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::model::Model;
 use crate::observation::{MOST_ROWS, Noise, Observes, Purpose};
@@ -162,7 +161,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         variables: model.variables.len(),
         joints: Vec::new(),
         readings: Vec::new(),
-        conditions: IndexMap::new(),
+        conditions: Conditions::default(),
     };
     let unloaded = [[0.0; 6]];
     let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };
@@ -244,13 +243,12 @@ fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
     let times: Vec<f64> = (0..poses).map(|pose| PACE * (pose + 1) as f64).collect();
     let last = PACE * poses as f64;
     let warm: Vec<f64> = times.iter().map(|time| 35.0 - 15.0 * (-3.0 * time / last).exp()).collect();
-    let (time, temperature) = (by_pose(campaign, &times), by_pose(campaign, &warm));
-    campaign.conditions.insert("time".into(), time);
-    campaign.conditions.insert("temperature".into(), temperature);
-    for variable in &model.variables {
+    campaign.conditions.time = Some(by_pose(campaign, &times));
+    campaign.conditions.temperature = Some(by_pose(campaign, &warm));
+    for variable in 0..model.variables.len() {
         let sides: Vec<f64> = (0..poses).map(|_| if random.random::<bool>() { 1.0 } else { -1.0 }).collect();
         let sides = by_pose(campaign, &sides);
-        campaign.conditions.insert(format!("approach.{}", variable.name), sides);
+        campaign.conditions.set_sides(variable, sides);
     }
 }
 

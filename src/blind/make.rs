@@ -1,6 +1,5 @@
 //! Draws a machine, causes whose gap after calibration has a given size, and two campaigns of it.
 
-use indexmap::IndexMap;
 use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -12,7 +11,7 @@ use super::ground::{Ground, each_shows};
 use super::plant::Plant;
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, Conditions, Reading};
 use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -224,10 +223,10 @@ fn plan(
         variables: model.variables.len(),
         joints: Vec::new(),
         readings: Vec::new(),
-        conditions: IndexMap::new(),
+        conditions: Conditions::default(),
     };
     let none = [[0.0; 6]];
-    let mut conditions: IndexMap<String, Vec<f64>> = IndexMap::new();
+    let mut conditions = Conditions { approach: vec![None; model.variables.len()], ..Conditions::default() };
     for (pose, q) in configurations.iter().enumerate() {
         let time = (300.0 * (pose as f64 + late)).round();
         let share = time / (300.0 * poses as f64);
@@ -241,10 +240,10 @@ fn plan(
                 campaign.readings.push(Reading { row, pose, marker, measured: [0.0; 6], anchor: 0, wrench, check });
                 campaign.joints.extend_from_slice(q);
                 if !deflection {
-                    conditions.entry("time".into()).or_default().push(time);
-                    conditions.entry("temperature".into()).or_default().push((warm * 100.0).round() / 100.0);
-                    for (variable, side) in model.variables.iter().zip(&sides) {
-                        conditions.entry(format!("approach.{}", variable.name)).or_default().push(*side);
+                    conditions.time.get_or_insert_default().push(time);
+                    conditions.temperature.get_or_insert_default().push((warm * 100.0).round() / 100.0);
+                    for (column, side) in conditions.approach.iter_mut().zip(&sides) {
+                        column.get_or_insert_default().push(*side);
                     }
                 }
             }

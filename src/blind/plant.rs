@@ -78,7 +78,7 @@ impl Plant<'_> {
         let weights = masses(model, &values);
         let count = model.variables.len();
         let joints: Vec<usize> = (0..count).map(|v| joint_of(model, v)).collect();
-        let times = campaign.conditions.get("time");
+        let times = campaign.conditions.time.as_ref();
         let span = times.map_or(1.0, |all| all.iter().copied().fold(1.0, f64::max));
         let mut out = Vec::with_capacity(campaign.readings.len());
         let (mut still, mut there) = (Placements::default(), Placements::default());
@@ -114,11 +114,8 @@ impl Plant<'_> {
             let (rest_load, rates) = loads(&geometry, q, &joints, &weights, None)?;
             let (full_load, _) = loads(&geometry, q, &joints, &weights, Some((frame, point, force)))?;
             let angles: Vec<f64> = joints.iter().map(|&joint| still.joints[joint]).collect();
-            let side: Vec<f64> = model
-                .variables
-                .iter()
-                .map(|v| campaign.conditions.get(&format!("approach.{}", v.name)).map_or(0.0, |all| all[index]))
-                .collect();
+            let side: Vec<f64> =
+                (0..count).map(|v| campaign.conditions.sides(v).map_or(0.0, |all| all[index])).collect();
             let mut position = |load: &[f64], force: Vector3<f64>| -> Result<Vector3<f64>, PredictionError> {
                 let situation = Situation { q, joints: &angles, load, greatest: &greatest, side: &side, time };
                 let mut turned = q.to_vec();
@@ -189,7 +186,7 @@ impl Plant<'_> {
     }
 
     fn temperature(&self, campaign: &Campaign, time: f64) -> f64 {
-        let (Some(all), Some(times)) = (campaign.conditions.get("temperature"), campaign.conditions.get("time")) else {
+        let (Some(all), Some(times)) = (&campaign.conditions.temperature, &campaign.conditions.time) else {
             return COLD;
         };
         // Between the readings' times.

@@ -9,12 +9,14 @@ mod values;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Parser;
 use serde::Serialize;
 
 use crate::Error;
 use crate::diagnostic::Diagnostic;
+use crate::effects::Catalogue;
 use crate::files::Reader;
 use crate::render::diagnostics::render;
 use crate::render::table::Screen;
@@ -53,8 +55,14 @@ impl Output {
     }
 }
 
-/// Runs the command line of this process. Exit status 0 done, 1 not computed, 2 bad input.
+/// Runs the command line of this process with the standard effects. Exit status 0 done, 1 not computed, 2 bad input.
 pub fn main() -> ExitCode {
+    main_with(Catalogue::standard())
+}
+
+/// Runs the command line of this process with a catalogue of effects: that of a program with effects of its own, for which
+/// all commands then work.
+pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
     let arguments = Arguments::parse();
     let color = terminal::color();
     let screen = Screen::new(terminal::width().filter(|_| arguments.output.is_none()));
@@ -63,7 +71,7 @@ pub fn main() -> ExitCode {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
     }
     let terminal = Terminal { screen, quiet: arguments.quiet };
-    let session = Session { arguments: &arguments, terminal, reader: Reader::default() };
+    let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
     let delivered = run(&session).and_then(|output| {
         spare_inputs(&session, &output)?;
         if !arguments.quiet {

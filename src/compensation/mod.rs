@@ -13,7 +13,7 @@ mod path;
 pub use correct::{Corrected, correct};
 pub use coupling::{Balance, settle};
 pub use desired::{Asked, Controller, desire, six};
-pub use path::{Outcome, Point, Sides, compensate, derive_sides, predict_path};
+pub use path::{Outcome, Point, Sides, compensate, predict_path};
 
 use nalgebra::Vector3;
 

@@ -66,8 +66,8 @@ pub fn compensate(
     settings: &Settings,
 ) -> Result<Outcome, AssemblyError> {
     let mut path = path.clone();
-    let derived = model.variables.iter().any(|v| !path.conditions.contains_key(&format!("approach.{}", v.name)));
-    let own: Vec<String> = path.conditions.keys().filter(|name| name.starts_with("approach.")).cloned().collect();
+    let own = own_sides(model, &path);
+    let derived = own.contains(&false);
     let mut commands: Vec<Option<Vec<f64>>> =
         desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let mut sides = if derived { Sides::Derived } else { Sides::Given };
@@ -76,7 +76,7 @@ pub fn compensate(
     loop {
         round += 1;
         if derived {
-            derive_sides(model, &commands, &own, &mut path);
+            derive_sides(&commands, &own, &mut path);
         }
         let predictor = SinglePredictor::new(model, values, &path)?;
         let points: Vec<Result<Point, Refusal>> = desired
@@ -97,7 +97,7 @@ pub fn compensate(
         // Only an effect that looks at the side makes another round worth while.
         let settled =
             !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
-                derive_sides(model, &found, &own, &mut path);
+                derive_sides(&found, &own, &mut path);
                 path.conditions == before
             };
         if settled || round == ROUNDS {
@@ -120,9 +120,9 @@ pub fn predict_path(
     desired: &[Result<Desired, Refusal>],
     process: Option<&Process>,
 ) -> Result<Vec<Result<Balance, Refusal>>, AssemblyError> {
-    let own: Vec<String> = path.conditions.keys().filter(|name| name.starts_with("approach.")).cloned().collect();
+    let own = own_sides(model, path);
     let commands: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
-    derive_sides(model, &commands, &own, path);
+    derive_sides(&commands, &own, path);
     let predictor = SinglePredictor::new(model, values, path)?;
     let travel = travel(desired);
     let settled = desired.par_iter().enumerate().map_init(
@@ -206,14 +206,15 @@ fn travel(desired: &[Result<Desired, Refusal>]) -> Vec<Vector3<f64>> {
         .collect()
 }
 
+/// Whether the path gives the sides of approach of each variable.
+fn own_sides(model: &Model, path: &Campaign) -> Vec<bool> {
+    (0..model.variables.len()).map(|variable| path.conditions.sides(variable).is_some()).collect()
+}
+
 /// Writes the side from which each variable reaches each point (of the first: as if coming the way it leaves) into the
-/// conditions of a path, except those among `own`. A variable that stands keeps its side; 0 before it first moves.
-pub fn derive_sides(model: &Model, commands: &[Option<Vec<f64>>], own: &[String], path: &mut Campaign) {
-    for (k, variable) in model.variables.iter().enumerate() {
-        let name = format!("approach.{}", variable.name);
-        if own.contains(&name) {
-            continue;
-        }
+/// conditions of a path, except of variables whose sides are its `own`. A variable that stands keeps its side; 0 before it first moves.
+fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], path: &mut Campaign) {
+    for (k, _) in own.iter().enumerate().filter(|(_, own)| !**own) {
         let mut sides = vec![0.0; commands.len()];
         let mut side = 0.0;
         let mut last: Option<f64> = None;
@@ -233,6 +234,6 @@ pub fn derive_sides(model: &Model, commands: &[Option<Vec<f64>>], own: &[String]
         if let Some(first) = sides.iter().copied().find(|side| *side != 0.0) {
             sides.iter_mut().take_while(|side| **side == 0.0).for_each(|side| *side = first);
         }
-        path.conditions.insert(name, sides);
+        path.conditions.set_sides(k, sides);
     }
 }

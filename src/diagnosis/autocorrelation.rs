@@ -146,7 +146,7 @@ impl Residuals<'_> {
     }
 
     fn by_time(&self) -> Option<Case> {
-        let times = self.campaign.conditions.get("time")?;
+        let times = self.campaign.conditions.time.as_ref()?;
         let blocks = self.blocks(|_| 0);
         let time = |unit: usize| times[blocks.first[unit]];
         let mut order: Vec<usize> = (0..blocks.units.len()).collect();

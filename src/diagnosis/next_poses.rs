@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
 use super::result::NextPose;
 use super::rivals::Rival;
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, ConditionColumn, Reading};
 use crate::kinematics::Geometry;
 use crate::math::least_squares;
 use crate::simulation::{draw_configurations, generator};
@@ -51,10 +51,10 @@ fn trial(inputs: &Inputs, competition: &Competition) -> Option<Campaign> {
         for &wrench in &loads {
             trial.joints.extend_from_slice(q);
             trial.readings.push(Reading { pose: 0, row: pose + 1, wrench, ..*first });
-            for (name, all) in &mut trial.conditions {
-                let value = campaign.conditions[name][0];
+            for (column, (condition, all)) in trial.conditions.columns_mut().zip(campaign.conditions.columns()) {
                 // Sides of approach are free to choose; all else is as in the first reading.
-                all.push(if name.starts_with("approach") && pose % 2 == 1 { -value } else { value });
+                let is_turned = matches!(condition, ConditionColumn::Approach(_)) && pose % 2 == 1;
+                column.push(if is_turned { -all[0] } else { all[0] });
             }
         }
     }

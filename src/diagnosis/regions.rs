@@ -54,13 +54,9 @@ fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let force = |w: &[f64; 6]| (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]).sqrt();
     let values = campaign.readings.iter().map(|reading| force(&reading.wrench)).collect();
     features.push(Feature { name: "|f|".into(), unit: "N", size: 1.0, values });
-    for (name, values) in &campaign.conditions {
-        let unit = match name.as_str() {
-            "time" => "s",
-            n if n.starts_with("temperature") => "degC",
-            _ => "",
-        };
-        features.push(Feature { name: name.clone(), unit, size: 1.0, values: values.clone() });
+    for (condition, values) in campaign.conditions.columns() {
+        let name = condition.column(|variable| model.variables[variable].name.as_str());
+        features.push(Feature { name, unit: condition.unit(), size: 1.0, values: values.clone() });
     }
     features
 }

@@ -8,8 +8,7 @@ use crate::estimation::row_sigmas;
 pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
     let components = campaign.observes.length_rows();
     let sigmas = row_sigmas(campaign);
-    let sides: Vec<&Vec<f64>> =
-        campaign.conditions.iter().filter(|(name, _)| name.starts_with("approach.")).map(|(_, all)| all).collect();
+    let sides: Vec<&Vec<f64>> = campaign.conditions.approach.iter().flatten().collect();
     let is_repeat = |a: usize, b: usize| {
         let [one, other] = [&campaign.readings[a], &campaign.readings[b]];
         one.pose == other.pose

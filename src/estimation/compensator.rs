@@ -15,22 +15,35 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
-use crate::math::linear::cofactor;
+use super::covariance::Covariance;
+use crate::least_squares::{self, Bounds, EvaluationError, Problem, UsageError};
+use crate::math::left_jacobian;
+use crate::math::linear::{Svd, cofactor};
 use crate::math::quantiles::{normal95, t95};
 
-/// A value with the half width of its 95 % interval; NaN where the data leave nothing to judge it by.
+/// Ratio of the least to the greatest singular value (or of their squares) below which points or angles leave a direction
+/// open: rounding of measured coordinates is far above it.
+const DEGENERATE: f64 = 1e-9;
+
+/// A value with the half width of its 95 % interval, if the data leave anything to judge it by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
     /// SI.
     pub value: f64,
     /// SI.
-    pub ci95: f64,
+    pub ci95: Option<f64>,
 }
 
 /// Why a compensator cannot be found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct CompensatorError(pub String);
+
+impl From<UsageError> for CompensatorError {
+    fn from(error: UsageError) -> Self {
+        Self(error.to_string())
+    }
+}
 
 fn refuse<T>(message: impl Into<String>) -> Result<T, CompensatorError> {
     Err(CompensatorError(message.into()))
@@ -54,13 +67,14 @@ pub struct Mounting {
     pub circle: Circle,
     /// L, m.
     pub lever: Value,
-    /// ax and ay, m; none where no anchor was measured.
+    /// ax and ay, m; `None` where no anchor was measured.
     pub anchor: Option<[Value; 2]>,
-    /// Standard deviation of a coordinate about the fitted circles, m; NaN where nothing is left over.
-    pub sigma: f64,
+    /// Standard deviation of a coordinate about the fitted circles, m; `None` where there are no more coordinates than
+    /// unknowns.
+    pub sigma: Option<f64>,
 }
 
-/// L, ax and ay, m: all that the spring's law needs to know of its mounting.
+/// L, ax and ay, m: the mounting as the law of the spring takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triangle {
     /// L
@@ -141,21 +155,21 @@ pub fn circle(points: &[(f64, Vector3<f64>)]) -> Result<Circle, CompensatorError
     let unit = |q: f64| Vector3::new(q.cos(), q.sin(), 0.0);
     let mean = points.iter().map(|(_, p)| p).sum::<Vector3<f64>>() / n;
     let mean_unit = points.iter().map(|(q, _)| unit(*q)).sum::<Vector3<f64>>() / n;
-    let (mut moment, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
+    let (mut cross, mut spread) = (Matrix3::zeros(), Matrix3::zeros());
     for (q, p) in points {
         let u = unit(*q) - mean_unit;
-        moment += u * (p - mean).transpose();
+        cross += u * (p - mean).transpose();
         spread += u * u.transpose();
     }
     let turned = spread.symmetric_eigenvalues();
     let mut turned = [turned[0], turned[1], turned[2]];
     turned.sort_by(f64::total_cmp);
-    if turned[1] < 1e-9 * turned[2].max(f64::MIN_POSITIVE) || turned[2] < 1e-9 {
+    if turned[1] < DEGENERATE * turned[2].max(f64::MIN_POSITIVE) || turned[2] < DEGENERATE {
         return refuse("the angles of P1 are all the same, or only two: turn the joint further");
     }
-    let svd = moment.svd(true, true);
+    let svd = cross.svd(true, true);
     let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return refuse("the circle's directions cannot be separated") };
-    if svd.singular_values[1] < 1e-9 * svd.singular_values[0].max(f64::MIN_POSITIVE) {
+    if svd.singular_values[1] < DEGENERATE * svd.singular_values[0].max(f64::MIN_POSITIVE) {
         return refuse("the points of P1 lie on a line or in one place: they do not turn with the angles given");
     }
     let (u, v) = (u, v.transpose());
@@ -185,23 +199,23 @@ pub fn anchor(arcs: &[Vec<Vector3<f64>>]) -> Result<Vector3<f64>, CompensatorErr
         );
     }
     let middle = arcs.iter().flatten().sum::<Vector3<f64>>() / count as f64;
-    let (mut moment, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let (mut scatter, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for arc in arcs {
         let mean = arc.iter().sum::<Vector3<f64>>() / arc.len() as f64 - middle;
         let mean_square = arc.iter().map(|p| (p - middle).norm_squared()).sum::<f64>() / arc.len() as f64;
         for p in arc {
             let (p, square) = (p - middle - mean, (p - middle).norm_squared() - mean_square);
-            moment += p * p.transpose();
+            scatter += p * p.transpose();
             right += p * (0.5 * square);
         }
     }
     // Singular values of the stacked points are the roots of these, their directions the same.
     let mut directions: Vec<(f64, Vector3<f64>)> = {
-        let found = moment.symmetric_eigen();
+        let found = scatter.symmetric_eigen();
         (0..3).map(|k| (found.eigenvalues[k], found.eigenvectors.column(k).into_owned())).collect()
     };
     directions.sort_by(|a, b| b.0.total_cmp(&a.0));
-    if directions[1].0 < 1e-9 * directions[0].0.max(f64::MIN_POSITIVE) || directions[0].0 <= 0.0 {
+    if directions[1].0 < DEGENERATE * directions[0].0.max(f64::MIN_POSITIVE) || directions[0].0 <= 0.0 {
         return refuse("the reference points move along a line or not at all: no centre is seen from them");
     }
     let in_plane = directions[..2].iter().map(|(size, d)| d * (d.dot(&right) / size)).sum::<Vector3<f64>>();
@@ -214,99 +228,146 @@ pub fn anchor(arcs: &[Vec<Vector3<f64>>]) -> Result<Vector3<f64>, CompensatorErr
 /// # Errors
 /// As [`circle`] and [`anchor`].
 pub fn mounting(points: &[(f64, Vector3<f64>)], arcs: &[Vec<Vector3<f64>>]) -> Result<Mounting, CompensatorError> {
-    let mut found = circle(points)?;
-    let mut hung = [0.0; 2];
-    let mut rings: Vec<[f64; 2]> = Vec::new();
+    let circle = circle(points)?;
+    let mut start = Circles { circle, anchor: [0.0; 2], rings: Vec::new() };
     if !arcs.is_empty() {
-        let local = found.axes.transpose() * (anchor(arcs)? - found.centre);
-        hung = [local.x, local.y];
-        rings = arcs.iter().map(|arc| ring(&found, hung, arc)).collect();
+        let local = circle.axes.transpose() * (anchor(arcs)? - circle.centre);
+        start.anchor = [local.x, local.y];
+        start.rings = arcs.iter().map(|arc| ring(&circle, start.anchor, arc)).collect();
     }
-    let rows = 3 * points.len() + 2 * arcs.iter().map(Vec::len).sum::<usize>();
-    let columns = 7 + if arcs.is_empty() { 0 } else { 2 + 2 * arcs.len() };
-    let (mut residual, mut jacobian) = (DVector::zeros(rows), DMatrix::zeros(rows, columns));
-    for _ in 0..50 {
-        linearise(&found, hung, &rings, points, arcs, &mut residual, &mut jacobian);
-        let scale = DVector::from_iterator(columns, jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)));
-        let scaled = DMatrix::from_fn(rows, columns, |i, j| jacobian[(i, j)] / scale[j]);
-        let Ok(step) = scaled.svd(true, true).solve(&residual, 1e-12) else { break };
-        let step = step.component_div(&scale);
-        found.axes = Rotation3::new(Vector3::new(step[0], step[1], step[2])).matrix() * found.axes;
-        found.centre += Vector3::new(step[3], step[4], step[5]);
-        found.radius += step[6];
-        if !arcs.is_empty() {
-            hung = [hung[0] + step[7], hung[1] + step[8]];
-            for (k, ring) in rings.iter_mut().enumerate() {
-                *ring = [ring[0] + step[9 + 2 * k], ring[1] + step[10 + 2 * k]];
-            }
-        }
-        if step.norm() < 1e-13 {
-            break;
-        }
-    }
-    linearise(&found, hung, &rings, points, arcs, &mut residual, &mut jacobian);
-    let degrees = rows as f64 - columns as f64;
-    let sigma = if degrees > 0.0 { residual.norm() / degrees.sqrt() } else { f64::NAN };
-    let cofactor = cofactor(&jacobian);
-    let value = |value: f64, k: usize| Value { value, ci95: t95(degrees) * sigma * cofactor[(k, k)].max(0.0).sqrt() };
-    let anchor = (!arcs.is_empty()).then(|| [value(-hung[1], 8), value(-hung[0], 7)]);
-    Ok(Mounting { circle: found, lever: value(found.radius, 6), anchor, sigma })
+    let problem = Distances { start, points, arcs };
+    let n = problem.parameters();
+    let limits = least_squares::Settings::default();
+    let found = least_squares::minimize(&problem, &vec![0.0; n], &Bounds::none(n), &limits)?;
+    let determined = found.residual.len() > n;
+    let covariance = determined.then(|| Covariance::new(&found.residual, &found.jacobian, &found.weights, 0));
+    let half_widths = covariance.as_ref().map(Covariance::ci95);
+    let value = |value: f64, k: usize| Value { value, ci95: half_widths.as_ref().map(|all| all[k]) };
+    let Circles { circle, anchor, .. } = problem.at(&found.x);
+    Ok(Mounting {
+        circle,
+        lever: value(circle.radius, 6),
+        anchor: (!arcs.is_empty()).then(|| [value(-anchor[1], 8), value(-anchor[0], 7)]),
+        sigma: covariance.map(|covariance| covariance.noise_ratio),
+    })
 }
 
-/// Radius about the anchor and height along the axis of a reference point's arc.
-fn ring(circle: &Circle, hung: [f64; 2], arc: &[Vector3<f64>]) -> [f64; 2] {
+/// Radius about the anchor and height along the axis of a reference point's arc, m.
+fn ring(circle: &Circle, anchor: [f64; 2], arc: &[Vector3<f64>]) -> [f64; 2] {
     let mut mean = [0.0; 2];
     for p in arc {
         let d = circle.axes.transpose() * (p - circle.centre);
-        mean[0] += (d.x - hung[0]).hypot(d.y - hung[1]) / arc.len() as f64;
+        mean[0] += (d.x - anchor[0]).hypot(d.y - anchor[1]) / arc.len() as f64;
         mean[1] += d.z / arc.len() as f64;
     }
     mean
 }
 
-/// Measured less modelled, and derivatives of the model: rotation of the axes, P2, L, P0 in the plane, then radius and
-/// height of each arc.
-fn linearise(
-    circle: &Circle,
-    hung: [f64; 2],
-    rings: &[[f64; 2]],
-    points: &[(f64, Vector3<f64>)],
-    arcs: &[Vec<Vector3<f64>>],
-    residual: &mut DVector<f64>,
-    jacobian: &mut DMatrix<f64>,
-) {
-    jacobian.fill(0.0);
-    let mut row = 0;
-    for (q, p) in points {
-        let direction = circle.axes * Vector3::new(q.cos(), q.sin(), 0.0);
-        let arm = direction * circle.radius;
-        residual.fixed_rows_mut::<3>(row).copy_from(&(p - circle.centre - arm));
-        jacobian.fixed_view_mut::<3, 3>(row, 0).copy_from(&-arm.cross_matrix());
-        jacobian.fixed_view_mut::<3, 3>(row, 3).copy_from(&Matrix3::identity());
-        jacobian.fixed_view_mut::<3, 1>(row, 6).copy_from(&direction);
-        row += 3;
-    }
-    let back = circle.axes.transpose();
-    for (k, (arc, ring)) in arcs.iter().zip(rings).enumerate() {
-        for p in arc {
-            let from_centre = p - circle.centre;
-            let d = back * from_centre - Vector3::new(hung[0], hung[1], 0.0);
-            let radius = d.x.hypot(d.y).max(f64::MIN_POSITIVE);
-            let outwards = Vector3::new(d.x / radius, d.y / radius, 0.0);
-            residual[row] = ring[0] - radius;
-            residual[row + 1] = ring[1] - d.z;
-            // Of radius and height, by rotation and by P2; what is modelled is that both keep their arc's values.
-            let turned = back * from_centre.cross_matrix();
-            for (at, direction) in [(row, outwards), (row + 1, Vector3::z())] {
-                jacobian.fixed_view_mut::<1, 3>(at, 0).copy_from(&(direction.transpose() * turned));
-                jacobian.fixed_view_mut::<1, 3>(at, 3).copy_from(&-(direction.transpose() * back));
+/// All circles about the joint's axis and about the anchor, m.
+#[derive(Debug, Clone)]
+struct Circles {
+    circle: Circle,
+    /// P0 in the circle's plane: along, across.
+    anchor: [f64; 2],
+    /// Radius and height of each reference point's arc.
+    rings: Vec<[f64; 2]>,
+}
+
+/// Distances of measured points from the circles, m, as a function of changes from a start: a rotation vector of the axes
+/// (0 to 2), P2 (3 to 5), L (6), P0 in the plane (7, 8), then radius and height of each arc.
+struct Distances<'a> {
+    start: Circles,
+    points: &'a [(f64, Vector3<f64>)],
+    arcs: &'a [Vec<Vector3<f64>>],
+}
+
+impl Distances<'_> {
+    fn at(&self, x: &[f64]) -> Circles {
+        let mut moved = self.start.clone();
+        let circle = &mut moved.circle;
+        circle.axes = Rotation3::new(Vector3::new(x[0], x[1], x[2])).matrix() * circle.axes;
+        circle.centre += Vector3::new(x[3], x[4], x[5]);
+        circle.radius += x[6];
+        if !self.arcs.is_empty() {
+            moved.anchor = [moved.anchor[0] + x[7], moved.anchor[1] + x[8]];
+            for (ring, change) in moved.rings.iter_mut().zip(x[9..].chunks_exact(2)) {
+                *ring = [ring[0] + change[0], ring[1] + change[1]];
             }
-            jacobian[(row, 7)] = -outwards.x;
-            jacobian[(row, 8)] = -outwards.y;
-            jacobian[(row, 9 + 2 * k)] = -1.0;
-            jacobian[(row + 1, 10 + 2 * k)] = -1.0;
-            row += 2;
         }
+        moved
+    }
+
+    /// Derivatives of the residuals at circles that are turned by the rotation vector `turn` from the start.
+    fn derivatives(&self, at: &Circles, turn: &Vector3<f64>, jacobian: &mut DMatrix<f64>) {
+        jacobian.fill(0.0);
+        let (circle, rotation) = (&at.circle, left_jacobian(turn));
+        let mut row = 0;
+        for (q, _) in self.points {
+            let direction = circle.axes * Vector3::new(q.cos(), q.sin(), 0.0);
+            let by_rotation = (direction * circle.radius).cross_matrix() * rotation;
+            jacobian.fixed_view_mut::<3, 3>(row, 0).copy_from(&by_rotation);
+            jacobian.fixed_view_mut::<3, 3>(row, 3).copy_from(&-Matrix3::identity());
+            jacobian.fixed_view_mut::<3, 1>(row, 6).copy_from(&-direction);
+            row += 3;
+        }
+        let back = circle.axes.transpose();
+        for (k, arc) in self.arcs.iter().enumerate() {
+            for p in arc {
+                let from_centre = p - circle.centre;
+                let d = back * from_centre - Vector3::new(at.anchor[0], at.anchor[1], 0.0);
+                let radius = d.x.hypot(d.y).max(f64::MIN_POSITIVE);
+                let outwards = Vector3::new(d.x / radius, d.y / radius, 0.0);
+                // The turned axes see the point turned back.
+                let by_rotation = -(back * from_centre.cross_matrix() * rotation);
+                for (at, direction) in [(row, outwards), (row + 1, Vector3::z())] {
+                    jacobian.fixed_view_mut::<1, 3>(at, 0).copy_from(&(direction.transpose() * by_rotation));
+                    jacobian.fixed_view_mut::<1, 3>(at, 3).copy_from(&(direction.transpose() * back));
+                }
+                jacobian[(row, 7)] = outwards.x;
+                jacobian[(row, 8)] = outwards.y;
+                jacobian[(row, 9 + 2 * k)] = 1.0;
+                jacobian[(row + 1, 10 + 2 * k)] = 1.0;
+                row += 2;
+            }
+        }
+    }
+}
+
+impl Problem for Distances<'_> {
+    fn parameters(&self) -> usize {
+        7 + if self.arcs.is_empty() { 0 } else { 2 + 2 * self.arcs.len() }
+    }
+
+    fn residuals(&self) -> usize {
+        3 * self.points.len() + 2 * self.arcs.iter().map(Vec::len).sum::<usize>()
+    }
+
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError> {
+        let at = self.at(x);
+        let circle = &at.circle;
+        let mut row = 0;
+        for (q, p) in self.points {
+            let arm = circle.axes * Vector3::new(q.cos(), q.sin(), 0.0) * circle.radius;
+            residual.fixed_rows_mut::<3>(row).copy_from(&(p - circle.centre - arm));
+            row += 3;
+        }
+        for (arc, ring) in self.arcs.iter().zip(&at.rings) {
+            for p in arc {
+                let d = circle.axes.transpose() * (p - circle.centre);
+                residual[row] = ring[0] - (d.x - at.anchor[0]).hypot(d.y - at.anchor[1]);
+                residual[row + 1] = ring[1] - d.z;
+                row += 2;
+            }
+        }
+        if let Some(jacobian) = jacobian {
+            self.derivatives(&at, &Vector3::new(x[0], x[1], x[2]), jacobian);
+        }
+        Ok(())
     }
 }
 
@@ -318,7 +379,7 @@ fn linearise(
 pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity, CompensatorError> {
     if found.len() < 3 {
         return refuse(format!(
-            "{} compliances do not tell three numbers: three angles or more are needed",
+            "{} compliances do not determine three numbers: three angles or more are needed",
             found.len()
         ));
     }
@@ -329,39 +390,43 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
         return refuse("the spring has no length at one of the angles: check L, ax and ay");
     }
     let stated = found.iter().all(|k| k.ci95.is_some());
-    let quantile = normal95();
     // Of a stiffness 1/k.
     let sigma = |k: &JointCompliance| match k.ci95 {
-        Some(ci) if stated => ci / quantile / (k.compliance * k.compliance),
+        Some(ci) if stated => ci / normal95() / (k.compliance * k.compliance),
         _ => 1.0,
     };
     let matrix = DMatrix::from_fn(found.len(), 3, |i, j| at.row(found[i].angle)[j] / sigma(&found[i]));
     let right = DVector::from_iterator(found.len(), found.iter().map(|k| 1.0 / k.compliance / sigma(k)));
     let norms: Vec<f64> = matrix.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let svd = DMatrix::from_fn(found.len(), 3, |i, j| matrix[(i, j)] / norms[j]).svd(true, true);
-    let least = svd.singular_values.min() / svd.singular_values.max();
-    let Ok(scaled) = svd.solve(&right, 0.0) else { return refuse("the stiffnesses cannot be separated") };
-    if least < 1e-9 {
-        return refuse("the angles do not tell the joint from the spring: three different angles or more are needed");
+    let Some(svd) = Svd::new(&DMatrix::from_fn(found.len(), 3, |i, j| matrix[(i, j)] / norms[j])) else {
+        return refuse("the stiffnesses cannot be separated");
+    };
+    if svd.values[2] < DEGENERATE * svd.values[0] {
+        return refuse(
+            "the angles do not separate the joint from the spring: three different angles or more are needed",
+        );
     }
+    let along = svd.left.tr_mul(&right).component_div(&DVector::from_column_slice(&svd.values));
+    let scaled = &svd.right * along;
     let [joint, rate, preload] = [0, 1, 2].map(|k| scaled[k] / norms[k]);
     if joint <= 0.0 || rate <= 0.0 {
         return refuse(format!(
             "no spring explains these compliances: the joint alone would have {joint:.3e} N.m/rad and the spring {rate:.3e} N/m"
         ));
     }
-    let left = &right - &matrix * DVector::from_column_slice(&[joint, rate, preload]);
+    let residual = &right - &matrix * DVector::from_column_slice(&[joint, rate, preload]);
     let degrees = found.len() as f64 - 3.0;
-    let (size, quantile) = match (degrees > 0.0, stated) {
-        (true, _) => (left.norm() / degrees.sqrt(), t95(degrees)),
-        (false, true) => (1.0, quantile),
-        (false, false) => (f64::NAN, quantile),
+    // Half width over the root of the cofactor: by the residuals, else by the stated intervals.
+    let size = match (degrees > 0.0, stated) {
+        (true, _) => Some(residual.norm() / degrees.sqrt() * t95(degrees)),
+        (false, true) => Some(normal95()),
+        (false, false) => None,
     };
     let cofactor = cofactor(&matrix);
     // Widths of 1/K0, 1/Kc and (s0 Kc)/Kc to first order.
     let width = |gradient: [f64; 3]| {
         let g = DVector::from_column_slice(&gradient);
-        quantile * size * (&cofactor * &g).dot(&g).max(0.0).sqrt()
+        size.map(|size| size * (&cofactor * &g).dot(&g).max(0.0).sqrt())
     };
     let mut result = Elasticity {
         joint: Value { value: 1.0 / joint, ci95: width([1.0 / (joint * joint), 0.0, 0.0]) },

@@ -60,26 +60,6 @@ pub struct Terms {
     /// Masses: plan, kg, point in the frame.
     masses: Vec<(usize, f64, Vector3<f64>)>,
     variables: usize,
-    conditions: ConditionColumns,
-}
-
-/// Places of the conditions that effects read among those of the campaign; none where they are not known.
-#[derive(Debug, Clone)]
-struct ConditionColumns {
-    time: Option<usize>,
-    /// By variable.
-    side: Vec<Option<usize>>,
-    /// By term: of its site where that is measured.
-    temperature: Vec<Option<usize>>,
-}
-
-impl ConditionColumns {
-    fn new(model: &Model, campaign: &Campaign, terms: &[Term]) -> Self {
-        let place = |name: &str| campaign.conditions.get_index_of(name);
-        let side = model.variables.iter().map(|variable| place(&format!("approach.{}", variable.name)));
-        let temperature = |term: &Term| term.site.temperature_columns().iter().find_map(|name| place(name));
-        Self { time: place("time"), side: side.collect(), temperature: terms.iter().map(temperature).collect() }
-    }
 }
 
 /// Room for one thread.
@@ -120,9 +100,8 @@ impl Terms {
         let masses =
             masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
         let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
-        let conditions = ConditionColumns::new(model, campaign, &terms);
         let is_difference = campaign.observes.is_difference();
-        Self { terms, columns, first, is_difference, plans, slots, masses, variables, conditions }
+        Self { terms, columns, first, is_difference, plans, slots, masses, variables }
     }
 
     /// Room for one thread.
@@ -182,7 +161,6 @@ impl Terms {
         let model = geometry.model;
         let base = geometry.base();
         let (frame, point) = measured_point(geometry, reading);
-        let condition = |place: Option<usize>| campaign.conditions.get_index(place?).map(|(_, all)| all[index]);
         let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
         let arm = placements.frames[frame].rotation * point.coords;
         let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
@@ -192,20 +170,21 @@ impl Terms {
             let turn = Vector3::new(column[3], column[4], column[5]);
             let applied = shift(column, &arm).dot(&force) + turn.dot(&moment);
             work.load[variable] = work.own_load[variable] + applied / joint_rate(model, rates, variable);
-            work.side[variable] = condition(self.conditions.side[variable]).unwrap_or(0.0);
+            work.side[variable] = campaign.conditions.sides(variable).map_or(0.0, |all| all[index]);
         }
         let at: Point3<f64> = base * (placements.frames[frame] * point);
         work.columns.fill([0.0; 6]);
         let is_difference = self.is_difference;
-        for ((term, &first), &temperature) in self.terms.iter().zip(&self.first).zip(&self.conditions.temperature) {
+        for (term, &first) in self.terms.iter().zip(&self.first) {
+            let temperatures = campaign.conditions.temperatures_at(&model.frames[term.site.frame].name);
             let context = ReadingContext {
                 q,
                 joints: &placements.joints,
                 load: &work.load,
                 own_load: &work.own_load,
                 side: &work.side,
-                time: condition(self.conditions.time),
-                temperature: condition(temperature),
+                time: campaign.conditions.time.as_ref().map(|all| all[index]),
+                temperature: temperatures.map(|all| all[index]),
                 position: at.coords,
                 base: base.translation.vector,
                 deflection: base.rotation * deflection,
@@ -373,19 +352,16 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
             *greatest = greatest.max((load - if difference { *own } else { 0.0 }).abs());
         }
     }
-    let mut times = campaign.conditions.get("time").cloned().unwrap_or_default();
+    let mut times = campaign.conditions.time.clone().unwrap_or_default();
     times.sort_by(f64::total_cmp);
     times.dedup();
     survey.times = times;
-    let varies = |all: &Vec<f64>| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    let mean = |all: &Vec<f64>| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
-    let temperatures = campaign.conditions.iter().filter(|(name, _)| name.starts_with("temperature"));
-    survey.temperatures = temperatures.map(|(name, all)| (name.clone(), mean(all))).collect();
-    survey.sides = model
-        .variables
-        .iter()
-        .map(|variable| campaign.conditions.get(&format!("approach.{}", variable.name)).is_some_and(varies))
-        .collect();
+    let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
+    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let conditions = &campaign.conditions;
+    let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
+    survey.mean_temperatures = temperatures.collect();
+    survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
     survey.is_difference = campaign.observes.is_difference();
     Ok(survey)

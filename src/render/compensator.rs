@@ -22,8 +22,10 @@ pub struct Compensator {
 }
 
 /// Symbol, unit, value and half width of its interval in that unit.
-fn values(found: &Compensator) -> Vec<(&'static str, &'static str, f64, f64)> {
-    let scaled = |name, unit, value: compensator::Value, size: f64| (name, unit, value.value / size, value.ci95 / size);
+fn values(found: &Compensator) -> Vec<(&'static str, &'static str, f64, Option<f64>)> {
+    let scaled = |name, unit, value: compensator::Value, size: f64| {
+        (name, unit, value.value / size, value.ci95.map(|ci95| ci95 / size))
+    };
     let mut all = Vec::new();
     if let Some(mounting) = &found.mounting {
         all.push(scaled("L", "mm", mounting.lever, 1e-3));
@@ -48,16 +50,15 @@ fn fitted(found: &Compensator) -> Vec<[f64; 3]> {
 
 /// JSON of `compensator`.
 pub fn compensator_json(found: &Compensator) -> Value {
-    let finite = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
     let mut map = serde_json::Map::new();
     for (name, unit, value, ci95) in values(found) {
-        map.insert(name.into(), json!({"value": value, "ci95": finite(ci95), "unit": unit}));
+        map.insert(name.into(), json!({"value": value, "ci95": ci95, "unit": unit}));
     }
     if let Some(mounting) = &found.mounting {
         let (centre, axis) = (mounting.circle.centre * 1e3, mounting.circle.axes.column(2).into_owned());
         map.insert("centre".into(), json!({"value": centre.as_slice(), "unit": "mm"}));
         map.insert("axis".into(), json!(axis.as_slice()));
-        map.insert("sigma".into(), json!({"value": finite(mm(mounting.sigma)), "unit": "mm"}));
+        map.insert("sigma".into(), json!({"value": mounting.sigma.map(mm), "unit": "mm"}));
     }
     if let Some(triangle) = &found.triangle {
         map.insert("a".into(), json!({"value": mm(triangle.base()), "unit": "mm"}));
@@ -75,7 +76,7 @@ pub fn compensator_json(found: &Compensator) -> Value {
 
 /// Text of `compensator`.
 pub fn compensator_text(found: &Compensator, screen: Screen) -> String {
-    let width = |value: f64| if value.is_finite() { format!("{value:.4}") } else { "unknown".into() };
+    let width = |value: Option<f64>| value.map_or_else(|| "unknown".into(), |value| format!("{value:.4}"));
     let rows = values(found);
     let mut out = String::new();
     if !rows.is_empty() {
@@ -93,8 +94,11 @@ pub fn compensator_text(found: &Compensator, screen: Screen) -> String {
             "\naxis of the joint through ({:.3}, {:.3}, {:.3}) mm, along ({:.6}, {:.6}, {:.6})",
             c.x, c.y, c.z, n.x, n.y, n.z
         );
-        let _ =
-            writeln!(out, "points lie {} mm about the circles (one sigma of a coordinate)", width(mm(mounting.sigma)));
+        let _ = writeln!(
+            out,
+            "points lie {} mm about the circles (one sigma of a coordinate)",
+            width(mounting.sigma.map(mm))
+        );
     }
     if let Some(triangle) = &found.triangle {
         let _ = writeln!(out, "a = {:.3} mm, phi = {:.3} deg", mm(triangle.base()), deg(triangle.phase()));

@@ -141,8 +141,8 @@ pub struct ReadingReview {
     /// What the suspected effects take out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<Vec<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub conditions: Option<IndexMap<String, f64>>,
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub conditions: IndexMap<String, f64>,
 }
 
 /// What `report` finds.
@@ -297,6 +297,8 @@ impl ReadingReview {
         };
         let joints = campaign.configuration(index).iter().zip(&model.variables);
         let at = readings.points[index];
+        let name = |variable: usize| model.variables[variable].name.as_str();
+        let conditions = campaign.conditions.columns();
         Self {
             row: reading.row,
             pose: campaign.poses[reading.pose].clone(),
@@ -307,8 +309,7 @@ impl ReadingReview {
             errors: readings.stages.iter().map(|stage| (stage.key, position(&stage.residual))).collect(),
             wrench: (reading.wrench != [0.0; 6]).then_some(reading.wrench),
             pattern: (!readings.pattern.is_empty()).then(|| position(&readings.pattern)),
-            conditions: (!campaign.conditions.is_empty())
-                .then(|| campaign.conditions.iter().map(|(name, all)| (name.clone(), all[index])).collect()),
+            conditions: conditions.map(|(condition, all)| (condition.column(name), all[index])).collect(),
         }
     }
 }

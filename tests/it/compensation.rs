@@ -188,7 +188,7 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     for k in 0..campaign.variables {
         let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
         let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
-        campaign.conditions.insert(format!("approach.{}", arm.variables[k].name), sides);
+        campaign.conditions.set_sides(k, sides);
     }
     let desired: Vec<Result<Desired, Refusal>> = targets
         .iter()

@@ -321,17 +321,17 @@ fn declared_effects_predict_what_they_say() {
     let mut drifting = still.clone();
     let times: Vec<f64> = (0..20).map(|k| 60.0 * f64::from(k)).collect();
     drifting.readings.iter_mut().zip(&times).for_each(|(reading, time)| reading.measured[1] += 2e-7 * time);
-    drifting.conditions.insert("time".into(), times.clone());
+    drifting.conditions.time = Some(times.clone());
     let mut jumping = still.clone();
     jumping.readings.iter_mut().skip(11).for_each(|reading| reading.measured[2] -= 3e-4);
-    jumping.conditions.insert("time".into(), times);
+    jumping.conditions.time = Some(times);
     let mut sided = moved(&|_| {});
     let sides: Vec<f64> = (0..20).map(|k| if k % 3 == 0 { 1.0 } else { -1.0 }).collect();
     let mut reached = commanded.clone();
     reached.iter_mut().zip(&sides).for_each(|(q, side)| q[2] += 1e-4 * side);
     let played = simulate(&model, &model.registry.nominal(), &plan(reached, POSITION, 0.0), &mut generator(1));
     sided.readings = played.expect("made").readings;
-    sided.conditions.insert("approach.q3".into(), sides);
+    sided.conditions.set_sides(2, sides);
     type Case<'a> = (Campaign, &'a str, &'a str, &'a [(&'a str, f64)]);
     let cases: &[Case] = &[
         (moved(&|q| q[2] *= 1.0 + 1e-4), "gear-ratio", "joint:3", &[("ratio", 1e-4)]),

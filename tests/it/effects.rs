@@ -1,9 +1,18 @@
-//! The catalogue against its documentation.
+//! The catalogue against its documentation, effects that are switched on, and an effect that only this file knows.
 
-use elastogeo::effects::{Catalogue, NonlinearKind, NonlinearParameter, SiteKind};
+use std::sync::Arc;
+
+use elastogeo::description::raw::{RawAmount, RawEffect};
+use elastogeo::description::yaml;
+use elastogeo::diagnosis::{self, diagnose};
+use elastogeo::effects::{
+    Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
 use elastogeo::estimation::{Settings, calibrate};
-use elastogeo::files::load_robot;
+use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::Geometry;
+use elastogeo::model::{Model, with_values};
 use elastogeo::observation::POSITION;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
@@ -113,5 +122,188 @@ fn effects_switched_on_are_identified() {
         let ci95 = estimate.ci95.expect("identifiable");
         let off = (estimate.value - truth[slot]).abs();
         assert!(off < 2.0 * ci95 && ci95 < 0.2 * truth[slot].abs(), "{name}: {estimate:?}");
+    }
+}
+
+/// A hose that turns a joint as two other joints wind it up: with the square of their sum, or with its modulus.
+struct Hose;
+
+static WINDS: NonlinearParameter = NonlinearParameter {
+    name: "winds",
+    kind: NonlinearKind::Choice(&["modulus", "square"]),
+    default: None,
+    only_with: None,
+    meaning: "`winds`: how the hose winds up",
+};
+
+impl Effect for Hose {
+    fn name(&self) -> &'static str {
+        "hose"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint that grows with how far the hose is wound up"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "lengthen the hose"
+    }
+
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        model.sites(SiteKind::Joint).into_iter().filter(|site| site.name == "joint:5").collect()
+    }
+
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&WINDS]
+    }
+
+    fn candidates(&self, _model: &Model, _site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
+        ["modulus", "square"].map(|word| Nonlinear::new([(&WINDS, NonlinearValue::Choice(word))])).to_vec()
+    }
+
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("pull", "1", 1e-4)]
+    }
+
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let variable = site.variable;
+        let is_square = nonlinear.values() == [NonlinearValue::Choice("square")];
+        Arc::new(move |context, out| {
+            let wound = context.q[3] + context.q[5];
+            out.push((0, Change::Joint(variable, if is_square { wound * wound } else { wound.abs() })));
+        })
+    }
+}
+
+/// One file and one line of a catalogue make an effect: it is simulated, diagnosed, written into a description, read back,
+/// predicted and recalibrated. A reader that does not know it refuses the description.
+#[test]
+fn an_effect_of_this_file_goes_all_the_way() {
+    const PULL: f64 = 1e-3;
+    const SIGMA: f64 = 3e-5;
+    let reader = Reader::new(Catalogue::standard().with(Hose));
+    let loaded = reader.robot("universal-ur5").expect("a bundled robot");
+    let model = &loaded.model;
+
+    // Simulated: the effect moves readings by several times their noise.
+    let parameters = [("pull".to_string(), RawAmount::from(PULL)), ("winds".into(), "square".into())];
+    let raw = RawEffect {
+        effect: Some("hose".into()),
+        site: Some("joint:5".into()),
+        parameters: parameters.into_iter().collect(),
+    };
+    let mut true_model = model.clone();
+    true_model.switch_on(model.resolve_effect(&raw).expect("an effect of the catalogue"));
+    let mut random = generator(5);
+    let truth = true_model.completed(&draw_errors(model, 0.5, 0.0, &mut random));
+    let geometry = Geometry::new(model, &truth).expect("assembled");
+    let plan = Plan {
+        conditions: false,
+        configurations: draw_configurations(&geometry, 60, 0.25, &mut random).expect("drawn"),
+        markers: vec![None],
+        repeats: 1,
+        wrenches: Vec::new(),
+        observes: POSITION,
+        sigma: SIGMA,
+        sigma_orientation: 0.0,
+        estimate: [true, true],
+    };
+    let campaign = simulate(&true_model, &truth, &plan, &mut random).expect("simulated");
+
+    // Diagnosed, with the right nonlinear value.
+    let held_out = vec![false; campaign.readings.len()];
+    let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(&campaign, 1) };
+    let found = diagnose(model, &campaign, &held_out, &asked, &mut |_| {}).expect("diagnosed");
+    let cause = found.causes.first().expect("a cause");
+    assert_eq!((cause.effect.as_str(), cause.site.as_str(), found.causes.len()), ("hose", "joint:5", 1));
+    let [pull, winds] = &cause.parameters[..] else { panic!("{cause:?}") };
+    let ci95 = pull.ci95.expect("a fitted parameter");
+    assert!((pull.value.number().expect("a number") - PULL).abs() < 2.0 * ci95 && ci95 < 0.2 * PULL, "{pull:?}");
+    assert_eq!((winds.name.as_str(), &winds.value), ("winds", &RawAmount::from("square")));
+
+    // Written and read back.
+    let mut applied = with_values(&loaded.raw, model, &found.values);
+    applied.effects.extend(found.entries().map(|entry| entry.raw(model)));
+    let text = yaml::write(&applied).expect("YAML");
+    assert!(text.contains("winds: square"), "{text}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("applied.yaml");
+    std::fs::write(&path, text).expect("written");
+    let path = path.display().to_string();
+    let refusal = load_robot(&path).expect_err("the standard catalogue has no hose");
+    assert!(refusal.to_string().contains("unknown effect `hose`"), "{refusal}");
+    let mut back = reader.robot(&path).expect("readable").model;
+
+    // Predicted: noise is left, and without the effect much more.
+    let rms = |model: &Model| {
+        let mut out = Linearised::default();
+        let predictor = Predictor::new(model, &campaign, Vec::new()).expect("a predictor");
+        predictor.linearise(&model.registry.nominal(), false, &mut out).expect("predicted");
+        (out.residual.iter().map(|r| r * r).sum::<f64>() / out.residual.len() as f64).sqrt()
+    };
+    let mut without = back.clone();
+    without.effects.clear();
+    assert!(rms(&back) < 1.2 * SIGMA, "{}", rms(&back));
+    assert!(rms(&without) > 2.0 * rms(&back), "{}", rms(&without));
+
+    // Recalibrated from nothing.
+    let slot = back.registry.slot("hose@joint:5.pull").expect("a parameter");
+    back.registry.all_mut()[slot].nominal = 0.0;
+    let found = calibrate(&back, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let estimate = found.estimates.iter().find(|estimate| estimate.slot == slot).expect("an estimate");
+    let ci95 = estimate.ci95.expect("identifiable");
+    assert!((estimate.value - PULL).abs() < 2.0 * ci95 && ci95 < 0.2 * PULL, "{estimate:?}");
+}
+
+/// What versions up to 0.1 wrote with numbers for alternatives is read, and means the same.
+#[test]
+fn alternatives_written_as_numbers_are_read() {
+    let model = load_robot("kuka-kr270").expect("a robot").model;
+    let entry = |effect: &str, site: &str, parameters: &[(&str, RawAmount)]| {
+        let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), value.clone())).collect();
+        let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters };
+        model.resolve_effect(&raw).map(|entry| entry.raw(&model).parameters).map_err(|fault| fault.diagnostic.message)
+    };
+    let same = |effect: &str, site: &str, old: &[(&str, RawAmount)], new: &[(&str, RawAmount)]| {
+        let [old, new] = [old, new].map(|parameters| entry(effect, site, parameters).expect("an effect"));
+        assert_eq!(old, new, "{effect}");
+    };
+    let number = RawAmount::from;
+    let word = |word: &str| RawAmount::from(word);
+    let half_width = ("half_width", number(3e-4));
+    let old = [half_width.clone(), ("changes_at", number(0.0))];
+    same("backlash", "joint:1", &old, &[half_width.clone(), ("by", word("approach"))]);
+    same("backlash", "joint:1", &[half_width.clone()], &[half_width.clone(), ("by", word("approach"))]);
+    let old = [half_width.clone(), ("changes_at", number(12.5))];
+    same("backlash", "joint:1", &old, &[half_width.clone(), ("by", word("load")), ("changes_at", number(12.5))]);
+    let gain = ("gain", number(0.02));
+    same("payload", "tool", &[gain.clone(), ("of_wrench", number(1.0))], &[gain, ("misstated", word("wrench"))]);
+    let drift = ("x", number(1e-8));
+    same(
+        "frame-drift",
+        "base",
+        &[drift.clone(), ("jump_at", number(-1.0))],
+        &[drift.clone(), ("course", word("steady"))],
+    );
+    let jump = [drift.clone(), ("course", word("jump")), ("jump_at", number(630.0))];
+    same("frame-drift", "base", &[drift, ("jump_at", number(630.0))], &jump);
+    let ratio = ("ratio", number(1e-3));
+    let other = model.variables[1].name.as_str();
+    let old = [ratio.clone(), ("variable", number(1.0))];
+    same("joint-coupling", "joint:3", &old, &[ratio.clone(), ("variable", word(other))]);
+
+    for (effect, parameters, message) in [
+        ("backlash", vec![half_width.clone(), ("by", word("aproach"))], "`by: aproach` of `backlash`"),
+        ("backlash", vec![half_width, ("by", word("load"))], "`backlash` lacks `changes_at`"),
+        ("backlash", vec![("half_width", word("3 mm"))], "`half_width: 3 mm` of `backlash`"),
+        ("joint-coupling", vec![ratio.clone()], "`joint-coupling` lacks `variable`"),
+        ("gear-ratio", vec![("ratio", number(f64::NAN))], "`NaN` where a finite number is needed"),
+        ("gear-ratio", vec![ratio, ("order", number(1.0))], "`gear-ratio` has no parameter `order`"),
+    ] {
+        assert_eq!(entry(effect, "joint:3", &parameters), Err(message.to_string()), "{effect}");
     }
 }

@@ -72,7 +72,7 @@ fn noise_is_not_autocorrelated() {
 fn planted_autocorrelation_is_found() {
     let model = load_robot("kuka-kr270").expect("a robot").model;
     let campaign = campaign(&model);
-    let times = &campaign.conditions["time"];
+    let times = campaign.conditions.time.as_ref().expect("recorded");
     let last = times.iter().copied().fold(0.0, f64::max);
     let planted = |of: &dyn Fn(usize) -> f64| {
         let mut left = noise(3 * campaign.readings.len(), 9);

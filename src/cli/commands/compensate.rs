@@ -51,7 +51,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     };
     let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
     if let Some(effect) = reader(Condition::Temperature)
-        && !path.campaign.conditions.keys().any(|name| name.starts_with("temperature"))
+        && !path.campaign.conditions.has_temperature()
     {
         let text = format!("the description has `{}`, and the path no temperature: it is not corrected", effect.name());
         diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));

@@ -372,7 +372,8 @@ pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
     if loaded_at_all {
         header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(String::from));
     }
-    header.extend(campaign.conditions.keys().cloned());
+    let name = |variable: usize| model.variables[variable].name.as_str();
+    header.extend(campaign.conditions.columns().map(|(condition, _)| condition.column(name)));
     header.push("set".into());
     let mut text = header.join(",") + "\n";
     for (index, reading) in campaign.readings.iter().enumerate() {
@@ -397,7 +398,7 @@ pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
         if loaded_at_all {
             row.extend(reading.wrench.iter().map(|w| format!("{w}")));
         }
-        row.extend(campaign.conditions.values().map(|all| format!("{}", all[index])));
+        row.extend(campaign.conditions.columns().map(|(_, all)| format!("{}", all[index])));
         row.push(if reading.check == Some(true) { "check" } else { "fit" }.into());
         text += &row.join(",");
         text += "\n";

@@ -1,5 +1,6 @@
 //! Campaigns: measurements of a robot, resolved against its model, in SI.
 
+mod conditions;
 mod doubts;
 pub mod raw;
 mod read;
@@ -8,6 +9,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use crate::observation::{Noise, Observes, Rows};
+pub use conditions::{ConditionColumn, Conditions};
 pub use read::{expected_columns, faults, resolve};
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
@@ -40,8 +42,8 @@ pub struct Campaign {
     pub joints: Vec<f64>,
     /// The readings.
     pub readings: Vec<Reading>,
-    /// Conditions of each reading, by column: `approach.<variable>`, `temperature`, `temperature.<site>`, `time`.
-    pub conditions: IndexMap<String, Vec<f64>>,
+    /// Conditions under which the readings were taken.
+    pub conditions: Conditions,
 }
 
 /// One reading.
@@ -98,11 +100,7 @@ impl Campaign {
         Self {
             joints: kept.iter().flat_map(|&i| self.configuration(i).iter().copied()).collect(),
             readings: kept.iter().map(|&i| self.readings[i]).collect(),
-            conditions: self
-                .conditions
-                .iter()
-                .map(|(name, all)| (name.clone(), kept.iter().map(|&i| all[i]).collect()))
-                .collect(),
+            conditions: self.conditions.select(&kept),
             name: self.name.clone(),
             calibrate: self.calibrate.clone(),
             without: self.without.clone(),

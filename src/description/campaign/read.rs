@@ -2,12 +2,11 @@
 
 use std::collections::HashMap;
 
-use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawSigma};
-use super::{Campaign, Reading};
+use super::{Campaign, Conditions, Reading};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
@@ -77,7 +76,7 @@ pub fn resolve(
         variables: robot.variables.len(),
         joints: Vec::new(),
         readings: Vec::new(),
-        conditions: IndexMap::new(),
+        conditions: Conditions::default(),
     };
     let mut rows = Rows { raw, robot, poses: HashMap::new(), sets: Vec::new() };
     for table in tables {
@@ -292,19 +291,28 @@ impl Rows<'_> {
         self.conditions(table, before, campaign);
     }
 
+    /// Conditions of a table's readings, behind those of the tables before it.
     fn conditions(&self, table: &Table, before: usize, campaign: &mut Campaign) {
-        let variables = self.robot.variables.iter().map(|variable| format!("approach.{}", variable.name));
-        let sites = self.robot.frames.iter().map(|frame| format!("temperature.{}", frame.name));
-        for name in ["temperature".to_string(), "time".to_string()].into_iter().chain(variables).chain(sites) {
-            let Some(values) = table.numbers(&name) else { continue };
-            let factor = if name == "time" { self.raw.units.time.factor() } else { 1.0 };
-            let column = campaign.conditions.entry(name).or_default();
-            column.resize(before, f64::NAN);
-            column.extend(values.iter().map(|value| value * factor));
+        let append = |column: &mut Option<Vec<f64>>, name: &str, factor: f64| {
+            if let Some(values) = table.numbers(name) {
+                let column = column.get_or_insert_default();
+                column.resize(before, f64::NAN);
+                column.extend(values.iter().map(|value| value * factor));
+            }
+        };
+        let conditions = &mut campaign.conditions;
+        append(&mut conditions.temperature, "temperature", 1.0);
+        append(&mut conditions.time, "time", self.raw.units.time.factor());
+        conditions.approach.resize(self.robot.variables.len(), None);
+        for (variable, column) in self.robot.variables.iter().zip(&mut conditions.approach) {
+            append(column, &format!("approach.{}", variable.name), 1.0);
+        }
+        for frame in &self.robot.frames {
+            let mut column = conditions.site_temperatures.shift_remove(&frame.name);
+            append(&mut column, &format!("temperature.{}", frame.name), 1.0);
+            conditions.site_temperatures.extend(column.map(|column| (frame.name.clone(), column)));
         }
         let all = campaign.readings.len();
-        for column in campaign.conditions.values_mut() {
-            column.resize(all, f64::NAN);
-        }
+        conditions.columns_mut().for_each(|column| column.resize(all, f64::NAN));
     }
 }

@@ -2,7 +2,6 @@
 //!
 //! Lengths in m, angles in rad, loads in N and N.m; the measured point and the base in the measurement frame.
 
-use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::site::Site;
@@ -81,8 +80,8 @@ pub struct Survey {
     pub greatest_own_load: Vec<f64>,
     /// Times of the configurations in order, s; empty where not known.
     pub times: Vec<f64>,
-    /// Mean temperature by the name of its column ([`super::Site::temperature_columns`]); none where it does not vary.
-    pub temperatures: IndexMap<String, Option<f64>>,
+    /// Mean temperature of each frame, as the campaign gives it; none where it is not known or does not vary.
+    pub mean_temperatures: Vec<Option<f64>>,
     /// Variables whose side of approach is known and not always the same.
     pub sides: Vec<bool>,
     /// Whether a wrench is applied.
@@ -94,6 +93,6 @@ pub struct Survey {
 impl Survey {
     /// Mean of the temperature that a site has, where it is known and varies.
     pub fn mean_temperature(&self, site: &Site) -> Option<f64> {
-        site.temperature_columns().iter().find_map(|name| self.temperatures.get(name)).copied().flatten()
+        self.mean_temperatures.get(site.frame).copied().flatten()
     }
 }

@@ -35,12 +35,3 @@ pub struct Site {
     /// The actuator, by index in [`Model::actuators`].
     pub actuator: usize,
 }
-
-impl Site {
-    /// Names of the columns that may hold its temperature, the most specific first: `temperature.joint:2`,
-    /// `temperature.2`, `temperature`.
-    pub fn temperature_columns(&self) -> [String; 3] {
-        let owner = self.name.rsplit(':').next().unwrap_or(&self.name);
-        [format!("temperature.{}", self.name), format!("temperature.{owner}"), "temperature".into()]
-    }
-}

@@ -80,7 +80,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let sigma = [command.noise * 1e-3, command.orientation_noise.to_radians()];
     campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
     if model.effects.is_empty() && !command.conditions {
-        campaign.conditions.retain(|name, _| !name.starts_with("approach."));
+        campaign.conditions.approach.clear();
     }
     let campaign = measure(model, values, campaign, sigma, random)?;
     let plan = Plan {

@@ -102,13 +102,10 @@ fn axes(review: &Review) -> Vec<Axis> {
     for (k, name) in ["fx, N", "fy, N", "fz, N", "mx, N.m", "my, N.m", "mz, N.m"].into_iter().enumerate() {
         axes.push(load(name, &|w| w[k]));
     }
-    for (name, values) in &campaign.conditions {
-        let unit = match name.split('.').next() {
-            Some("time") => ", s",
-            Some("temperature") => ", degC",
-            _ => ", side",
-        };
-        axes.push(Axis { name: format!("{name}{unit}"), values: values.clone() });
+    for (condition, values) in campaign.conditions.columns() {
+        let name = condition.column(|variable| review.model.variables[variable].name.as_str());
+        let unit = Some(condition.unit()).filter(|unit| !unit.is_empty()).unwrap_or("side");
+        axes.push(Axis { name: format!("{name}, {unit}"), values: values.clone() });
     }
     axes.retain(|axis| axis.values.iter().any(|v| *v != axis.values[0]));
     axes

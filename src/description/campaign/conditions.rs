@@ -1,0 +1,105 @@
+//! Conditions under which readings were taken: time (s from the start), temperatures (as the file gives them, usually degC)
+//! and the side from which each variable reached the configuration. They are what effects depend on in addition to joints
+//! and load.
+
+use indexmap::IndexMap;
+
+/// A condition, as a column of the measurements has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ConditionColumn<'a> {
+    /// Of the surroundings.
+    Temperature,
+    /// From the start.
+    Time,
+    /// Side of approach of a variable, by index.
+    Approach(usize),
+    /// Of a frame, by name.
+    SiteTemperature(&'a str),
+}
+
+impl ConditionColumn<'_> {
+    /// The column's name; variables by `variable`.
+    pub fn column<'v>(&self, variable: impl Fn(usize) -> &'v str) -> String {
+        match self {
+            Self::Temperature => "temperature".into(),
+            Self::Time => "time".into(),
+            Self::Approach(index) => format!("approach.{}", variable(*index)),
+            Self::SiteTemperature(site) => format!("temperature.{site}"),
+        }
+    }
+
+    /// Unit in reports; of a side of approach none.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Temperature | Self::SiteTemperature(_) => "degC",
+            Self::Time => "s",
+            Self::Approach(_) => "",
+        }
+    }
+}
+
+/// Conditions of all readings: each is absent, or has one value a reading (NaN where its file has no such column).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Conditions {
+    /// From the start, s.
+    pub time: Option<Vec<f64>>,
+    /// Of the surroundings, as given.
+    pub temperature: Option<Vec<f64>>,
+    /// Of frames, by name, as given.
+    pub site_temperatures: IndexMap<String, Vec<f64>>,
+    /// By variable: +1 or -1, the side from which it reached the configuration; 0 where unknown.
+    pub approach: Vec<Option<Vec<f64>>>,
+}
+
+impl Conditions {
+    /// What is given, in the order of reports and files.
+    pub fn columns(&self) -> impl Iterator<Item = (ConditionColumn<'_>, &Vec<f64>)> {
+        let approach = self.approach.iter().enumerate();
+        let sites = self.site_temperatures.iter();
+        self.temperature
+            .iter()
+            .map(|all| (ConditionColumn::Temperature, all))
+            .chain(self.time.iter().map(|all| (ConditionColumn::Time, all)))
+            .chain(approach.filter_map(|(k, all)| Some((ConditionColumn::Approach(k), all.as_ref()?))))
+            .chain(sites.map(|(site, all)| (ConditionColumn::SiteTemperature(site), all)))
+    }
+
+    /// The values of what is given.
+    pub fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let approach = self.approach.iter_mut().flatten();
+        self.temperature.iter_mut().chain(&mut self.time).chain(approach).chain(self.site_temperatures.values_mut())
+    }
+
+    /// Whether any temperature is given.
+    pub fn has_temperature(&self) -> bool {
+        self.temperature.is_some() || !self.site_temperatures.is_empty()
+    }
+
+    /// Sides of approach of a variable, where given.
+    pub fn sides(&self, variable: usize) -> Option<&[f64]> {
+        self.approach.get(variable)?.as_deref()
+    }
+
+    /// Sets the sides of approach of a variable.
+    pub fn set_sides(&mut self, variable: usize, sides: Vec<f64>) {
+        if self.approach.len() <= variable {
+            self.approach.resize(variable + 1, None);
+        }
+        self.approach[variable] = Some(sides);
+    }
+
+    /// Temperatures of a frame: its own, else those of the surroundings.
+    pub fn temperatures_at(&self, site: &str) -> Option<&[f64]> {
+        self.site_temperatures.get(site).or(self.temperature.as_ref()).map(Vec::as_slice)
+    }
+
+    /// Those of some readings, by index.
+    #[must_use]
+    pub fn select(&self, kept: &[usize]) -> Self {
+        let mut selected = self.clone();
+        for all in selected.columns_mut() {
+            *all = kept.iter().map(|&index| all[index]).collect();
+        }
+        selected
+    }
+}
