@@ -153,8 +153,8 @@ impl GrowthStep {
             components: step.columns.iter().map(|&column| Component::name([step.axis, column])).collect(),
             component: step.column.map(|column| Component::name([step.axis, column])),
             sets: step.sets.clone(),
-            fit: step.errors[0].is_finite().then(|| mm(step.errors[0])),
-            test: mm(step.errors[1]),
+            fit: step.fitted.map(mm),
+            test: mm(step.test),
         }
     }
 }
