@@ -59,10 +59,7 @@ pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
         };
         let inputs: Vec<(String, f64)> = fuzzy.inputs.iter().map(named).collect();
         let component = |component: &Component| {
-            let unit = |k: usize, first: f64, second: f64| if k < 3 { first } else { second };
-            let [row, column] = component.at;
-            let factor = unit(row, units.length.factor(), units.angle.factor())
-                / unit(column, units.force.factor(), units.torque.factor());
+            let factor = units.compliance(component.at);
             let modes = component.modes.iter().zip(&inputs);
             let raw = RawFuzzyComponent {
                 modes: modes.map(|(list, (_, size))| list.iter().map(|mode| mode / size).collect()).collect(),
