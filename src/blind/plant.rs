@@ -9,7 +9,8 @@ use crate::description::robot::Motion;
 use crate::elastics::Elastics;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::prediction::{Deflections, PredictionError};
+use crate::prediction::PredictionError;
+use crate::state::{Loads, Mechanics};
 
 /// Step of differences, rad and m.
 const STEP: f64 = 1e-6;
@@ -73,15 +74,16 @@ impl Plant<'_> {
             reading.wrench = reading.wrench.map(|w| w * gain);
         }
         let difference = campaign.observes.is_difference();
-        let deflections = Deflections::new(model, &values, &truly, &[]);
-        let mut elastic = deflections.work();
+        let wrench = truly.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+        let mechanics = Mechanics::new(model, &values, Loads { weight: !difference, wrench }, &[])?;
+        let mut state = mechanics.state();
         let weights = masses(model, &values);
         let count = model.variables.len();
         let joints: Vec<usize> = (0..count).map(|v| joint_of(model, v)).collect();
         let times = campaign.conditions.time.as_ref();
         let span = times.map_or(1.0, |all| all.iter().copied().fold(1.0, f64::max));
         let mut out = Vec::with_capacity(campaign.readings.len());
-        let (mut still, mut there) = (Placements::default(), Placements::default());
+        let mut there = Placements::default();
         let greatest = self.greatest(&truly, &values, &weights, &joints)?;
         for (index, reading) in truly.readings.iter().enumerate() {
             let q = truly.configuration(index);
@@ -103,14 +105,14 @@ impl Plant<'_> {
             let marker = reading.marker.unwrap_or(0);
             let (frame, point) = (model.markers[marker].frame, geometry.marker(marker));
             let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
-            geometry.place(q, &mut still)?;
-            deflections.place(&geometry, q, &still, &mut elastic).map_err(|source| PredictionError::Mechanism {
-                row: reading.row,
-                pose: String::new(),
-                source,
-            })?;
+            // The structure's own values stay; frames grow with the temperature.
+            let placed = mechanics.place_by(&geometry, q, &mut state);
+            placed.map_err(|source| PredictionError::at(campaign, index, source))?;
+            let still = &state.placements;
             let at = still.frames[frame] * point;
-            let sag = deflections.of(&elastic, reading, &at).displacement;
+            let mut loaded = mechanics.point(&state, reading.marker, &reading.wrench);
+            loaded.position = at.coords;
+            let sag = mechanics.deflection(&state, &loaded).displacement;
             let (rest_load, rates) = loads(&geometry, q, &joints, &weights, None)?;
             let (full_load, _) = loads(&geometry, q, &joints, &weights, Some((frame, point, force)))?;
             let angles: Vec<f64> = joints.iter().map(|&joint| still.joints[joint]).collect();
@@ -130,13 +132,13 @@ impl Plant<'_> {
                     let tilt = match shape {
                         Shape::Tilt { frame: pivot, unequal } => {
                             let foot = still.frames[*pivot];
-                            let moment = moment_about(&still, model, &weights, *pivot, frame, point, force);
+                            let moment = moment_about(still, model, &weights, *pivot, frame, point, force);
                             let local = foot.rotation.inverse() * moment;
                             let turn = Vector3::new(local.x * (1.0 + unequal), local.y * (1.0 - unequal), 0.0);
                             Some((foot.translation.vector, foot.rotation * turn))
                         }
                         Shape::Rocking { shares, more } => {
-                            let moment = moment_about(&still, model, &weights, 0, frame, point, force);
+                            let moment = moment_about(still, model, &weights, 0, frame, point, force);
                             let size = moment.norm().max(1e-9);
                             let turn = Vector3::new(moment.x * shares[0], moment.y * shares[1], 0.0);
                             Some((Vector3::zeros(), turn * (1.0 + more * size / (size + 5e3))))

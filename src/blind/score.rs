@@ -93,7 +93,7 @@ pub struct Examined {
     /// Shrinkage promised, and its 95 % interval.
     pub promised: f64,
     /// Its interval.
-    pub promised_ci95: [f64; 2],
+    pub promised_ci95: Option<[f64; 2]>,
     /// Shrinkage on the fresh campaign.
     pub realised: f64,
     /// Root mean square on the fresh campaign, calibrated only and as diagnosed, m.
@@ -108,7 +108,7 @@ pub struct Answer {
     verdict: &'static str,
     named: Vec<Named>,
     outliers: Vec<usize>,
-    promised: (f64, [f64; 2]),
+    promised: (f64, Option<[f64; 2]>),
     fresh: [f64; 2],
     seconds: f64,
 }
@@ -166,7 +166,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
         },
         named: named.collect(),
         outliers: found.outliers.clone(),
-        promised: (found.shrinkage.value, found.shrinkage.ci95.unwrap_or([f64::NAN; 2])),
+        promised: (found.shrinkage.value, found.shrinkage.ci95),
         fresh,
         seconds,
     })
@@ -263,7 +263,7 @@ pub fn score(all: &[Examined]) -> Score {
     confusion.sort_keys();
     let told: Vec<&Examined> = all.iter().filter(|one| !one.named.is_empty()).collect();
     let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let inside = |one: &&Examined| (one.promised_ci95[0]..=one.promised_ci95[1]).contains(&one.realised);
+    let inside = |one: &&Examined| one.promised_ci95.is_some_and(|[low, high]| (low..=high).contains(&one.realised));
     Score {
         classes,
         confusion,

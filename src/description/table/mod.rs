@@ -7,6 +7,8 @@ mod columns;
 mod header;
 mod rows;
 mod source;
+mod write;
 
 pub use columns::{ColumnKind, Dialect, ExpectedColumn, Table, TextColumn};
 pub use rows::read_table;
+pub use write::Sheet;
