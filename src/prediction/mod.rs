@@ -9,6 +9,7 @@ mod terms;
 pub use deflection::{Deflected, Deflections};
 pub use effects::effect_columns;
 pub use single::{Seen, SingleError, SinglePredictor, SingleWork};
+pub(crate) use terms::masses;
 pub use terms::{Declared, Term, TermWork, Terms, declared, survey};
 
 use nalgebra::{Point3, Rotation3, Vector3};

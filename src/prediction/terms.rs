@@ -271,7 +271,7 @@ fn joint_rate(model: &Model, rates: &Rates, variable: usize) -> f64 {
 }
 
 /// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
-fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
+pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
     let structure = &model.structure;
     let mut all: Vec<(usize, f64, Vector3<f64>)> = structure
         .masses
@@ -357,7 +357,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate:
     times.dedup();
     survey.times = times;
     let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64).filter(|v| v.is_finite());
     let conditions = &campaign.conditions;
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
     survey.mean_temperatures = temperatures.collect();
