@@ -11,7 +11,7 @@ use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::Model;
 use elastogeo::observation::POSE;
-use elastogeo::prediction::{SinglePredictor, SingleWork};
+use elastogeo::prediction::{SinglePredictor, SingleWorkspace};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use nalgebra::{Matrix6, Vector6};
 
@@ -66,7 +66,7 @@ impl Case {
             // Singular ones would be refused, and are no work.
             let campaign = path(&model, std::slice::from_ref(&q));
             let predictor = SinglePredictor::new(&model, &values, &campaign).expect("assembled");
-            if correct(&predictor, 0, &point, &WRENCH, &settings, &mut predictor.work()).is_ok() {
+            if correct(&predictor, 0, &point, &WRENCH, &settings, &mut predictor.workspace()).is_ok() {
                 configurations.push(q);
                 desired.push(point);
             }
@@ -82,7 +82,7 @@ impl Case {
     /// One point after the other.
     fn analytic<'a>(&'a self, predictor: &'a SinglePredictor) -> impl FnMut() -> f64 {
         let settings = Settings::new(self.model.variables.len());
-        let (mut work, mut next) = (predictor.work(), 0);
+        let (mut work, mut next) = (predictor.workspace(), 0);
         move || {
             let index = next % POINTS;
             next += 1;
@@ -92,7 +92,7 @@ impl Case {
     }
 
     fn naive<'a>(&'a self, predictor: &'a SinglePredictor) -> impl FnMut() -> f64 {
-        let (mut work, mut next) = (predictor.work(), 0);
+        let (mut work, mut next) = (predictor.workspace(), 0);
         move || {
             let index = next % POINTS;
             next += 1;
@@ -103,7 +103,7 @@ impl Case {
     fn assert_agreement(&self) {
         let predictor = self.predictor();
         let settings = Settings::new(self.model.variables.len());
-        let mut work = predictor.work();
+        let mut work = predictor.workspace();
         for (index, point) in self.desired.iter().enumerate() {
             let here = correct(&predictor, index, point, &WRENCH, &settings, &mut work).expect("compensated").joints;
             let there = naive(&predictor, index, point, &mut work);
@@ -114,7 +114,7 @@ impl Case {
 }
 
 /// To the same residual.
-fn naive(predictor: &SinglePredictor, index: usize, point: &Desired, work: &mut SingleWork) -> Vec<f64> {
+fn naive(predictor: &SinglePredictor, index: usize, point: &Desired, work: &mut SingleWorkspace) -> Vec<f64> {
     let mut q = point.nominal.clone();
     let mut error = |q: &[f64]| -> Vector6<f64> {
         predictor.place(q, work).expect("placed");

@@ -26,6 +26,8 @@ pub enum Severity {
 pub enum Code {
     /// A file that cannot be opened, or is no text.
     Unreadable,
+    /// A file that holds nothing.
+    Empty,
     /// The text does not follow its format: YAML, XML, CSV, a coupling.
     Syntax,
     /// A key, column or name that nothing declares.

@@ -61,5 +61,6 @@ pub mod review;
 pub mod scene;
 pub mod simulation;
 pub mod snapshot;
+pub mod state;
 
 pub use error::Error;

@@ -65,7 +65,7 @@ pub enum Group {
     Tool,
     /// The robot's own constants.
     Geometry,
-    /// What gives under load, and what loads it: springs, beams, masses.
+    /// Compliance and what loads it: springs, beams, masses.
     Elastic,
     /// Amounts of the effects that have been switched on.
     Effect,
@@ -120,7 +120,7 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// Adds a parameter and tells its slot.
+    /// Adds a parameter; returns its slot.
     pub fn add(&mut self, parameter: Parameter) -> Slot {
         let slot = self.parameters.len();
         self.slots.insert(parameter.name.clone(), slot);

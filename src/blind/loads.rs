@@ -8,7 +8,7 @@ use crate::description::raw::JointKind;
 use crate::description::robot::Motion;
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::model::Model;
-use crate::prediction::masses;
+use crate::state::masses;
 
 /// Step of differences, rad and m.
 const STEP: f64 = 1e-6;

@@ -8,13 +8,14 @@ use super::shapes::{Shape, Situation};
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::prediction::{Deflections, PredictionError};
+use crate::prediction::PredictionError;
+use crate::state::{Loads, Mechanics, State};
 
 /// Temperature at which lengths hold, degC.
 const COLD: f64 = 20.0;
 /// By how much of the campaign's length the links lag the temperature measured.
 const LAG: f64 = 0.06;
-/// Moment at which a rocking foot has half of what it yields more under great moments, N.m.
+/// Moment at which the foot has half of the compliance that great moments add, N.m.
 const ROCKING_MOMENT: f64 = 5e3;
 
 /// A machine: true values of its constants, and causes with their sizes.
@@ -35,19 +36,21 @@ impl Plant<'_> {
     /// A configuration that cannot be assembled.
     pub fn readings(&self, campaign: &Campaign, sigma: f64) -> Result<Vec<[f64; 3]>, PredictionError> {
         let (values, campaign) = self.changed(campaign);
-        let deflections = Deflections::new(self.model, &values, &campaign, &[]);
+        let wrench = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+        let loads = Loads { weight: !campaign.observes.is_difference(), wrench };
         let weights = Weights::new(self.model, &values);
         let times = campaign.conditions.time.as_ref();
         let machine = Machine {
             plant: self,
             values: &values,
             campaign: &campaign,
-            deflections: &deflections,
+            mechanics: Mechanics::new(self.model, &values, loads, &[])?,
             greatest: weights.greatest(&Geometry::new(self.model, &values)?, &campaign)?,
             weights,
             span: times.map_or(1.0, |all| all.iter().copied().fold(1.0, f64::max)),
         };
-        (0..campaign.readings.len()).map(|index| machine.reading(index, sigma)).collect()
+        let mut state = machine.mechanics.state();
+        (0..campaign.readings.len()).map(|index| machine.reading(index, sigma, &mut state)).collect()
     }
 
     /// Greatest load of own weight on the joint of each variable over a campaign, N.m.
@@ -89,7 +92,7 @@ struct Machine<'a> {
     plant: &'a Plant<'a>,
     values: &'a [f64],
     campaign: &'a Campaign,
-    deflections: &'a Deflections<'a>,
+    mechanics: Mechanics<'a>,
     weights: Weights,
     /// Greatest load on the joint of each variable.
     greatest: Vec<f64>,
@@ -113,25 +116,25 @@ struct Placed<'a> {
 }
 
 impl Machine<'_> {
-    fn reading(&self, index: usize, sigma: f64) -> Result<[f64; 3], PredictionError> {
+    fn reading(&self, index: usize, sigma: f64, state: &mut State) -> Result<[f64; 3], PredictionError> {
         let (reading, q) = (&self.campaign.readings[index], self.campaign.configuration(index));
         let time = self.campaign.conditions.time.as_ref().map_or(0.0, |all| all[index] / self.span);
         let values = self.warm_values(time);
         let geometry = Geometry::new(self.plant.model, &values)?;
         let applied = Applied::of(&geometry, reading);
-        let (mut placements, mut elastic) = (Placements::default(), self.deflections.work());
-        geometry.place(q, &mut placements)?;
-        self.deflections
-            .place(&geometry, q, &placements, &mut elastic)
-            .map_err(|source| PredictionError::Mechanism { row: reading.row, pose: String::new(), source })?;
-        let at = placements.frames[applied.frame] * applied.point;
-        let mut moved = self.deflections.of(&elastic, reading, &at).displacement;
+        // The structure's own values stay; frames grow with the temperature.
+        let result = self.mechanics.place_by(&geometry, q, state);
+        result.map_err(|source| PredictionError::at(self.campaign, index, source))?;
+        let placements = &state.placements;
+        let mut point = self.mechanics.point(state, reading.marker, &reading.wrench);
+        point.position = (placements.frames[applied.frame] * applied.point).coords;
+        let mut moved = self.mechanics.deflection(state, &point).displacement;
         let JointLoads { loads: own_loads, rates } = self.weights.loads(&geometry, q, None)?;
         let JointLoads { loads, .. } = self.weights.loads(&geometry, q, Some(applied))?;
         let sides = |v: usize| self.campaign.conditions.sides(v).map_or(0.0, |all| all[index]);
         let placed = Placed {
             geometry: &geometry,
-            placements: &placements,
+            placements,
             q,
             angles: self.weights.joints.iter().map(|&joint| placements.joints[joint]).collect(),
             side: (0..self.weights.joints.len()).map(sides).collect(),

@@ -263,7 +263,7 @@ pub fn score(all: &[Examined]) -> Score {
     confusion.sort_keys();
     let named: Vec<&Examined> = all.iter().filter(|one| !one.named.is_empty()).collect();
     let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let inside = |one: &&Examined| one.promised_ci95.is_some_and(|[a, b]| (a..=b).contains(&one.realised));
+    let inside = |one: &&Examined| one.promised_ci95.is_some_and(|[low, high]| (low..=high).contains(&one.realised));
     Score {
         classes,
         confusion,

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 use super::{Desired, Hold, Refusal, Settings};
 use crate::kinematics::{Transform, beyond_limits};
 use crate::model::Model;
-use crate::prediction::{SinglePredictor, SingleWork};
+use crate::prediction::{SinglePredictor, SingleWorkspace};
 
 /// Steps after which a point is given up.
 const MOST: usize = 40;
@@ -40,9 +40,9 @@ pub fn correct(
     desired: &Desired,
     wrench: &[f64; 6],
     settings: &Settings,
-    work: &mut SingleWork,
+    work: &mut SingleWorkspace,
 ) -> Result<Corrected, Refusal> {
-    let model = predictor.geometry.model;
+    let model = predictor.geometry().model;
     let target = &desired.target;
     let held = Held { hold: settings.hold, target };
     let mut q = desired.nominal.clone();
@@ -115,7 +115,7 @@ fn scale(model: &Model, k: usize) -> f64 {
 }
 
 /// Variables and passive joints at the configuration just placed.
-fn within_limits(model: &Model, q: &[f64], work: &SingleWork) -> Result<(), Refusal> {
+fn within_limits(model: &Model, q: &[f64], work: &SingleWorkspace) -> Result<(), Refusal> {
     let shown = |value: f64, is_angle: bool| {
         if is_angle { format!("{:.3} deg", value.to_degrees()) } else { format!("{:.3} mm", value * 1e3) }
     };
@@ -128,7 +128,7 @@ fn within_limits(model: &Model, q: &[f64], work: &SingleWork) -> Result<(), Refu
         }
     }
     beyond.extend(
-        beyond_limits(model, &work.placements)
+        beyond_limits(model, &work.state.placements)
             .map(|joint| format!("joint {} would leave its limits", model.frames[joint].name)),
     );
     if beyond.is_empty() { Ok(()) } else { Err(Refusal::Limits(beyond)) }

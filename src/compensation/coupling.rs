@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Refusal;
-use crate::prediction::{Seen, SinglePredictor, SingleWork};
+use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::{Process, Push};
 
 /// Steps after which the search is given up.
@@ -35,7 +35,7 @@ pub fn settle(
     process: &Process,
     (given, travel): (&[f64; 6], &Vector3<f64>),
     from: &Vector3<f64>,
-    work: &mut SingleWork,
+    work: &mut SingleWorkspace,
 ) -> Result<Balance, Refusal> {
     let by_force: Matrix3<f64> = predictor.compliance(index, work).fixed_view::<3, 3>(0, 0).into_owned();
     let mut at = |x: &Vector3<f64>| -> Result<(Push, Seen, [f64; 6], Vector3<f64>), Refusal> {

@@ -9,7 +9,7 @@ use super::{Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
 use crate::model::{Condition, Model};
-use crate::prediction::{Seen, SinglePredictor, SingleWork};
+use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::Process;
 
 /// Rounds after which sides of approach are taken as they are.
@@ -83,7 +83,7 @@ pub fn compensate(
             .par_iter()
             .enumerate()
             .map_init(
-                || predictor.work(),
+                || predictor.workspace(),
                 |work, (index, desired)| {
                     let desired = desired.as_ref().map_err(Clone::clone)?;
                     point(&predictor, index, desired, process, &travel[index], settings, work)
@@ -126,7 +126,7 @@ pub fn predict_path(
     let predictor = SinglePredictor::new(model, values, path)?;
     let travel = travel(desired);
     let settled = desired.par_iter().enumerate().map_init(
-        || predictor.work(),
+        || predictor.workspace(),
         |work, (index, desired)| {
             let desired = desired.as_ref().map_err(Clone::clone)?;
             let given = predictor.campaign.readings[index].wrench;
@@ -150,7 +150,7 @@ fn point(
     process: Option<&Process>,
     travel: &Vector3<f64>,
     settings: &Settings,
-    work: &mut SingleWork,
+    work: &mut SingleWorkspace,
 ) -> Result<Point, Refusal> {
     let given = predictor.campaign.readings[index].wrench;
     let target = desired.target.translation.vector;
@@ -173,7 +173,7 @@ fn point(
             predictor.place(&corrected.joints, work)?;
             // From where the arm stands under what it carries alone, and else from the target.
             let free = predictor.see(index, &given, work)?.real.translation.vector;
-            let settle = |from: &Vector3<f64>, work: &mut SingleWork| {
+            let settle = |from: &Vector3<f64>, work: &mut SingleWorkspace| {
                 settle(predictor, index, process, (&given, travel), from, work)
             };
             let found = settle(&free, work).or_else(|_| settle(&target, work))?;

@@ -1,7 +1,7 @@
 //! The parameters of a robot description, one row each: key in the file, quantity, range, common error, and where the
 //! number stands. Resolving, compiling and writing back go over these tables; no other place spells a key.
 //!
-//! A parameter is named `<owner>.<symbol>`. Names are made of owner and symbol here and never taken apart again.
+//! A parameter is named `<owner>.<symbol>`. Names are made of owner and symbol here; identity is that of the key.
 
 use super::raw::{
     JointKind, RawActuator, RawBaseStiffness, RawBody, RawFrame, RawJointStiffness, RawMarker, RawMaterial,
@@ -313,6 +313,17 @@ impl<'r> Owner<'r> {
             Self::Section(name) => vec!["sections", name],
             Self::Body(name) => vec!["bodies", name],
         }
+    }
+
+    /// Entries that could own a parameter of this name, were they declared. The one place that takes a name apart: one that
+    /// a file gives and nothing has.
+    pub fn possible(name: &'r str) -> Vec<Self> {
+        let owner = name.rsplit_once('.').map_or(name, |(owner, _)| owner);
+        let joint = owner.strip_prefix("joint").map(Self::Joint);
+        [Self::Frame(owner), Self::Actuator(owner), Self::Marker(owner), Self::Spring(owner)]
+            .into_iter()
+            .chain(joint)
+            .collect()
     }
 
     /// Name of one of its parameters.

@@ -7,6 +7,7 @@ use super::elastic::Elastic;
 pub use super::frame::{Constants, Frame, FrameIndex, Motion, branches};
 use super::parameters::{self, symbols};
 use super::raw::{LoopKind, Meet, RawEffect};
+use crate::parameter::Kind;
 
 /// Symbols of a frame's constants, in the order of their transforms.
 pub const FRAME_SYMBOLS: [&str; 7] = symbols(&parameters::FRAME);
@@ -55,6 +56,13 @@ pub struct Variable {
     pub is_angle: bool,
     /// Least and greatest value, rad or m.
     pub limits: Option<[f64; 2]>,
+}
+
+impl Variable {
+    /// What it measures.
+    pub fn kind(&self) -> Kind {
+        if self.is_angle { Kind::Angle } else { Kind::Length }
+    }
 }
 
 /// `joint = sum of factor * joint`.

@@ -11,6 +11,9 @@ use crate::description::campaign::Campaign;
 use crate::math::mean_rms_max;
 use crate::model::Model;
 
+/// Contrasts that agree this well are equal but for rounding.
+const TIE: f64 = 1e-9;
+
 /// A quantity that limits a region.
 struct Feature {
     name: String,
@@ -61,8 +64,9 @@ fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     features
 }
 
-/// The limit, among those with enough readings on either side, for which `contrast` is greatest: given two sums over the
-/// readings below and above with their numbers, how different they are, and whether those below are greater.
+/// The limit, among those with enough readings on either side, for which `contrast` of the sums over the readings below
+/// and above is greatest: how different they are, and whether those below are greater. Where limits of two features divide
+/// the readings alike, that of the later one is taken: a condition before a joint value.
 fn best_limit(
     features: &[Feature],
     inside: &[usize],
@@ -87,7 +91,7 @@ fn best_limit(
             let mut high = total;
             add(&mut high, low, -1.0);
             if let Some((contrast, is_below)) = contrast(&low, &high)
-                && best.as_ref().is_none_or(|known| contrast > known.0)
+                && best.as_ref().is_none_or(|known| contrast > known.0 * (1.0 - TIE))
             {
                 let threshold = 0.5 * (values[pair[0]] + values[pair[1]]);
                 best = Some((contrast, Limit { feature, threshold, is_below }));

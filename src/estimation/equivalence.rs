@@ -1,8 +1,8 @@
-//! Springs that a campaign cannot tell apart: in series they act as one of compliance sum c_i, in parallel as one of
+//! Springs that a campaign cannot separate: in series they act as one of compliance sum c_i, in parallel as one of
 //! stiffness sum k_i (eq. (68), (69) of the IR663 calibration paper).
 //!
 //! In series the columns of the members keep their ratio whatever the members' values are. In parallel they do not: a
-//! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed tells the two apart.
+//! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed separates the two.
 
 use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
@@ -52,7 +52,7 @@ pub struct Equivalence {
 /// A member's column may differ from a multiple of the kept one by this fraction. Springs that act as one agree to rounding
 /// (1e-9); the nearest that do not, on the bundled robots, differ by some per cent.
 const LEFT_OVER: f64 = 1e-3;
-/// Factor by which a compliance is changed to see whether the ratio of the columns follows: large beside their rounding,
+/// Factor by which a compliance is changed to see whether the ratio of the columns follows: large compared with their rounding,
 /// small enough to stay in the same regime.
 const CHANGED: f64 = 1.5;
 /// A compliance that is to carry nothing parallel to others is this many times softer than all of them: their sum then
@@ -142,7 +142,7 @@ fn ratio_follows(
 }
 
 impl SpringGroup {
-    /// What a member adds to the sum at a value of it, its weight left out; and the other way round.
+    /// What a member adds to the sum at a value of it, without its weight; and the inverse of that map.
     fn part(&self, model: &Model, slot: Slot, value: f64) -> f64 {
         if self.together == Together::Parallel && !is_stiffness(model, slot) { 1.0 / value } else { value }
     }

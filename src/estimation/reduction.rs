@@ -56,7 +56,7 @@ pub fn candidates(model: &Model, campaign: &Campaign, what: What) -> Result<Vec<
         }
         slots.extend(elastic);
     }
-    // Effects that the description has switched on are as uncertain as all else that it says.
+    // Effects that the description has switched on are as uncertain as all other values of it.
     slots.extend(declared(model).amounts.into_iter().flatten());
     if slots.is_empty() { Err(CalibrationError::NothingFree) } else { Ok(slots) }
 }

@@ -71,7 +71,7 @@ impl What {
 pub struct Settings {
     /// Which parameters are estimated; what the readings are made for where `None`.
     pub what: Option<What>,
-    /// Exactly these parameters next to base and tool, whatever [`Settings::what`] and the description say.
+    /// Exactly these parameters next to base and tool, whatever [`Settings::what`] and the description.
     pub only: Option<Vec<Slot>>,
     /// Parameters to hold at their nominal values, by name.
     pub hold: Vec<String>,

@@ -5,16 +5,21 @@ use rand::seq::SliceRandom;
 
 use crate::description::campaign::Campaign;
 
-/// Whether each reading is set aside to check: as the campaign says, else a seeded share of the configurations. The
-/// readings of one configuration are never split. With fewer than 8 configurations nothing is set aside.
+/// Configurations below which none is held out: the errors of one or two would mean nothing.
+const FEWEST: usize = 8;
+/// Greatest share that is held out.
+const MOST: f64 = 0.9;
+
+/// Whether each reading is held out to check: as the campaign marks them, else a seeded share (0 to 0.9) of the
+/// configurations. The readings of one configuration are never split. With fewer than 8 configurations none is held out.
 pub fn split(campaign: &Campaign, share: f64, seed: u64) -> Vec<bool> {
     if campaign.readings.iter().any(|reading| reading.check.is_some()) {
         return campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     }
     let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
     order.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(seed));
-    let count = if order.len() < 8 { 0 } else { (share.clamp(0.0, 0.9) * order.len() as f64).round() as usize };
-    let mut aside = vec![false; campaign.poses.len()];
-    order.iter().take(count).for_each(|&pose| aside[pose] = true);
-    campaign.readings.iter().map(|reading| aside[reading.pose]).collect()
+    let count = if order.len() < FEWEST { 0 } else { (share.clamp(0.0, MOST) * order.len() as f64).round() as usize };
+    let mut held_out = vec![false; campaign.poses.len()];
+    order.iter().take(count).for_each(|&pose| held_out[pose] = true);
+    campaign.readings.iter().map(|reading| held_out[reading.pose]).collect()
 }

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::description::yaml;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 
 /// Folders above a file in which its schema is sought.
 const HIGHEST: usize = 4;
@@ -25,7 +24,7 @@ pub fn schema_line(to: &Path, file: &str) -> String {
 
 /// Adds to the diagnostic of an empty file which schema it should follow.
 pub(super) fn name_schema(diagnostics: &mut [Diagnostic], kind: &str) {
-    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.message == yaml::EMPTY) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.code == Code::Empty) {
         diagnostic.remedy =
             Some(format!("write `key: value` pairs; `elastogeo schema {kind}` prints what is expected"));
     }

@@ -1,6 +1,6 @@
-//! Compliance by rules instead of springs and beams: Takagi-Sugeno models of order zero.
+//! Fuzzy compliance in place of springs and beams: Takagi-Sugeno models of order zero, in rad, m, N and base axes.
 //!
-//! A rule says "if x1 is about c1 and .. then the compliance is b"; what the inputs are about is read from strong
+//! A rule is "if x1 is about c1 and .. then the compliance is b"; how near the inputs are is read from strong
 //! triangular partitions (memberships sum to one, neighbours cross at one half) that hold their outermost value outside,
 //! and rules are joined by products, so that their weights sum to one too and the answer is the plain weighted sum.
 //!
@@ -68,8 +68,8 @@ pub fn compliance(fuzzy: &Fuzzy, x: &[f64]) -> Matrix6<f64> {
     matrix
 }
 
-/// Puts the geometry's fuzzy compliance, if it has one, into the response of a point of the tool: in place of what the
-/// springs and beams give under load, or added to it. What they give under own weight stays.
+/// Puts the geometry's fuzzy compliance, if it has one, into the response of a point of the tool: in place of that of
+/// the springs and beams, or added to it. Their deflection under own weight stays.
 pub fn put(geometry: &Geometry, q: &[f64], placements: &Placements, response: &mut Response) {
     let Some(fuzzy) = &geometry.model.fuzzy else { return };
     let mut x = Vec::new();
@@ -87,10 +87,11 @@ pub fn put(geometry: &Geometry, q: &[f64], placements: &Placements, response: &m
     }
 }
 
-/// Share of the span of an input's sets by which configurations may lie outside before it is told.
+/// Share of the span of an input's sets by which configurations may lie outside before a warning: fitted readings seldom
+/// reach the ends of the span that a user has in mind.
 const BEYOND: f64 = 0.1;
 
-/// What should be told where rules are asked for more than they hold: configurations (rad, m) with the point of each (a
+/// Warnings where rules are asked for more than they hold: configurations (rad, m) with the point of each (a
 /// marker; `Some(None)` is the tool centre point, `None` any other).
 pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Option<usize>>)]) -> Vec<Diagnostic> {
     let Some(fuzzy) = &model.fuzzy else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! What a campaign can tell: rank of the observation matrix, what is dropped and into what it is merged, conditioning
+//! What a campaign can determine: rank of the observation matrix, what is dropped and into what it is merged, conditioning
 //! and observability.
 //!
 //! Columns are scaled, the measuring arrangement (base, tool, markers) is kept first, and the robot's parameters are

@@ -14,10 +14,10 @@ pub struct Bounds {
     pub upper: Vec<f64>,
 }
 
-/// Which limit a parameter rests on.
+/// Which limit a parameter is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// The lower limit; also said of a parameter whose limits are equal.
+    /// The lower limit; also of a parameter whose limits are equal.
     Lower,
     /// The upper limit.
     Upper,
@@ -96,7 +96,7 @@ impl Bounds {
         self.touched(x).into_iter().zip(limits.zip(gradient)).map(holds).collect()
     }
 
-    /// The limit each parameter rests on.
+    /// The limit each parameter is on.
     pub(super) fn touched(&self, x: &[f64]) -> Vec<Option<Side>> {
         let side = |((&x, &lower), &upper)| {
             if x <= lower {

@@ -15,9 +15,12 @@ use super::bounds::{Bounds, Side};
 use super::solution::UsageError;
 use crate::math::linear::least_norm;
 
-/// Stiffness added to the programme, beside coefficients of size 1. Among equally good points an interior-point method
+/// Curvature added to the programme, whose coefficients are of size 1. Among equally good points an interior-point method
 /// goes to the middle of the box, far from where we are; with this it stays near 0. The active-set method works without.
 const RIDGE: f64 = 1e-9;
+
+/// Width of an interval relative to the box below which it has no interior: the solver's own accuracy.
+const NARROW: f64 = 1e-9;
 
 /// A box; limits may be infinite.
 pub(super) struct Region {
@@ -30,7 +33,7 @@ impl Region {
         z.iter().zip(&self.lower).zip(&self.upper).all(|((z, lower), upper)| lower <= z && z <= upper)
     }
 
-    /// Whether a variable has no room at all.
+    /// Whether the limits of a variable leave one value.
     pub fn is_fixed(&self, j: usize) -> bool {
         self.lower[j] >= self.upper[j]
     }
@@ -97,78 +100,96 @@ pub(super) fn minimize_from_zero(a: &DMatrix<f64>, b: &DVector<f64>, region: &Re
     active_set(a, b, region, z, active)
 }
 
+/// A bounded quadratic programme as clarabel takes it: the box has size 1 and coefficients are of size 1, because the
+/// solver's tolerances are absolute as much as relative.
+struct Programme {
+    /// Greatest limit of the box.
+    size: f64,
+    /// Variables that may move; others stay at 0.
+    movable: Vec<usize>,
+    quadratic: CscMatrix<f64>,
+    linear: Vec<f64>,
+    constraint: CscMatrix<f64>,
+    right: Vec<f64>,
+    /// Variable and side of each row of the constraint.
+    limits: Vec<(usize, Side)>,
+}
+
+impl Programme {
+    /// `None` where there is no variable to move or no limit to meet.
+    fn new(a: &DMatrix<f64>, b: &DVector<f64>, region: &Region) -> Option<Self> {
+        let n = a.ncols();
+        let finite = region.lower.iter().chain(region.upper.iter()).filter(|limit| limit.is_finite());
+        let size = finite.fold(0.0_f64, |size, limit| size.max(limit.abs()));
+        if !(size > 0.0 && size.is_finite()) {
+            return None;
+        }
+        let hessian = a.tr_mul(a) * size;
+        let gradient = a.tr_mul(b);
+        let unit = hessian.amax().max(gradient.amax());
+        if !(unit > 0.0 && unit.is_finite()) {
+            return None;
+        }
+        // An interval without interior has no inside for an interior-point method, and a variable without influence no
+        // reason to move.
+        let may_move = |j: usize| region.upper[j] - region.lower[j] > NARROW * size && hessian[(j, j)] > 0.0;
+        let movable: Vec<usize> = (0..n).filter(|&j| may_move(j)).collect();
+        let mut quadratic = (vec![0], Vec::new(), Vec::new());
+        let mut limits: Vec<(usize, Side)> = Vec::new();
+        let mut constraint = (vec![0], Vec::new(), Vec::new());
+        let mut right = Vec::new();
+        for (column, &j) in movable.iter().enumerate() {
+            for (row, &i) in movable[..=column].iter().enumerate() {
+                quadratic.1.push(row);
+                let ridge = if i == j { RIDGE } else { 0.0 };
+                quadratic.2.push(hessian[(i, j)] / unit + ridge);
+            }
+            quadratic.0.push(quadratic.1.len());
+            for (side, sign) in [(Side::Lower, -1.0), (Side::Upper, 1.0)] {
+                let limit = region.limit(j, side);
+                if limit.is_finite() {
+                    constraint.1.push(limits.len());
+                    constraint.2.push(sign);
+                    right.push(sign * limit / size);
+                    limits.push((j, side));
+                }
+            }
+            constraint.0.push(constraint.1.len());
+        }
+        let columns = movable.len();
+        (columns > 0 && !right.is_empty()).then(|| Self {
+            size,
+            linear: movable.iter().map(|&j| gradient[j] / unit).collect(),
+            movable,
+            quadratic: CscMatrix::new(columns, columns, quadratic.0, quadratic.1, quadratic.2),
+            constraint: CscMatrix::new(right.len(), columns, constraint.0, constraint.1, constraint.2),
+            right,
+            limits,
+        })
+    }
+}
+
 /// The active set clarabel finds, and the point with the active variables put on their limits.
 fn interior_point(a: &DMatrix<f64>, b: &DVector<f64>, region: &Region) -> Option<(DVector<f64>, Vec<Option<Side>>)> {
-    let n = a.ncols();
-    let finite = region.lower.iter().chain(region.upper.iter()).filter(|limit| limit.is_finite());
-    let size = finite.fold(0.0_f64, |size, limit| size.max(limit.abs()));
-    if !(size > 0.0 && size.is_finite()) {
-        return None;
-    }
-    // The solver's tolerances are absolute as much as relative: give it a box of size 1 and coefficients of size 1.
-    let hessian = a.tr_mul(a) * size;
-    let gradient = a.tr_mul(b);
-    let unit = hessian.amax().max(gradient.amax());
-    if !(unit > 0.0 && unit.is_finite()) {
-        return None;
-    }
-    // An interval without interior leaves an interior-point method no room, and a variable without influence no reason to
-    // move; those stay at 0.
-    let may_move = |j: usize| region.upper[j] - region.lower[j] > 1e-9 * size && hessian[(j, j)] > 0.0;
-    let movable: Vec<usize> = (0..n).filter(|&j| may_move(j)).collect();
-
-    let mut quadratic = (vec![0], Vec::new(), Vec::new());
-    let mut limits: Vec<(usize, Side)> = Vec::new();
-    let mut constraint = (vec![0], Vec::new(), Vec::new());
-    let mut right = Vec::new();
-    for (column, &j) in movable.iter().enumerate() {
-        for (row, &i) in movable[..=column].iter().enumerate() {
-            quadratic.1.push(row);
-            let ridge = if i == j { RIDGE } else { 0.0 };
-            quadratic.2.push(hessian[(i, j)] / unit + ridge);
-        }
-        quadratic.0.push(quadratic.1.len());
-        for (side, sign) in [(Side::Lower, -1.0), (Side::Upper, 1.0)] {
-            let limit = region.limit(j, side);
-            if limit.is_finite() {
-                constraint.1.push(limits.len());
-                constraint.2.push(sign);
-                right.push(sign * limit / size);
-                limits.push((j, side));
-            }
-        }
-        constraint.0.push(constraint.1.len());
-    }
-    // No variable to move or no limit to meet: not a programme the solver knows what to do with.
-    let columns = movable.len();
-    if columns == 0 || right.is_empty() {
-        return None;
-    }
-    let linear: Vec<f64> = movable.iter().map(|&j| gradient[j] / unit).collect();
+    let programme = Programme::new(a, b, region)?;
+    let Programme { quadratic, linear, constraint, right, .. } = &programme;
     let cones: [SupportedConeT<f64>; 1] = [NonnegativeConeT(right.len())];
     let settings = DefaultSettingsBuilder::default().verbose(false).max_threads(1).max_iter(50).build().ok()?;
-    let mut solver = DefaultSolver::new(
-        &CscMatrix::new(columns, columns, quadratic.0, quadratic.1, quadratic.2),
-        &linear,
-        &CscMatrix::new(right.len(), columns, constraint.0, constraint.1, constraint.2),
-        &right,
-        &cones,
-        settings,
-    )
-    .ok()?;
+    let mut solver = DefaultSolver::new(quadratic, linear, constraint, right, &cones, settings).ok()?;
     solver.solve();
     let answer = &solver.solution;
     let usable = matches!(answer.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
     if !usable || answer.x.iter().any(|v| !v.is_finite()) {
         return None;
     }
+    let n = a.ncols();
     let mut z = DVector::zeros(n);
-    for (&j, v) in movable.iter().zip(&answer.x) {
-        z[j] = v * size;
+    for (&j, v) in programme.movable.iter().zip(&answer.x) {
+        z[j] = v * programme.size;
     }
     region.clamp(&mut z);
     let mut active = vec![None; n];
-    for (&(j, side), (multiplier, slack)) in limits.iter().zip(answer.z.iter().zip(&answer.s)) {
+    for (&(j, side), (multiplier, slack)) in programme.limits.iter().zip(answer.z.iter().zip(&answer.s)) {
         // Strict complementarity: on an active limit the multiplier is the larger of the two.
         if multiplier > slack {
             z[j] = region.limit(j, side);

@@ -145,7 +145,7 @@ pub(super) struct Linear {
     noise: f64,
 }
 
-/// A step and what the linear model says about it.
+/// A step and what the linear model promises of it.
 pub(super) struct Step {
     /// Scaled step (n).
     pub z: DVector<f64>,
@@ -155,7 +155,7 @@ pub(super) struct Step {
     pub reduction: f64,
     /// Derivative of the cost along the step, negative.
     pub slope: f64,
-    /// Whether the radius had a say in it.
+    /// Whether the radius cut it short.
     pub limited: bool,
 }
 
@@ -237,7 +237,7 @@ impl Linear {
             })
     }
 
-    /// Gives back the memory for the next reduction.
+    /// The memory, for the next reduction.
     pub fn recycle(self) -> Vec<f64> {
         self.reduction.factors
     }

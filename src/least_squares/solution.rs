@@ -87,7 +87,7 @@ impl std::fmt::Display for Status {
 }
 
 impl Status {
-    /// Whether the answer is a local minimum as far as the tolerances can tell.
+    /// Whether the answer is a local minimum within the tolerances.
     pub fn converged(&self) -> bool {
         matches!(self, Self::Gradient | Self::Cost | Self::Step | Self::PerfectFit)
     }
@@ -118,6 +118,6 @@ pub struct Solution {
     pub jacobian_evaluations: usize,
     /// How the iteration ended.
     pub status: Status,
-    /// The limit each parameter rests on (n).
+    /// The limit each parameter is on (n).
     pub at_bound: Vec<Option<Side>>,
 }

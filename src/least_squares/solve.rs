@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::bounds::Bounds;
+use super::box_step::Region;
 use super::linear::{Linear, Reduced, Step};
 use super::problem::{EvaluationError, Problem};
 use super::settings::{Progress, Settings};
@@ -14,6 +15,9 @@ const BEND: f64 = 0.5;
 
 /// Cosine of a slope that is slight, when nothing better can be had.
 const SLIGHT: f64 = 1e-4;
+
+/// A reduction so many times larger than expected is no sign of the end, however small it is.
+const SURPRISE: f64 = 10.0;
 
 /// Minimises the cost of `problem` from `start` (n) within `bounds`.
 ///
@@ -33,7 +37,7 @@ pub fn minimize(
     minimize_observed(problem, start, bounds, settings, &mut |_| {})
 }
 
-/// As [`minimize`], telling `observer` about every step tried.
+/// As [`minimize`], calling `observer` with every step tried.
 ///
 /// # Errors
 /// As [`minimize`].
@@ -132,50 +136,31 @@ impl<'a, P: Problem> Search<'a, P> {
     /// Tries steps until a test is met.
     fn run(&mut self, mut linear: Linear, observer: &mut dyn FnMut(&Progress)) -> Result<Status, UsageError> {
         loop {
-            if self.cost <= self.settings.cost_floor {
-                return Ok(Status::PerfectFit);
+            if let Some(status) = self.ended(&linear) {
+                return Ok(status);
             }
-            if linear.cosine() <= self.settings.gradient_tolerance {
-                return Ok(Status::Gradient);
-            }
-            if self.iterations >= self.settings.max_iterations {
-                return Ok(Status::IterationLimit);
-            }
-            let box_of_steps = self.region.region(&self.x, self.bounds);
+            let region = self.region.region(&self.x, self.bounds);
             let radius = self.region.radius;
-            let step = linear.step(&box_of_steps, radius);
+            let step = linear.step(&region, radius);
             let end = self.region.apply(&self.x, &step.z, self.bounds);
             let negligible = self.negligible(&linear, &step);
             if end == self.x || step.reduction <= 0.0 {
-                let status = if !step.limited {
-                    Status::Step
-                } else if linear.cosine() <= SLIGHT {
-                    Status::Cost
-                } else {
-                    Status::Stalled
+                let stopped = match (step.limited, linear.cosine() <= SLIGHT) {
+                    (false, _) => Status::Step,
+                    (true, true) => Status::Cost,
+                    (true, false) => Status::Stalled,
                 };
-                return Ok(negligible.unwrap_or(status));
+                return Ok(negligible.unwrap_or(stopped));
             }
 
             self.iterations += 1;
             let mut trial = self.evaluate(end)?;
-            if let Some(straight) = trial.as_ref().filter(|trial| trial.reduction < GOOD * step.reduction)
-                && negligible.is_none()
-            {
-                let shift =
-                    DVector::from_iterator(self.x.len(), straight.x.iter().zip(&self.x).map(|(end, x)| end - x));
-                let curvature = &straight.residual - &self.residual - &self.jacobian * shift;
-                let z = linear.bent_step(curvature, &box_of_steps, radius);
-                // Where the bend is as large as the step, third derivatives rule and the correction is a leap in the dark.
-                if (&z - &step.z).norm() <= BEND * step.length {
-                    let bent = self.evaluate(self.region.apply(&self.x, &z, self.bounds))?;
-                    trial = [trial, bent].into_iter().flatten().max_by(|a, b| a.reduction.total_cmp(&b.reduction));
-                }
+            if trial.as_ref().is_some_and(|trial| trial.reduction < GOOD * step.reduction) && negligible.is_none() {
+                trial = self.bent(trial, &linear, &step, &region)?;
             }
-
             let reduction = trial.as_ref().map(|trial| trial.reduction);
-            // Below the rounding of the cost nobody can tell a good step from a bad one; the promise is still good, so such
-            // a step is taken, but after a failure it is the last.
+            // Below the rounding of the cost a good step and a bad one look alike; the prediction is still good, so such a
+            // step is taken, but after a failure it is the last.
             let hidden = is_hidden(&linear, &step);
             let unseen = if hidden { linear.visible() } else { 0.0 };
             let last = negligible.is_some() || hidden;
@@ -193,25 +178,55 @@ impl<'a, P: Problem> Search<'a, P> {
                 gain: reduction.map(|reduction| reduction / step.reduction),
                 accepted: matches!(next, Next::Moved(_)),
             });
-            match (reduction, next) {
+            let (Some(reduction), Next::Moved(_) | Next::Stay) = (reduction, &next) else {
                 // The derivative may fail where the residual does not: that is the edge of the domain too.
-                (None, _) | (_, Next::NoValue) => self.region.retreat(&step),
-                (Some(reduction), next) => {
-                    self.region.adapt(&step, reduction);
-                    if let Next::Moved(moved) = next {
-                        self.memory = std::mem::replace(&mut linear, *moved).recycle();
-                    }
-                    // A step that achieves far more than it promised was no sign of the end.
-                    let surprise = reduction > 10.0 * step.reduction.max(self.settings.cost_tolerance * self.cost);
-                    if let Some(status) = negligible.filter(|_| !surprise) {
-                        return Ok(status);
-                    }
-                    if hidden && !succeeds(reduction) {
-                        return Ok(Status::Cost);
-                    }
-                }
+                self.region.retreat(&step);
+                continue;
+            };
+            self.region.adapt(&step, reduction);
+            if let Next::Moved(moved) = next {
+                self.memory = std::mem::replace(&mut linear, *moved).recycle();
+            }
+            // A step that achieves far more than it promised was no sign of the end.
+            let surprise = reduction > SURPRISE * step.reduction.max(self.settings.cost_tolerance * self.cost);
+            if let Some(status) = negligible.filter(|_| !surprise) {
+                return Ok(status);
+            }
+            if hidden && !succeeds(reduction) {
+                return Ok(Status::Cost);
             }
         }
+    }
+
+    /// Why no step is to be tried from here.
+    fn ended(&self, linear: &Linear) -> Option<Status> {
+        if self.cost <= self.settings.cost_floor {
+            Some(Status::PerfectFit)
+        } else if linear.cosine() <= self.settings.gradient_tolerance {
+            Some(Status::Gradient)
+        } else {
+            (self.iterations >= self.settings.max_iterations).then_some(Status::IterationLimit)
+        }
+    }
+
+    /// The better of a step that disappointed and the same step corrected for the curvature that it revealed.
+    fn bent(
+        &mut self,
+        straight: Option<Trial>,
+        linear: &Linear,
+        step: &Step,
+        region: &Region,
+    ) -> Result<Option<Trial>, UsageError> {
+        let Some(straight) = straight else { return Ok(None) };
+        let shift = DVector::from_iterator(self.x.len(), straight.x.iter().zip(&self.x).map(|(end, x)| end - x));
+        let curvature = &straight.residual - &self.residual - &self.jacobian * shift;
+        let z = linear.bent_step(curvature, region, self.region.radius);
+        // Where the bend is as large as the step, third derivatives dominate and the correction is not to be trusted.
+        if (&z - &step.z).norm() > BEND * step.length {
+            return Ok(Some(straight));
+        }
+        let bent = self.evaluate(self.region.apply(&self.x, &z, self.bounds))?;
+        Ok([Some(straight), bent].into_iter().flatten().max_by(|a, b| a.reduction.total_cmp(&b.reduction)))
     }
 
     /// The residual at `x`; `None` where the model has no value.
@@ -295,7 +310,7 @@ impl<'a, P: Problem> Search<'a, P> {
 
 /// The reduction of the cost to hope for.
 fn promised(linear: &Linear, step: &Step) -> f64 {
-    // A step cut short by the radius says nothing about how far the minimum is; the full step still does.
+    // A step cut short by the radius does not show how far the minimum is; the full step still does.
     if step.limited { linear.best_reduction } else { step.reduction }
 }
 

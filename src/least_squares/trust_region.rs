@@ -16,7 +16,7 @@ pub(super) const GOOD: f64 = 0.75;
 /// A start value is taken for a guess of a parameter's size: a change by all of it weighs at least this part of what it
 /// weighs in the most influential parameter ...
 const GUESS: f64 = 0.3;
-/// ... unless that would make the parameter so many times more sluggish than its derivative says.
+/// ... unless that would make the parameter so many times more sluggish than its derivative makes it.
 const GUESS_LIMIT: f64 = 1e8;
 
 /// The set `|D p| <= radius`.
@@ -32,7 +32,7 @@ pub(super) struct TrustRegion {
 impl TrustRegion {
     /// The region around the start, from the norm of each column (n) and of the residual there.
     ///
-    /// The radius is `multiple` of the scaled parameters. Column norms alone say nothing about a parameter whose column
+    /// The radius is `multiple` of the scaled parameters. Column norms alone do not bound a parameter whose column
     /// happens to be small at a bad start (an exponential that has died out at the first measurement), so its own size
     /// bounds its steps too. A parameter that starts at 0 offers no such guess; if all do, a
     /// change of the residual by its own size must serve.

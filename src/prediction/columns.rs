@@ -2,138 +2,129 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{Deflected, Predicted, measured_point};
-use crate::description::campaign::{Campaign, Reading};
-use crate::elements::Motion;
-use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
+use super::reading::{Predicted, ReadingAt};
+use crate::description::campaign::Campaign;
+use crate::kinematics::{By, Geometry, shift};
 use crate::math::left_jacobian;
+use crate::model::Model;
 use crate::observation::{MeasuredPoint, Observes, PointDerivative, Twist};
 use crate::parameter::{Group, Slot};
+use crate::state::{ColumnMotion, FrameTwistPlan, FrameTwists, LoadedPoint, Mechanics, State};
 
 /// Where each asked parameter enters.
-pub struct Columns {
-    observes: Observes,
-    /// For each measured frame: its plan.
-    plans: Vec<(usize, ErrorColumns)>,
-    /// Columns of the robot's own parameters, and their slots.
-    robot: Vec<usize>,
-    slots: Vec<Slot>,
+pub(super) struct Columns {
+    twists: FrameTwistPlan,
+    /// The robot's own parameters.
+    robot: Vec<RobotColumn>,
     /// Component of the base's pose, column.
     base: Vec<(usize, usize)>,
     /// Component of the tool's pose, column.
     tool: Vec<(usize, usize)>,
     /// Marker, component, column.
     markers: Vec<(usize, usize, usize)>,
+    /// Columns of elastic parameters.
+    elastic: Vec<usize>,
     base_jacobian: Matrix3<f64>,
     tool_jacobian: Matrix3<f64>,
 }
 
-impl Columns {
-    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, slots: &[Slot], all: bool) -> Self {
-        let model = geometry.model;
-        let mut columns = Self {
-            observes: campaign.observes,
-            plans: Vec::new(),
-            robot: Vec::new(),
-            slots: Vec::new(),
-            base: Vec::new(),
-            tool: Vec::new(),
-            markers: Vec::new(),
-            base_jacobian: left_jacobian(&vector(geometry, model.base + 3)),
-            tool_jacobian: left_jacobian(&vector(geometry, model.tool.1 + 3)),
-        };
-        let mut by = Vec::new();
-        for (column, &slot) in slots.iter().enumerate() {
-            match model.registry[slot].group {
-                Group::Base => columns.base.push((slot - model.base, column)),
-                Group::Tool if (model.tool.1..model.tool.1 + 6).contains(&slot) => {
-                    columns.tool.push((slot - model.tool.1, column));
-                }
-                Group::Tool => {
-                    let marker = model.markers.iter().position(|marker| (marker.slot..marker.slot + 3).contains(&slot));
-                    columns.markers.extend(marker.map(|m| (m, slot - model.markers[m].slot, column)));
-                }
-                Group::Geometry => {
-                    columns.robot.push(column);
-                    columns.slots.push(slot);
-                    by.push(By::Slot(slot));
-                }
-                Group::Elastic | Group::Effect => {}
-            }
-        }
-        let mut frames = vec![model.tool.0];
-        frames.extend(
-            campaign.readings.iter().filter_map(|reading| reading.marker).map(|marker| model.markers[marker].frame),
-        );
-        if all {
-            // What gives sits between all frames: each moves with the parameters.
-            frames = (0..model.frames.len()).collect();
-        }
-        frames.sort_unstable();
-        frames.dedup();
-        columns.plans =
-            frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
-        columns
-    }
+/// A parameter of the robot's geometry.
+#[derive(Debug, Clone, Copy)]
+struct RobotColumn {
+    column: usize,
+    slot: Slot,
+    /// As it moves joints.
+    driver: Option<usize>,
+}
 
-    /// Room for the columns of each measured frame.
-    pub fn buffers(&self) -> Vec<Vec<[f64; 6]>> {
-        self.plans.iter().map(|_| vec![[0.0; 6]; self.robot.len()]).collect()
-    }
+/// Rows of one reading in the derivatives, row-major.
+pub(super) struct ReadingRows<'a> {
+    pub observes: Observes,
+    pub width: usize,
+    pub rows: &'a mut [f64],
+}
 
-    /// Columns of each measured frame at a placed configuration.
-    pub fn evaluate(
-        &self,
-        geometry: &Geometry,
-        q: &[f64],
-        placements: &Placements,
-        rates: &mut Rates,
-        out: &mut [Vec<[f64; 6]>],
-    ) {
-        if self.plans.iter().any(|(_, plan)| plan.needs_rates()) {
-            rates.evaluate(geometry, q, placements);
-        }
-        for ((_, plan), out) in self.plans.iter().zip(out) {
-            plan.evaluate(geometry, placements, rates, out);
-        }
-    }
-
-    /// Adds to column `column` of the rows of one reading how it changes with its point.
-    pub fn put(&self, column: usize, point: &MeasuredPoint, by: PointDerivative, width: usize, rows: &mut [f64]) {
+impl ReadingRows<'_> {
+    /// Adds to a column how the reading changes with its point.
+    pub fn add(&mut self, column: usize, point: &MeasuredPoint, by: PointDerivative) {
         let derivative = self.observes.derivative(point, &by);
-        for (row, value) in rows.chunks_exact_mut(width).zip(derivative) {
+        for (row, value) in self.rows.chunks_exact_mut(self.width).zip(derivative) {
             row[column] += value;
         }
     }
+}
 
-    /// Rows of one reading, row-major of the given width.
-    #[allow(clippy::too_many_arguments)] // one call site, inside the prediction's inner loop
-    pub fn rows(
-        &self,
-        geometry: &Geometry,
-        placements: &Placements,
-        frames: &[Vec<[f64; 6]>],
-        reading: &Reading,
-        predicted: &Predicted,
-        width: usize,
-        rows: &mut [f64],
-    ) {
-        rows.fill(0.0);
-        let (frame, point) = measured_point(geometry, reading);
-        let base = geometry.base();
-        let to_frame = &placements.frames[frame];
+/// The elastic ones among some slots.
+pub(super) fn elastic(model: &Model, slots: &[Slot]) -> Vec<usize> {
+    (0..slots.len()).filter(|&column| model.registry[slots[column]].group == Group::Elastic).collect()
+}
+
+impl Columns {
+    /// Columns by `slots`; of `all` frames where the deflection changes with their motion.
+    pub fn new(mechanics: &Mechanics, campaign: &Campaign, slots: &[Slot], all: bool) -> Self {
+        let geometry = &mechanics.geometry;
+        let model = geometry.model;
+        let (mut robot, mut base, mut tool, mut markers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (column, &slot) in slots.iter().enumerate() {
+            match model.registry[slot].group {
+                Group::Base => base.push((slot - model.base, column)),
+                Group::Tool if (model.tool.1..model.tool.1 + 6).contains(&slot) => {
+                    tool.push((slot - model.tool.1, column));
+                }
+                Group::Tool => {
+                    let marker = model.markers.iter().position(|marker| (marker.slot..marker.slot + 3).contains(&slot));
+                    markers.extend(marker.map(|m| (m, slot - model.markers[m].slot, column)));
+                }
+                Group::Geometry => robot.push(RobotColumn { column, slot, driver: mechanics.driver(slot) }),
+                Group::Elastic | Group::Effect => {}
+            }
+        }
+        let measured = campaign.readings.iter().filter_map(|reading| reading.marker);
+        let frames = if all {
+            // Elastic elements sit between all frames: each moves with the parameters.
+            (0..model.frames.len()).collect()
+        } else {
+            std::iter::once(model.tool.0).chain(measured.map(|marker| model.markers[marker].frame)).collect()
+        };
+        let by: Vec<By> = robot.iter().map(|of| By::Slot(of.slot)).collect();
+        Self {
+            twists: mechanics.twist_plan(frames, &by),
+            robot,
+            base,
+            tool,
+            markers,
+            elastic: elastic(model, slots),
+            base_jacobian: left_jacobian(&vector(geometry, model.base + 3)),
+            tool_jacobian: left_jacobian(&vector(geometry, model.tool.1 + 3)),
+        }
+    }
+
+    /// Workspace of the frames' columns.
+    pub fn twists(&self) -> FrameTwists {
+        self.twists.twists()
+    }
+
+    /// Columns of the frames at a placed configuration.
+    pub fn evaluate(&self, mechanics: &Mechanics, state: &mut State, out: &mut FrameTwists) {
+        mechanics.evaluate_twists(state, &self.twists, None, out);
+    }
+
+    /// Derivatives of one reading as its frame, base, tool and marker move; the deflection keeps its axes in the base.
+    pub fn by_frames(&self, at: &ReadingAt, twists: &FrameTwists, predicted: &Predicted, rows: &mut ReadingRows) {
+        let geometry = &at.mechanics.geometry;
+        let (base, marker) = (geometry.base(), at.point.marker);
+        let to_frame = &at.state.placements.frames[at.point.at.frame];
         let in_measurement = base.rotation.matrix() * to_frame.rotation.matrix();
-        let arm = to_frame.rotation.matrix() * point.coords;
-        let mut put = |column: usize, by: PointDerivative| self.put(column, &predicted.point, by, width, rows);
+        let arm = to_frame.rotation.matrix() * at.point.at.point;
+        let mut put = |column: usize, by: PointDerivative| rows.add(column, &predicted.point, by);
         let of_frames = |displacement: Vector3<f64>, rotation: Vector3<f64>| {
             PointDerivative::of_frames(Twist::new(displacement, rotation))
         };
         // What load turns, it turns after the robot has.
         let after = turned(predicted);
-        let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
-        for (&column, moved) in self.robot.iter().zip(&frames[plan]) {
+        for (of, moved) in self.robot.iter().zip(twists.of(at.point.at.frame)) {
             let turn = Vector3::new(moved[3], moved[4], moved[5]);
-            put(column, of_frames(base.rotation * shift(moved, &arm), after * (base.rotation * turn)));
+            put(of.column, of_frames(base.rotation * shift(moved, &arm), after * (base.rotation * turn)));
         }
         let from_base = predicted.point.undeflected - base.translation.vector;
         for &(k, column) in &self.base {
@@ -149,7 +140,7 @@ impl Columns {
         }
         for &(k, column) in &self.tool {
             match k {
-                0..=2 if reading.marker.is_none() => put(column, of_frames(in_measurement * axis(k), Vector3::zeros())),
+                0..=2 if marker.is_none() => put(column, of_frames(in_measurement * axis(k), Vector3::zeros())),
                 3.. => {
                     let turn = after * (in_measurement * self.tool_jacobian.column(k - 3));
                     put(column, of_frames(Vector3::zeros(), turn));
@@ -157,69 +148,72 @@ impl Columns {
                 _ => {}
             }
         }
-        for &(marker, k, column) in &self.markers {
-            if reading.marker == Some(marker) {
+        for &(own, k, column) in &self.markers {
+            if marker == Some(own) {
                 put(column, of_frames(in_measurement * axis(k), Vector3::zeros()));
             }
         }
     }
-}
 
-impl Columns {
-    /// Adds to the rows of one reading how its deflection changes with what moves frames and point. The columns were
-    /// planned for all frames.
-    #[allow(clippy::too_many_arguments)] // one call site, inside the prediction's inner loop
-    pub fn with_motion(
+    /// Adds how the deflection of a point changes with what moves frames and
+    /// point. The columns were made for all frames.
+    pub fn by_motion(
         &self,
-        geometry: &Geometry,
-        placements: &Placements,
-        rates: &Rates,
-        frames: &[Vec<[f64; 6]>],
-        reading: &Reading,
+        mechanics: &Mechanics,
+        state: &mut State,
+        point: &LoadedPoint,
+        twists: &FrameTwists,
         predicted: &Predicted,
-        mut change: impl FnMut(&Vector3<f64>, Option<(usize, &Motion)>) -> Deflected,
-        width: usize,
-        rows: &mut [f64],
+        rows: &mut ReadingRows,
     ) {
-        let (frame, point) = measured_point(geometry, reading);
-        let turned = placements.frames[frame].rotation;
-        let arm = turned.matrix() * point.coords;
-        let base = geometry.base().rotation;
-        let jacobian = left_jacobian(&predicted.turned);
-        let mut put = |column: usize, changed: Deflected| {
-            let by = Twist::new(base * changed.displacement, jacobian * (base * changed.rotation));
-            self.put(column, &predicted.point, PointDerivative::of_deflection(by), width, rows);
-        };
-        for (k, &column) in self.robot.iter().enumerate() {
-            let own = &frames[frame][k];
-            let moved = shift(own, &arm);
-            let driver = rates.driver(self.slots[k]);
-            let joints = |joint| driver.map_or(0.0, |driver| rates.rate(joint, driver));
-            let motion = Motion { by: Some(self.slots[k]), frames: &|frame| frames[frame][k], joints: &joints };
-            put(column, change(&moved, Some((k, &motion))));
+        let turned = state.placements.frames[point.at.frame].rotation;
+        let arm = turned.matrix() * point.at.point;
+        let to_measurement = DeflectionAxes::new(mechanics, predicted);
+        for (k, of) in self.robot.iter().enumerate() {
+            let moved = shift(&twists.of(point.at.frame)[k], &arm);
+            let motion = ColumnMotion { twists, column: k, by: Some(of.slot), driver: of.driver };
+            let change = mechanics.deflection_by_motion(state, point, &moved, Some(motion));
+            rows.add(of.column, &predicted.point, to_measurement.derivative(&change));
         }
-        let tool = self.tool.iter().filter(|(k, _)| *k < 3 && reading.marker.is_none()).copied();
-        let markers = self.markers.iter().filter(|(marker, _, _)| reading.marker == Some(*marker));
+        let tool = self.tool.iter().filter(|(k, _)| *k < 3 && point.marker.is_none()).copied();
+        let markers = self.markers.iter().filter(|(own, _, _)| point.marker == Some(*own));
         for (k, column) in tool.chain(markers.map(|&(_, k, column)| (k, column))) {
-            put(column, change(&(turned * axis(k)), None));
+            let change = mechanics.deflection_by_motion(state, point, &(turned * axis(k)), None);
+            rows.add(column, &predicted.point, to_measurement.derivative(&change));
         }
     }
 
-    /// Adds the columns of elastic parameters to the rows of one reading.
-    pub fn deflected(
+    /// Adds the columns of elastic parameters.
+    pub fn by_elastic(
         &self,
-        geometry: &Geometry,
-        by: impl Iterator<Item = (usize, Deflected)>,
+        mechanics: &Mechanics,
+        state: &mut State,
+        point: &LoadedPoint,
         predicted: &Predicted,
-        width: usize,
-        rows: &mut [f64],
+        rows: &mut ReadingRows,
     ) {
-        let base = geometry.base().rotation;
-        let jacobian = left_jacobian(&predicted.turned);
-        for (column, change) in by {
-            let by = Twist::new(base * change.displacement, jacobian * (base * change.rotation));
-            self.put(column, &predicted.point, PointDerivative::of_deflection(by), width, rows);
+        let to_measurement = DeflectionAxes::new(mechanics, predicted);
+        let changes = mechanics.deflection_by_parameters(state, point);
+        for (&column, change) in self.elastic.iter().zip(changes) {
+            rows.add(column, &predicted.point, to_measurement.derivative(&change));
         }
+    }
+}
+
+/// What takes a change of the deflection (base axes) to one of the measured point.
+struct DeflectionAxes {
+    base: Rotation3<f64>,
+    jacobian: Matrix3<f64>,
+}
+
+impl DeflectionAxes {
+    fn new(mechanics: &Mechanics, predicted: &Predicted) -> Self {
+        Self { base: mechanics.geometry.base().rotation, jacobian: left_jacobian(&predicted.turned) }
+    }
+
+    fn derivative(&self, change: &Twist) -> PointDerivative {
+        let rotation = self.jacobian * (self.base * change.rotation);
+        PointDerivative::of_deflection(Twist::new(self.base * change.displacement, rotation))
     }
 }
 

@@ -2,15 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::deflection::Deflections;
+use super::batch::{Block, Predictor, loads};
+use super::error::PredictionError;
+use super::reading::{ReadingAt, by_column};
 use super::terms::{Term, Terms};
-use super::{Deflected, PredictionError, Predictor, by_column, mechanism, predict, rest};
 use crate::description::campaign::Campaign;
-use crate::kinematics::{Geometry, Placements, Rates};
 use crate::model::Model;
+use crate::observation::Twist;
+use crate::state::Mechanics;
 
 /// Columns of `terms` over all readings of a campaign at `values`: row-major, rows as
-/// [`super::Linearised::residual`], a column for each parameter of each term.
+/// [`super::Linearised::residual`], a column for each parameter of each term; and their number.
 ///
 /// # Errors
 /// The first configuration that cannot be assembled.
@@ -21,47 +23,45 @@ pub fn effect_columns(
     terms: Vec<Term>,
 ) -> Result<(Vec<f64>, usize), PredictionError> {
     let predictor = Predictor::new(model, campaign, Vec::new())?;
-    let geometry = Geometry::new(model, values)?;
-    let pattern = Rates::new(model);
-    let terms = Terms::new(&geometry, &pattern, campaign, terms);
-    let deflections = Deflections::new(model, values, campaign, &[]);
+    let mechanics = Mechanics::new(model, values, loads(campaign), &[])?;
+    let terms = Terms::new(&mechanics, campaign, terms);
+    let chunks = predictor.blocks.par_chunks(8);
+    let found: Vec<_> = chunks.map(|blocks| rows_of(&mechanics, campaign, &terms, blocks)).collect();
+    let mut all = Vec::with_capacity(predictor.rows() * terms.columns);
+    for rows in found {
+        all.extend(rows?);
+    }
+    Ok((all, terms.columns))
+}
+
+fn rows_of(
+    mechanics: &Mechanics,
+    campaign: &Campaign,
+    terms: &Terms,
+    blocks: &[Block],
+) -> Result<Vec<f64>, PredictionError> {
+    let (mut state, mut workspace) = (mechanics.state(), terms.workspace());
     let (components, width) = (campaign.components(), terms.columns);
-    let blocks: Vec<Result<Vec<f64>, PredictionError>> = predictor
-        .blocks
-        .par_chunks(8)
-        .map(|blocks| {
-            let (mut placements, mut rates) = (Placements::default(), pattern.clone());
-            let (mut work, mut loaded) = (terms.work(), deflections.work());
-            let mut rows = Vec::new();
-            for block in blocks {
-                let q = campaign.configuration(block.start);
-                geometry.place(q, &mut placements).map_err(|source| predictor.assembly(block.start, source))?;
-                deflections
-                    .place(&geometry, q, &placements, &mut loaded)
-                    .map_err(|source| mechanism(campaign, block.start, source))?;
-                terms.place(&geometry, q, &placements, &mut rates, &mut work);
-                for index in block.clone() {
-                    let reading = &campaign.readings[index];
-                    let point = rest(&geometry, &placements, reading);
-                    let applied = deflections.by_wrench(&loaded, reading, &point);
-                    terms.evaluate(&geometry, campaign, index, reading, q, &placements, &rates, &applied, &mut work);
-                    let at = predict(&geometry, campaign, &placements, reading, &Deflected::default()).point;
-                    let first = rows.len();
-                    rows.resize(first + components * width, 0.0);
-                    for (column, by) in work.columns.iter().enumerate() {
-                        let derivative = campaign.observes.derivative(&at, &by_column(by));
-                        for (row, value) in rows[first..].chunks_exact_mut(width).zip(derivative) {
-                            row[column] = value;
-                        }
-                    }
+    let mut rows = Vec::new();
+    for block in blocks {
+        let placed = mechanics.place(campaign.configuration(block.start), &mut state);
+        placed.map_err(|source| PredictionError::at(campaign, block.start, source))?;
+        terms.place(mechanics, &mut state, &mut workspace);
+        for index in block.clone() {
+            let reading = &campaign.readings[index];
+            let point = mechanics.point(&state, reading.marker, &reading.wrench);
+            let at = ReadingAt { mechanics, state: &state, campaign, index, point: &point };
+            terms.evaluate(&at, &mut workspace);
+            let seen = at.predict(&Twist::zero()).point;
+            let first = rows.len();
+            rows.resize(first + components * width, 0.0);
+            for (column, by) in workspace.columns.iter().enumerate() {
+                let derivative = campaign.observes.derivative(&seen, &by_column(by));
+                for (row, value) in rows[first..].chunks_exact_mut(width).zip(derivative) {
+                    row[column] = value;
                 }
             }
-            Ok(rows)
-        })
-        .collect();
-    let mut all = Vec::with_capacity(campaign.readings.len() * components * width);
-    for block in blocks {
-        all.extend(block?);
+        }
     }
-    Ok((all, width))
+    Ok(rows)
 }

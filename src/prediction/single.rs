@@ -1,51 +1,44 @@
 //! What single readings should be at any configuration, and how they change with the variables: what the inverse of the
 //! calibrated robot asks over and over, where there is no campaign to compare with.
 
-use nalgebra::{Matrix6, Point3, Rotation3, Translation3, Vector3, Vector6};
+use nalgebra::{Matrix6, Rotation3, Translation3, Vector3, Vector6};
 
-use super::deflection::{Deflected, Deflections, Work};
-use super::terms::{Declared, TermWork, Terms, amounts_of, declared};
-use super::{measured_point, predict, rest};
-use crate::description::campaign::{Campaign, Reading};
-use crate::elastics::Mechanism;
-use crate::elements::Motion;
-use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
+use super::reading::ReadingAt;
+use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared};
+use crate::description::campaign::Campaign;
+use crate::kinematics::{AssemblyError, By, Geometry, Transform, rotation_vector, shift};
 use crate::math::left_jacobian;
 use crate::model::Model;
+use crate::state::{ColumnMotion, FrameTwistPlan, FrameTwists, LoadedPoint, Loads, Mechanics, State, StateError};
 
 /// Predictions of the readings of a campaign (its configurations left aside) as poses in the robot's base frame, with
 /// load, own weight and the effects that the model has switched on. Effects of the measurement are left out: no command
 /// corrects them. Immutable, shared between threads.
 #[derive(Debug, Clone)]
 pub struct SinglePredictor<'a> {
-    /// The model with its values, shifts by effects included.
-    pub geometry: Geometry<'a>,
-    /// Markers, wrenches and conditions of the readings.
+    /// Markers, wrenches and conditions of the readings; it observes poses.
     pub campaign: &'a Campaign,
     /// Names of the effects left out, as `effect@site`.
     pub left_out: Vec<String>,
-    deflections: Deflections<'a>,
+    /// The model with its values, shifts by effects included.
+    mechanics: Mechanics<'a>,
     terms: Terms,
     amounts: Vec<f64>,
-    pattern: Rates,
-    /// For each frame: its columns by the variables.
-    plans: Vec<ErrorColumns>,
+    /// How all frames move with the variables.
+    twists: FrameTwistPlan,
     to_base: Transform,
 }
 
-/// Room for one thread.
+/// Workspace for one thread.
 #[derive(Debug, Clone)]
-pub struct SingleWork {
-    /// Frames and joints as placed.
-    pub placements: Placements,
+pub struct SingleWorkspace {
+    /// The placed configuration.
+    pub state: State,
     /// Displacement (m) and rotation (rad) of the reading's point, base axes, by each variable; of the last call of
     /// [`SinglePredictor::differentiate`].
     pub jacobian: Vec<[f64; 6]>,
-    q: Vec<f64>,
-    rates: Rates,
-    loaded: Work,
-    added: TermWork,
-    columns: Vec<Vec<[f64; 6]>>,
+    terms: TermWorkspace,
+    twists: FrameTwists,
 }
 
 /// A reading's point as predicted; axes are the tool's.
@@ -66,12 +59,9 @@ pub struct Seen {
 /// Why a reading cannot be predicted at a configuration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SingleError {
-    /// A loop or actuator cannot close.
+    /// The configuration cannot be placed.
     #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// The structure can move without force.
-    #[error(transparent)]
-    Mechanism(#[from] Mechanism),
+    State(#[from] StateError),
     /// The wrench is too great.
     #[error("the deflection is not finite; the wrench is too great")]
     TooGreat,
@@ -100,27 +90,26 @@ impl<'a> SinglePredictor<'a> {
                 terms.push(term);
             }
         }
-        let geometry = Geometry::new(model, &values)?;
-        let pattern = Rates::new(model);
-        let deflections = Deflections::new(model, &values, campaign, &[]).under_any_wrench();
-        let terms = Terms::new(&geometry, &pattern, campaign, terms);
+        let mechanics = Mechanics::new(model, &values, Loads { weight: true, wrench: true }, &[])?;
+        let terms = Terms::new(&mechanics, campaign, terms);
         let by: Vec<By> = (0..model.variables.len()).map(By::Variable).collect();
-        let plans = (0..model.frames.len()).map(|frame| ErrorColumns::new(&geometry, &pattern, frame, &by)).collect();
-        let to_base = geometry.base().inverse();
-        Ok(Self { geometry, campaign, left_out, deflections, terms, amounts, pattern, plans, to_base })
+        let twists = mechanics.twist_plan((0..model.frames.len()).collect(), &by);
+        let to_base = mechanics.geometry.base().inverse();
+        Ok(Self { campaign, left_out, mechanics, terms, amounts, twists, to_base })
     }
 
-    /// Room for one thread.
-    pub fn work(&self) -> SingleWork {
-        let variables = self.geometry.model.variables.len();
-        SingleWork {
-            placements: Placements::default(),
-            jacobian: vec![[0.0; 6]; variables],
-            q: vec![0.0; variables],
-            rates: self.pattern.clone(),
-            loaded: self.deflections.work(),
-            added: self.terms.work(),
-            columns: vec![vec![[0.0; 6]; variables]; self.plans.len()],
+    /// The model with its values, shifts by effects included.
+    pub fn geometry(&self) -> &Geometry<'a> {
+        &self.mechanics.geometry
+    }
+
+    /// Workspace for one thread.
+    pub fn workspace(&self) -> SingleWorkspace {
+        SingleWorkspace {
+            state: self.mechanics.state(),
+            jacobian: vec![[0.0; 6]; self.geometry().model.variables.len()],
+            terms: self.terms.workspace(),
+            twists: self.twists.twists(),
         }
     }
 
@@ -128,102 +117,84 @@ impl<'a> SinglePredictor<'a> {
     ///
     /// # Errors
     /// What cannot be assembled, or can move without force.
-    pub fn place(&self, q: &[f64], work: &mut SingleWork) -> Result<(), SingleError> {
-        self.geometry.place(q, &mut work.placements)?;
-        self.deflections.place(&self.geometry, q, &work.placements, &mut work.loaded)?;
-        work.q.copy_from_slice(q);
+    pub fn place(&self, q: &[f64], workspace: &mut SingleWorkspace) -> Result<(), SingleError> {
+        self.mechanics.place(q, &mut workspace.state)?;
         if self.terms.columns > 0 {
-            self.terms.place(&self.geometry, q, &work.placements, &mut work.rates, &mut work.added);
+            self.terms.place(&self.mechanics, &mut workspace.state, &mut workspace.terms);
         }
         Ok(())
     }
 
-    fn reading(&self, index: usize, wrench: &[f64; 6]) -> Reading {
-        Reading { wrench: *wrench, ..self.campaign.readings[index] }
+    fn point(&self, index: usize, wrench: &[f64; 6], state: &State) -> LoadedPoint {
+        self.mechanics.point(state, self.campaign.readings[index].marker, wrench)
     }
 
     /// A reading at the placed configuration under a wrench (N and N.m, base axes).
     ///
     /// # Errors
     /// [`SingleError::TooGreat`].
-    pub fn see(&self, index: usize, wrench: &[f64; 6], work: &mut SingleWork) -> Result<Seen, SingleError> {
-        let reading = self.reading(index, wrench);
-        let point = rest(&self.geometry, &work.placements, &reading);
-        let deflected = self.deflections.of(&work.loaded, &reading, &point);
-        let by_wrench = self.deflections.by_wrench(&work.loaded, &reading, &point);
-        let mut predicted = predict(&self.geometry, self.campaign, &work.placements, &reading, &deflected);
+    pub fn see(&self, index: usize, wrench: &[f64; 6], workspace: &mut SingleWorkspace) -> Result<Seen, SingleError> {
+        let SingleWorkspace { state, terms, .. } = workspace;
+        let state: &State = state;
+        let (mechanics, geometry) = (&self.mechanics, self.geometry());
+        let point = self.point(index, wrench, state);
+        let deflection = mechanics.deflection(state, &point);
+        let by_wrench = mechanics.deflection_by_wrench(state, &point).displacement;
+        let at = ReadingAt { mechanics, state, campaign: self.campaign, index, point: &point };
+        let mut predicted = at.predict(&deflection);
         if self.terms.columns > 0 {
-            self.terms.evaluate(
-                &self.geometry,
-                self.campaign,
-                index,
-                &reading,
-                &work.q,
-                &work.placements,
-                &work.rates,
-                &by_wrench,
-                &mut work.added,
-            );
-            predicted.add(&work.added.columns, &self.amounts);
+            self.terms.evaluate(&at, terms);
+            predicted.add(&terms.columns, &self.amounts);
         }
-        if !predicted.point.position().norm().is_finite() {
+        let (position, orientation) = (predicted.point.position(), predicted.point.orientation);
+        if !position.norm().is_finite() {
             return Err(SingleError::TooGreat);
         }
-        let (frame, _) = measured_point(&self.geometry, &reading);
-        let axes = work.placements.frames[frame].rotation * self.geometry.tool().rotation;
+        let axes = state.placements.frames[point.at.frame].rotation * geometry.tool().rotation;
         Ok(Seen {
-            real: self.to_base
-                * Transform::from_parts(Translation3::from(predicted.point.position()), predicted.point.orientation),
-            rigid: Transform::from_parts(Translation3::from(point.coords), axes),
-            by_weight: deflected.displacement - by_wrench,
+            real: self.to_base * Transform::from_parts(Translation3::from(position), orientation),
+            rigid: Transform::from_parts(Translation3::from(point.position), axes),
+            by_weight: deflection.displacement - by_wrench,
             by_wrench,
-            turned: deflected.rotation,
+            turned: deflection.rotation,
         })
     }
 
-    /// Derivatives by the variables, into [`SingleWork::jacobian`], of a reading just seen under the same wrench: of its
-    /// rigid pose, and, if `elastic`, of its deflection too. Effects are taken to go along with the point.
-    pub fn differentiate(&self, index: usize, wrench: &[f64; 6], seen: &Seen, elastic: bool, work: &mut SingleWork) {
-        let reading = self.reading(index, wrench);
-        let (measured, local) = measured_point(&self.geometry, &reading);
-        let elastic = elastic && self.deflections.is_active();
-        let needed = |frame: usize| elastic || frame == measured;
-        if self.terms.columns == 0
-            && self.plans.iter().enumerate().any(|(frame, plan)| needed(frame) && plan.needs_rates())
-        {
-            work.rates.evaluate(&self.geometry, &work.q, &work.placements);
-        }
-        for (frame, plan) in self.plans.iter().enumerate().filter(|(frame, _)| needed(*frame)) {
-            plan.evaluate(&self.geometry, &work.placements, &work.rates, &mut work.columns[frame]);
-        }
-        let arm = work.placements.frames[measured].rotation * local.coords;
-        let point = Point3::from(seen.rigid.translation.vector);
-        if elastic {
-            self.deflections.prepare_motion(&mut work.loaded);
-        }
-        let (after, jacobian) = (Rotation3::new(seen.turned), left_jacobian(&seen.turned));
-        for variable in 0..work.jacobian.len() {
-            let column = work.columns[measured][variable];
+    /// Derivatives by the variables, into [`SingleWorkspace::jacobian`], of a reading just seen under the same wrench: of
+    /// its rigid pose, and, if `elastic`, of its deflection too. Effects are taken to go along with the point.
+    pub fn differentiate(
+        &self,
+        index: usize,
+        wrench: &[f64; 6],
+        seen: &Seen,
+        elastic: bool,
+        workspace: &mut SingleWorkspace,
+    ) {
+        let SingleWorkspace { state, jacobian, twists, .. } = workspace;
+        let point = self.point(index, wrench, state);
+        let elastic = elastic && self.mechanics.deflects();
+        let only = (!elastic).then_some(point.at.frame);
+        self.mechanics.evaluate_twists(state, &self.twists, only, twists);
+        let arm = state.placements.frames[point.at.frame].rotation * point.at.point;
+        let (after, by_turn) = (Rotation3::new(seen.turned), left_jacobian(&seen.turned));
+        for (variable, out) in jacobian.iter_mut().enumerate() {
+            let column = twists.of(point.at.frame)[variable];
             let mut moved = shift(&column, &arm);
             let mut turn = after * Vector3::new(column[3], column[4], column[5]);
             if elastic {
-                let SingleWork { placements, rates, loaded, columns, .. } = &mut *work;
-                let frames = |frame: usize| columns[frame][variable];
-                let joints = |joint: usize| rates.rate(joint, variable);
-                let motion = Motion { by: None, frames: &frames, joints: &joints };
-                let change: Deflected =
-                    self.deflections.by_motion(loaded, placements, &reading, &point, &moved, Some((variable, &motion)));
+                let motion = ColumnMotion { twists, column: variable, by: None, driver: Some(variable) };
+                let change = self.mechanics.deflection_by_motion(state, &point, &moved, Some(motion));
                 moved += change.displacement;
-                turn += jacobian * change.rotation;
+                turn += by_turn * change.rotation;
             }
-            work.jacobian[variable] = [moved.x, moved.y, moved.z, turn.x, turn.y, turn.z];
+            *out = [moved.x, moved.y, moved.z, turn.x, turn.y, turn.z];
         }
     }
 
     /// Displacement and rotation of a reading's point by force and moment there, base axes, at the placed configuration.
-    pub fn compliance(&self, index: usize, work: &SingleWork) -> Matrix6<f64> {
-        let reading = &self.campaign.readings[index];
-        self.deflections.compliance(&work.loaded, reading, &rest(&self.geometry, &work.placements, reading))
+    pub fn compliance(&self, index: usize, workspace: &SingleWorkspace) -> Matrix6<f64> {
+        let point = self.point(index, &self.campaign.readings[index].wrench, &workspace.state);
+        self.mechanics.compliance(&workspace.state, &point)
     }
 }
 
@@ -236,7 +207,7 @@ impl Seen {
     /// Displacement and rotation vector that bring the point to a pose, base axes.
     pub fn to(&self, target: &Transform) -> Vector6<f64> {
         let moved = target.translation.vector - self.real.translation.vector;
-        let turn = crate::kinematics::rotation_vector(&(target.rotation * self.real.rotation.inverse()));
+        let turn = rotation_vector(&(target.rotation * self.real.rotation.inverse()));
         Vector6::new(moved.x, moved.y, moved.z, turn.x, turn.y, turn.z)
     }
 }

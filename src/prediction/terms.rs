@@ -1,17 +1,19 @@
 //! Effects in a prediction: what each parameter of each switched-on effect adds to a reading, to first order.
+//!
+//! Columns are displacements (m) and rotations (rad) of the measured point, measurement frame.
 
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use super::measured_point;
-use crate::description::campaign::{Campaign, Reading};
-use crate::elastics::Elastics;
-use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, shift};
+use super::reading::ReadingAt;
+use crate::description::campaign::Campaign;
+use crate::kinematics::shift;
 use crate::model::{
-    Change, Changes, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, Survey, SwitchedOn,
+    Change, Changes, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, SwitchedOn,
 };
 use crate::parameter::Slot;
+use crate::state::{JointLoadPlan, JointLoads, Mechanics, State};
 
 /// An effect at a site with its nonlinear values, compiled for a model.
 #[derive(Clone)]
@@ -46,186 +48,132 @@ impl Term {
 
 /// Terms compiled for a campaign; shared between threads.
 #[derive(Debug, Clone)]
-pub struct Terms {
+pub(super) struct Terms {
     /// The terms, in order; columns are theirs, one after the other.
-    pub terms: Vec<Term>,
+    terms: Vec<Term>,
     /// Number of columns.
     pub columns: usize,
     /// First column of each term.
     first: Vec<usize>,
     is_difference: bool,
-    /// For each frame that is measured or weighs: its columns by the variables, then by `slots`.
-    plans: Vec<(usize, ErrorColumns)>,
+    loads: JointLoadPlan,
+    /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
-    /// Masses: plan, kg, point in the frame.
-    masses: Vec<(usize, f64, Vector3<f64>)>,
     variables: usize,
+    /// By term: which of the temperatures of frames is its site's; none where it has that of the surroundings.
+    site_temperature: Vec<Option<usize>>,
 }
 
-/// Room for one thread.
+/// Workspace for one thread.
 #[derive(Debug, Clone, Default)]
-pub struct TermWork {
-    by: Vec<Vec<[f64; 6]>>,
-    own_load: Vec<f64>,
-    load: Vec<f64>,
+pub(super) struct TermWorkspace {
+    loads: JointLoads,
     side: Vec<f64>,
     changes: Vec<(usize, Change)>,
     /// Displacement and rotation of the reading by one unit of each column, measurement frame.
     pub columns: Vec<[f64; 6]>,
 }
 
-/// Columns of frames that readings ask for, beside those of the model's constants.
 impl Terms {
-    /// Compiles terms. `slots` are constants of the model that terms may change in single readings.
-    pub fn new(geometry: &Geometry, pattern: &Rates, campaign: &Campaign, terms: Vec<Term>) -> Self {
-        let model = geometry.model;
-        let variables = model.variables.len();
+    /// Compiles terms for the readings of a campaign.
+    pub fn new(mechanics: &Mechanics, campaign: &Campaign, terms: Vec<Term>) -> Self {
+        let model = mechanics.geometry.model;
         let first = terms.iter().scan(0, |sum, term| {
             let first = *sum;
             *sum += term.parameters.len();
             Some(first)
         });
-        let first: Vec<usize> = first.collect();
+        let first = first.collect();
         let columns = terms.iter().map(|term| term.parameters.len()).sum();
-        // Which constants the terms change shows in a trial reading with everything known.
         let slots = slots_changed(model, &terms);
-        let mut by: Vec<By> = (0..variables).map(By::Variable).collect();
-        by.extend(slots.iter().map(|&slot| By::Slot(slot)));
-        let mut frames: Vec<usize> =
-            campaign.readings.iter().map(|r| r.marker.map_or(model.tool.0, |m| model.markers[m].frame)).collect();
-        let masses = masses(model, geometry.values());
-        frames.extend(masses.iter().map(|(frame, ..)| *frame));
-        frames.sort_unstable();
-        frames.dedup();
-        let masses =
-            masses.into_iter().map(|(frame, mass, at)| (frames.binary_search(&frame).unwrap_or(0), mass, at)).collect();
-        let plans = frames.into_iter().map(|frame| (frame, ErrorColumns::new(geometry, pattern, frame, &by))).collect();
+        let loads = JointLoadPlan::new(mechanics, measured_frames(model, campaign), &slots);
+        let variables = model.variables.len();
+        let own_temperature =
+            |term: &Term| campaign.conditions.site_temperatures.get_index_of(&model.frames[term.site.frame].name);
+        let site_temperature = terms.iter().map(own_temperature).collect();
         let is_difference = campaign.observes.is_difference();
-        Self { terms, columns, first, is_difference, plans, slots, masses, variables }
+        Self { terms, columns, first, is_difference, loads, slots, variables, site_temperature }
     }
 
-    /// Room for one thread.
-    pub fn work(&self) -> TermWork {
-        TermWork {
-            by: self.plans.iter().map(|_| vec![[0.0; 6]; self.variables + self.slots.len()]).collect(),
-            own_load: vec![0.0; self.variables],
-            load: vec![0.0; self.variables],
+    /// Workspace for one thread.
+    pub fn workspace(&self) -> TermWorkspace {
+        TermWorkspace {
+            loads: self.loads.loads(),
             side: vec![0.0; self.variables],
             changes: Vec::new(),
             columns: vec![[0.0; 6]; self.columns],
         }
     }
 
-    /// What a configuration's readings share: frames' columns and own weight on the joints.
-    pub fn place(
-        &self,
-        geometry: &Geometry,
-        q: &[f64],
-        placements: &Placements,
-        rates: &mut Rates,
-        work: &mut TermWork,
-    ) {
-        rates.evaluate(geometry, q, placements);
-        for ((_, plan), out) in self.plans.iter().zip(&mut work.by) {
-            plan.evaluate(geometry, placements, rates, out);
-        }
-        work.own_load.fill(0.0);
-        let gravity = geometry.model.structure.gravity;
-        for &(plan, mass, at) in &self.masses {
-            let arm = placements.frames[self.plans[plan].0].rotation * at;
-            for (load, column) in work.own_load.iter_mut().zip(&work.by[plan]) {
-                *load += shift(column, &arm).dot(&gravity) * mass;
-            }
-        }
-        // Loads as torques of the joints: a screw's variable is its length.
-        for (variable, load) in work.own_load.iter_mut().enumerate() {
-            *load /= joint_rate(geometry.model, rates, variable);
-        }
+    /// What a configuration's readings share: motions of frames, own weight on the joints.
+    pub fn place(&self, mechanics: &Mechanics, state: &mut State, out: &mut TermWorkspace) {
+        self.loads.place(mechanics, state, &mut out.loads);
     }
 
-    /// Columns of one reading at the placed configuration `q`, into `work.columns`; `deflection` is the displacement by
-    /// the applied wrench alone, base axes.
-    #[allow(clippy::too_many_arguments)] // the whole state of one reading
-    pub fn evaluate(
-        &self,
-        geometry: &Geometry,
-        campaign: &Campaign,
-        index: usize,
-        reading: &Reading,
-        q: &[f64],
-        placements: &Placements,
-        rates: &Rates,
-        deflection: &Vector3<f64>,
-        work: &mut TermWork,
-    ) {
-        let model = geometry.model;
-        let base = geometry.base();
-        let (frame, point) = measured_point(geometry, reading);
-        let plan = self.plans.iter().position(|(planned, _)| *planned == frame).unwrap_or(0);
-        let arm = placements.frames[frame].rotation * point.coords;
-        let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
-        let moment = Vector3::new(reading.wrench[3], reading.wrench[4], reading.wrench[5]);
-        for variable in 0..self.variables {
-            let column = &work.by[plan][variable];
-            let turn = Vector3::new(column[3], column[4], column[5]);
-            let applied = shift(column, &arm).dot(&force) + turn.dot(&moment);
-            work.load[variable] = work.own_load[variable] + applied / joint_rate(model, rates, variable);
-            work.side[variable] = campaign.conditions.sides(variable).map_or(0.0, |all| all[index]);
+    /// Columns of one reading, into `out.columns`.
+    pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
+        let TermWorkspace { loads, side, changes, columns } = out;
+        self.loads.load(at.state, at.point, loads);
+        let conditions = &at.campaign.conditions;
+        for (variable, side) in side.iter_mut().enumerate() {
+            *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
         }
-        let at: Point3<f64> = base * (placements.frames[frame] * point);
-        work.columns.fill([0.0; 6]);
-        let is_difference = self.is_difference;
-        for (term, &first) in self.terms.iter().zip(&self.first) {
-            let temperatures = campaign.conditions.temperatures_at(&model.frames[term.site.frame].name);
+        let time = conditions.time.as_ref().map(|all| all[at.index]);
+        let base = at.mechanics.geometry.base();
+        let position = (base * Point3::from(at.point.position)).coords;
+        let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
+        columns.fill([0.0; 6]);
+        for ((term, &first), site) in self.terms.iter().zip(&self.first).zip(&self.site_temperature) {
+            let own = site.and_then(|site| conditions.site_temperatures.get_index(site)).map(|(_, all)| all);
             let context = ReadingContext {
-                q,
-                joints: &placements.joints,
-                load: &work.load,
-                own_load: &work.own_load,
-                side: &work.side,
-                time: campaign.conditions.time.as_ref().map(|all| all[index]),
-                temperature: temperatures.map(|all| all[index]),
-                position: at.coords,
+                q: &at.state.q,
+                joints: &at.state.placements.joints,
+                load: &loads.total,
+                own_load: &loads.own,
+                side,
+                time,
+                temperature: own.or(conditions.temperature.as_ref()).map(|all| all[at.index]),
+                position,
                 base: base.translation.vector,
-                deflection: base.rotation * deflection,
-                is_difference,
+                deflection: base.rotation * by_wrench.displacement,
+                is_difference: self.is_difference,
             };
-            work.changes.clear();
-            (term.changes)(&context, &mut work.changes);
-            for &(parameter, change) in &work.changes {
-                let (column, amount) = match change {
-                    Change::Joint(_, _) if is_difference => continue,
-                    Change::Joint(variable, amount) | Change::Deflection(variable, amount) => {
-                        (work.by[plan][variable], amount / joint_rate(model, rates, variable))
-                    }
-                    Change::Slot(slot, amount) => match self.slots.binary_search(&slot) {
-                        Ok(at) => (work.by[plan][self.variables + at], amount),
-                        Err(_) => continue,
-                    },
-                    Change::Point(moved, turned) => {
-                        let out = &mut work.columns[first + parameter];
-                        for k in 0..3 {
-                            out[k] += moved[k];
-                            out[k + 3] += turned[k];
-                        }
-                        continue;
-                    }
-                };
-                let moved = base.rotation * shift(&column, &arm) * amount;
-                let turned = base.rotation * Vector3::new(column[3], column[4], column[5]) * amount;
-                let out = &mut work.columns[first + parameter];
-                for k in 0..3 {
-                    out[k] += moved[k];
-                    out[k + 3] += turned[k];
-                }
+            changes.clear();
+            (term.changes)(&context, changes);
+            for &(parameter, change) in changes.iter() {
+                let twist = self.twist(at, loads, change);
+                let column = &mut columns[first + parameter];
+                (0..6).for_each(|k| column[k] += twist[k]);
             }
         }
     }
 
-    /// Loads on the joints that the last reading evaluated had: under everything, and under own weight alone.
-    pub fn loads<'w>(&self, work: &'w TermWork) -> (&'w [f64], &'w [f64]) {
-        (&work.load, &work.own_load)
+    /// Displacement and rotation of a reading by a change.
+    fn twist(&self, at: &ReadingAt, loads: &JointLoads, change: Change) -> [f64; 6] {
+        let moved = loads.twists.of(at.point.at.frame);
+        let (column, amount) = match change {
+            Change::Joint(..) if self.is_difference => return [0.0; 6],
+            Change::Joint(variable, amount) | Change::Deflection(variable, amount) => {
+                (moved[variable], amount / loads.joint_rate[variable])
+            }
+            Change::Slot(slot, amount) => match self.slots.binary_search(&slot) {
+                Ok(index) => (moved[self.variables + index], amount),
+                Err(_) => return [0.0; 6],
+            },
+            Change::Point(moved, turned) => return [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z],
+        };
+        let base = at.mechanics.geometry.base().rotation;
+        let arm = at.state.placements.frames[at.point.at.frame].rotation * at.point.at.point;
+        let moved = base * shift(&column, &arm) * amount;
+        let turned = base * Vector3::new(column[3], column[4], column[5]) * amount;
+        [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z]
     }
+}
+
+/// Frames of the measured points, some twice.
+pub(super) fn measured_frames(model: &Model, campaign: &Campaign) -> Vec<usize> {
+    let frame = |marker: Option<usize>| marker.map_or(model.tool.0, |m| model.markers[m].frame);
+    campaign.readings.iter().map(|reading| frame(reading.marker)).collect()
 }
 
 /// Effects that are switched on.
@@ -255,41 +203,6 @@ pub fn declared(model: &Model) -> Declared {
 /// Amounts by their slots; zero where a parameter is not given.
 pub(super) fn amounts_of(slots: &[Option<Slot>], values: &[f64]) -> Vec<f64> {
     slots.iter().map(|slot| slot.and_then(|slot| values.get(slot).copied()).unwrap_or_default()).collect()
-}
-
-/// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.
-fn joint_rate(model: &Model, rates: &Rates, variable: usize) -> f64 {
-    use crate::description::robot::Motion;
-    let driven = model.frames.iter().position(|frame| match frame.motion {
-        Motion::Variable { index, .. } => index == variable,
-        Motion::Actuator(_) => false,
-        _ => false,
-    });
-    let joint = driven.or_else(|| model.actuators.iter().find(|a| a.variable == variable).map(|a| a.joint));
-    let rate = joint.map_or(1.0, |joint| rates.rate(joint, variable));
-    if rate.abs() > 1e-9 { rate } else { 1.0 }
-}
-
-/// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
-pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(usize, f64, Vector3<f64>)> {
-    let structure = &model.structure;
-    let mut all: Vec<(usize, f64, Vector3<f64>)> = structure
-        .masses
-        .iter()
-        .map(|mass| {
-            let v = &values[mass.slot..mass.slot + 4];
-            (mass.frame, v[0], Vector3::new(v[1], v[2], v[3]))
-        })
-        .collect();
-    for (ends, per_length) in Elastics::new(model, values, &[]).masses_per_length() {
-        let [a, b] = ends.map(|end| structure.at_home(end));
-        if let Some(frame) = structure.frame_of(*ends) {
-            let middle = structure.home[frame].inverse() * Point3::from(0.5 * (a + b));
-            all.push((frame, per_length * (b - a).norm(), middle.coords));
-        }
-    }
-    all.retain(|(_, mass, _)| *mass != 0.0);
-    all
 }
 
 /// Constants that terms change in single readings, from a reading in which everything is known.
@@ -322,47 +235,4 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
     slots.sort_unstable();
     slots.dedup();
     slots
-}
-
-/// What a campaign offers: greatest loads on the joints, times, temperatures, sides of approach.
-pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, crate::kinematics::AssemblyError> {
-    let model = geometry.model;
-    let mut rates = Rates::new(model);
-    let terms = Terms::new(geometry, &rates, campaign, Vec::new());
-    let mut work = terms.work();
-    let mut placements = Placements::default();
-    let variables = model.variables.len();
-    let mut survey =
-        Survey { greatest_load: vec![0.0; variables], greatest_own_load: vec![0.0; variables], ..Survey::default() };
-    let mut last = None;
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        let q = campaign.configuration(index);
-        if last != Some(q) {
-            geometry.place(q, &mut placements)?;
-            terms.place(geometry, q, &placements, &mut rates, &mut work);
-            last = Some(q);
-        }
-        terms.evaluate(geometry, campaign, index, reading, q, &placements, &rates, &Vector3::zeros(), &mut work);
-        let (load, own) = terms.loads(&work);
-        let difference = campaign.observes.is_difference();
-        for (greatest, own) in survey.greatest_own_load.iter_mut().zip(own) {
-            *greatest = greatest.max(own.abs());
-        }
-        for (greatest, (load, own)) in survey.greatest_load.iter_mut().zip(load.iter().zip(own)) {
-            *greatest = greatest.max((load - if difference { *own } else { 0.0 }).abs());
-        }
-    }
-    let mut times = campaign.conditions.time.clone().unwrap_or_default();
-    times.sort_by(f64::total_cmp);
-    times.dedup();
-    survey.times = times;
-    let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64).filter(|v| v.is_finite());
-    let conditions = &campaign.conditions;
-    let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
-    survey.mean_temperatures = temperatures.collect();
-    survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
-    survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    survey.is_difference = campaign.observes.is_difference();
-    Ok(survey)
 }

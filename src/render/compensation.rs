@@ -7,9 +7,11 @@ use serde_json::{Map, Value, json};
 
 use super::table::{Screen, deg, mm};
 use crate::compensation::{Outcome, Point, Refusal, Sides};
+use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::math::mean_rms_max;
 use crate::model::Model;
+use crate::observation::POSE;
 
 /// What `compensate` found, with what the controller must be told.
 #[derive(Debug, Clone)]
@@ -170,29 +172,31 @@ impl Compensation<'_> {
     }
 
     /// CSV of the points that are not refused, in units: commands, and the poses by the controller's geometry.
-    pub fn csv(&self, units: &Units) -> String {
-        let (length, angle) = (units.length.factor(), units.angle.factor());
-        let mut header = vec!["pose".to_string()];
-        header.extend(self.model.variables.iter().map(|v| v.name.clone()));
-        header.extend(["x", "y", "z", "rx", "ry", "rz"].map(String::from));
-        let mut text = header.join(",") + "\n";
-        for (index, point) in self.outcome.points.iter().enumerate() {
-            let Ok(point) = point else { continue };
-            let mut row = vec![quoted(&self.names[index])];
-            let joints = point.corrected.joints.iter().zip(&self.model.variables);
-            row.extend(joints.map(|(q, v)| format!("{:.9}", q / if v.is_angle { angle } else { length })));
-            // Empty where the controller's own geometry has no pose for the commands.
-            let unit = |k: usize| if k < 3 { length } else { angle };
-            let pose = self.poses[index];
-            row.extend((0..6).map(|k| pose.map_or(String::new(), |pose| format!("{:.9}", pose[k] / unit(k)))));
-            text += &row.join(",");
-            text += "\n";
+    ///
+    /// # Errors
+    /// As [`Sheet::csv`].
+    pub fn csv(&self, units: &Units) -> std::io::Result<String> {
+        let points: Vec<(usize, &Point)> = self
+            .outcome
+            .points
+            .iter()
+            .enumerate()
+            .filter_map(|(index, point)| Some((index, point.as_ref().ok()?)))
+            .collect();
+        let points = &points;
+        let mut sheet = Sheet::new();
+        sheet.column("pose", |row| self.names[points[row].0].clone());
+        for (k, variable) in self.model.variables.iter().enumerate() {
+            let unit = units.of(variable.kind());
+            sheet.column(&variable.name, move |row| format!("{:.9}", points[row].1.corrected.joints[k] / unit));
         }
-        text
+        // Empty where the controller's own geometry has no pose for the commands.
+        for (k, column) in POSE.columns().iter().enumerate() {
+            let unit = units.of(column.kind);
+            sheet.column(column.name, move |row| {
+                self.poses[points[row].0].map_or_else(String::new, |pose| format!("{:.9}", pose[k] / unit))
+            });
+        }
+        sheet.csv(0..points.len())
     }
-}
-
-/// A name as CSV has it.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r', ';']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.into() }
 }

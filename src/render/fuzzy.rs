@@ -54,7 +54,7 @@ fn grew(steps: &[Step]) -> String {
                 _ => String::new(),
             };
             let sets = if step.sets.contains(&0) { "none".into() } else { sets.join("x") };
-            format!("{of}{sets} {:.4}", mm(step.errors[1]))
+            format!("{of}{sets} {:.4}", mm(step.test))
         });
         let _ = writeln!(out, "  {}: {}", names.join(" and "), own.collect::<Vec<_>>().join("  ->  "));
     }
@@ -65,7 +65,7 @@ fn grew(steps: &[Step]) -> String {
 pub fn step_text(step: &Step) -> String {
     let names: Vec<String> = step.columns.iter().map(|&column| Component::name([step.axis, column])).collect();
     let sets: Vec<String> = step.sets.iter().map(ToString::to_string).collect();
-    format!("rules for {}: {} sets, test error {:.4} mm", names.join(" and "), sets.join("x"), mm(step.errors[1]))
+    format!("rules for {}: {} sets, test error {:.4} mm", names.join(" and "), sets.join("x"), mm(step.test))
 }
 
 fn rules_text(fit: &FuzzyFit, screen: Screen) -> String {
@@ -172,7 +172,7 @@ pub fn fuzzy_json(fit: &FuzzyFit) -> Value {
             let names: Vec<String> = s.columns.iter().map(|&column| Component::name([s.axis, column])).collect();
             json!({"components": names, "component": s.column.map(|column| Component::name([s.axis, column])),
                    "sets": s.sets,
-                   "fit": s.errors[0].is_finite().then(|| mm(s.errors[0])), "test": mm(s.errors[1])})
+                   "fit": s.fitted.map(mm), "test": mm(s.test)})
         })
         .collect();
     let levels: Vec<Value> = fit

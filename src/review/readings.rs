@@ -7,7 +7,7 @@ use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
-use crate::prediction::{Linearised, PredictionError, Predictor, rest};
+use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_point};
 
 /// Residuals of all readings at one stage.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +87,7 @@ pub fn readings(
     let mut points = Vec::with_capacity(campaign.readings.len());
     for (index, reading) in campaign.readings.iter().enumerate() {
         geometry.place(campaign.configuration(index), &mut placements)?;
-        points.push(rest(&geometry, &placements, reading).coords);
+        points.push(undeflected_point(&geometry, &placements, reading).coords);
     }
     let base = geometry.base();
     // Where it was measured, not where it should be: a reading that is simply wrong stands off.

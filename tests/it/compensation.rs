@@ -65,11 +65,11 @@ fn single_predictions_are_those_of_campaigns() {
     for (model, values) in cases() {
         let campaign = measured(&model, &values, 12, 8);
         let predictor = SinglePredictor::new(&model, &values, &campaign).expect("assembled");
-        let mut work = predictor.work();
+        let mut work = predictor.workspace();
         for (index, reading) in campaign.readings.iter().enumerate() {
             predictor.place(campaign.configuration(index), &mut work).expect("placed");
             let seen = predictor.see(index, &reading.wrench, &mut work).expect("seen");
-            let found = predictor.geometry.base() * seen.real;
+            let found = predictor.geometry().base() * seen.real;
             let v = &reading.measured;
             let moved = found.translation.vector - Vector3::new(v[0], v[1], v[2]);
             let rotation = Rotation3::new(Vector3::new(v[3], v[4], v[5]));
@@ -89,7 +89,7 @@ fn derivatives_by_variables_are_those_of_differences() {
         model.effects.clear();
         let campaign = measured(&model, &values, 6, 9);
         let predictor = SinglePredictor::new(&model, &values, &campaign).expect("assembled");
-        let mut work = predictor.work();
+        let mut work = predictor.workspace();
         for (index, reading) in campaign.readings.iter().enumerate() {
             let q = campaign.configuration(index).to_vec();
             let mut at = |q: &[f64]| {
@@ -517,7 +517,7 @@ fn markers_pass_along_a_path_of_positions() {
         path.readings[0].wrench = [200.0, 0.0, -1500.0, 0.0, 0.0, 0.0];
         path.readings[0].marker = Some(model.marker(&format!("m{}", row + 1)).expect("a marker"));
         let predictor = SinglePredictor::new(&model, &values, &path).expect("assembled");
-        let mut work = predictor.work();
+        let mut work = predictor.workspace();
         predictor.place(&q, &mut work).expect("placed");
         let seen = predictor.see(0, &path.readings[0].wrench, &mut work).expect("seen");
         let away = (seen.real.translation.vector * 1e3 - Vector3::from(wanted[row])).norm();

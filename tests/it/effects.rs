@@ -49,7 +49,9 @@ fn every_effect_has_its_section() {
         }
         for parameter in effect.nonlinear_parameters() {
             let keys: Vec<String> = match parameter.kind {
-                NonlinearKind::Choice(words) => words.iter().map(|word| format!("{}: {word}", parameter.name)).collect(),
+                NonlinearKind::Choice(words) => {
+                    words.iter().map(|word| format!("{}: {word}", parameter.name)).collect()
+                }
                 _ => vec![parameter.name.to_string()],
             };
             for key in keys {

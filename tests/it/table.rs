@@ -1,6 +1,6 @@
 //! Reading of measurements: CSV as laboratories write it.
 
-use elastogeo::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
+use elastogeo::description::table::{ColumnKind, Dialect, ExpectedColumn, Sheet, Table, read_table};
 use elastogeo::diagnostic::Diagnostic;
 use rand::{RngExt, SeedableRng};
 use std::collections::BTreeMap;
@@ -271,4 +271,19 @@ fn mutated_files_are_read_or_refused_with_a_place() {
         }
     }
     assert!(sound > 200, "the mutations leave some files sound: {sound}");
+}
+
+#[test]
+fn names_that_need_quotes_are_written_and_read_back() {
+    let names = ["plain", "with, comma", "with \"quotes\"", "two\nlines"];
+    let mut sheet = Sheet::new();
+    sheet.column("pose", |row| names[row].into());
+    sheet.column("q1", |row| format!("{:.3}", 0.25 * row as f64));
+    sheet.column("x", |row| row.to_string());
+    let text = sheet.csv(0..names.len()).expect("written");
+    assert!(text.starts_with("pose,q1,x\nplain,0.000,0\n\"with, comma\",0.250,1\n"), "{text}");
+    let table = read(text.as_bytes()).expect("read");
+    let back: Vec<&str> = (0..names.len()).filter_map(|row| table.texts("pose")?.get(row)).collect();
+    assert_eq!(back, names);
+    assert_eq!(table.numbers("q1"), Some(&[0.0, 0.25, 0.5, 0.75][..]));
 }

@@ -80,7 +80,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
                 measurements: Some(OneOrMany::One(csv_name.into())),
                 ..RawCampaign::default()
             };
-            files.push((folder.join(csv_name), csv(&plan.robot, campaign)));
+            files.push((folder.join(csv_name), csv(&plan.robot, campaign)?));
             files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Error::Impossible)?));
         }
     }

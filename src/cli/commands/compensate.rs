@@ -97,7 +97,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     }
     if let Some(file) = &command.table {
         if refused == 0 || command.keep_going {
-            output.files.push((file.clone(), found.csv(&units)));
+            output.files.push((file.clone(), found.csv(&units)?));
             output.text += &format!("commands, and the controller's poses of them: {}\n", file.display());
         } else {
             output.text += &format!(

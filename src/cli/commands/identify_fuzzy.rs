@@ -15,7 +15,7 @@ use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
-use crate::estimation::fuzzy::{Placement, Step, fit_fuzzy, fit_grey};
+use crate::estimation::fuzzy::{FuzzySettings, FuzzyTask, Placement, Step, fit_fuzzy, fit_grey};
 use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::least_squares::Progress;
@@ -98,6 +98,8 @@ pub fn run(
         PlacementName::GaussNewton => Placement::GaussNewton,
         PlacementName::SolisWets => Placement::SolisWets(session.seed()),
     };
+    let limits = FuzzySettings { placement, ..FuzzySettings::default() };
+    let task = FuzzyTask { model, campaign, held_out: aside, inputs: &inputs, settings: limits };
     let started = Instant::now();
     let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
     let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
@@ -113,11 +115,11 @@ pub fn run(
             methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
         }
         if has("fuzzy") {
-            let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken)?;
+            let fit = fit_fuzzy(&task, &taken)?;
             methods.push(Method { name: "fuzzy", residual: residual(&fit.model, &fit.values)? });
         }
         if has("grey") {
-            let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)?;
+            let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
             dropped = fit.correction.is_none();
             let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
             methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
@@ -129,12 +131,12 @@ pub fn run(
         }
         output.json = comparison_json(whole, &judges, &methods);
     } else if has("fuzzy") {
-        let fit = fit_fuzzy(model, campaign, aside, &inputs, placement, &taken)?;
+        let fit = fit_fuzzy(&task, &taken)?;
         output.text = fuzzy_text(&fit, session.terminal.screen);
         output.json = fuzzy_json(&fit);
         save(command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
-        let fit = fit_grey(model, campaign, aside, &inputs, placement, settings, &mut iterated, &taken)?;
+        let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
         output.text = grey_text(&fit, session.terminal.screen);
         output.json = grey_json(&fit);
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);

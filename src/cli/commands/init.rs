@@ -162,5 +162,5 @@ fn example(loaded: &LoadedRobot, seed: u64) -> Result<(usize, String), Error> {
     order.shuffle(&mut random);
     order.truncate(POSES / 4);
     campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
-    Ok((campaign.readings.len(), simulate::csv(loaded, &campaign)))
+    Ok((campaign.readings.len(), simulate::csv(loaded, &campaign)?))
 }

@@ -5,12 +5,14 @@ use std::time::Instant;
 use nalgebra::{Point3, Vector3};
 
 use super::identifiability::{reduction, what};
-use super::pose::{LOAD, loaded_configurations};
+use super::pose::loaded_configurations;
 use super::simulate::{markers, observed};
 use crate::Error;
 use crate::cli::args::Plan;
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
 use crate::cli::{Output, Session};
+use crate::description::campaign::WRENCH;
+use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, writable};
@@ -146,7 +148,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     output.diagnostics = diagnostics;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
-        output.files.push((path.clone(), csv(loaded, &planned)));
+        output.files.push((path.clone(), csv(loaded, &planned)?));
     }
     Ok(output)
 }
@@ -204,30 +206,18 @@ fn refused(error: PlanningError) -> Error {
 }
 
 /// One row a configuration, in the description's units; loads where there are any.
-fn csv(loaded: &LoadedRobot, planned: &Planned) -> String {
-    let (model, units) = (&loaded.model, &loaded.raw.units);
-    let mut header = vec!["pose"];
-    header.extend(model.variables.iter().map(|variable| variable.name.as_str()));
-    let under_load = planned.stations.iter().any(|station| station.load != [0.0; 6]);
-    if under_load {
-        header.extend(LOAD);
+fn csv(loaded: &LoadedRobot, planned: &Planned) -> Result<String, Error> {
+    let (units, stations) = (&loaded.raw.units, &planned.stations);
+    let mut sheet = Sheet::new();
+    sheet.column("pose", |row| planned.campaign.poses[row].clone());
+    for (k, variable) in loaded.model.variables.iter().enumerate() {
+        sheet.column(&variable.name, move |row| format!("{:.4}", stations[row].q[k] / units.of(variable.kind())));
     }
-    let mut text = header.join(",") + "\n";
-    for (k, station) in planned.stations.iter().enumerate() {
-        let mut row = vec![planned.campaign.poses[k].clone()];
-        row.extend(station.q.iter().zip(&model.variables).map(|(q, variable)| {
-            format!("{:.4}", q / if variable.is_angle { units.angle.factor() } else { units.length.factor() })
-        }));
-        if under_load {
-            row.extend(
-                station
-                    .load
-                    .iter()
-                    .enumerate()
-                    .map(|(k, w)| format!("{}", w / if k < 3 { units.force.factor() } else { units.torque.factor() })),
-            );
+    if stations.iter().any(|station| station.load != [0.0; 6]) {
+        for (k, name) in WRENCH.into_iter().enumerate() {
+            let unit = if k < 3 { units.force.factor() } else { units.torque.factor() };
+            sheet.column(name, move |row| (stations[row].load[k] / unit).to_string());
         }
-        text += &(row.join(",") + "\n");
     }
-    text
+    Ok(sheet.csv(0..stations.len())?)
 }

@@ -9,6 +9,7 @@ use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::values::{joints, wrench};
 use crate::cli::{Output, Session};
+use crate::description::campaign::WRENCH;
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::diagnostic::Diagnostic;
@@ -123,11 +124,8 @@ pub fn loaded_configurations(
     loaded: &LoadedRobot,
     path: &std::path::Path,
 ) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
-    read(session, loaded, path, &LOAD)
+    read(session, loaded, path, &WRENCH)
 }
-
-/// Columns of a load.
-pub const LOAD: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// Columns that `plan` and `compensate` write beside the joints.
 const PASSED_OVER: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
@@ -167,7 +165,7 @@ fn read(
         let value =
             |variable: &crate::description::robot::Variable| at(&variable.name, row) * factor(variable.is_angle);
         let load = std::array::from_fn(|k| {
-            at(LOAD[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }
+            at(WRENCH[k], row) * if k < 3 { units.force.factor() } else { units.torque.factor() }
         });
         (loaded.model.variables.iter().map(value).collect(), load)
     };

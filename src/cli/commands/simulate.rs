@@ -15,8 +15,8 @@ use crate::Error;
 use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::values::{known_parameters, ranges, wrench};
 use crate::cli::{Output, Session};
-use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::{self, Campaign};
 use crate::description::raw::{RawAmount, RawEffect};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
@@ -201,7 +201,7 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
     let header_file = command.into.join("campaign.yaml");
     let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
     output.files = vec![
-        (command.into.join("measurements.csv"), csv(loaded, &campaign)),
+        (command.into.join("measurements.csv"), csv(loaded, &campaign)?),
         (command.into.join("truth.json"), format!("{truth:#}\n")),
         (header_file, line + &yaml::write(&header).map_err(Error::Impossible)?),
     ];
@@ -359,49 +359,7 @@ fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
 }
 
 /// Readings in mm and deg.
-pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> String {
-    let model = &loaded.model;
-    let marked = campaign.readings.iter().any(|reading| reading.marker.is_some());
-    let (measured, anchor) = (campaign.observes.columns(), campaign.observes.anchor_column());
-    let mut header = vec!["pose".to_string()];
-    header.extend(marked.then(|| "marker".to_string()));
-    header.extend(model.variables.iter().map(|variable| variable.name.clone()));
-    header.extend(measured.iter().map(|column| column.name.to_string()));
-    header.extend(anchor.map(String::from));
-    let loaded_at_all = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    if loaded_at_all {
-        header.extend(["fx", "fy", "fz", "mx", "my", "mz"].map(String::from));
-    }
-    let name = |variable: usize| model.variables[variable].name.as_str();
-    header.extend(campaign.conditions.columns().map(|(condition, _)| condition.column(name)));
-    header.push("set".into());
-    let mut text = header.join(",") + "\n";
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        let mut row = vec![campaign.poses[reading.pose].clone()];
-        if marked {
-            row.push(reading.marker.map_or("TCP".into(), |m| model.markers[m].name.clone()));
-        }
-        let q = campaign.configuration(index).iter().zip(&model.variables);
-        row.extend(q.map(
-            |(q, variable)| {
-                if variable.is_angle { format!("{:.9}", q.to_degrees()) } else { format!("{:.9}", q * 1e3) }
-            },
-        ));
-        row.extend(measured.iter().zip(reading.measured).map(|(column, value)| match column.kind {
-            Kind::Length => format!("{:.6}", value * 1e3),
-            Kind::Angle => format!("{:.9}", value.to_degrees()),
-            _ => format!("{value}"),
-        }));
-        if anchor.is_some() {
-            row.push(campaign.anchors.get_index(reading.anchor).map_or(String::new(), |(name, _)| name.clone()));
-        }
-        if loaded_at_all {
-            row.extend(reading.wrench.iter().map(|w| format!("{w}")));
-        }
-        row.extend(campaign.conditions.columns().map(|(_, all)| format!("{}", all[index])));
-        row.push(if reading.check == Some(true) { "check" } else { "fit" }.into());
-        text += &row.join(",");
-        text += "\n";
-    }
-    text
+pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> Result<String, Error> {
+    let markers: Vec<String> = loaded.model.markers.iter().map(|marker| marker.name.clone()).collect();
+    Ok(campaign::csv(campaign, &loaded.model.variables, &markers)?)
 }

@@ -4,6 +4,7 @@ mod conditions;
 mod doubts;
 pub mod raw;
 mod read;
+mod write;
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;
@@ -11,6 +12,10 @@ use nalgebra::Vector3;
 use crate::observation::{Noise, Observes, Rows};
 pub use conditions::{ConditionColumn, Conditions};
 pub use read::{expected_columns, faults, resolve};
+pub use write::csv;
+
+/// Columns of the applied wrench: force and moment, base axes.
+pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.

@@ -6,14 +6,12 @@ use nalgebra::Vector3;
 
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawSigma};
-use super::{Campaign, Conditions, Reading};
+use super::{Campaign, Conditions, Reading, WRENCH};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::diagnostic::Diagnostic;
 use crate::observation::{FAMILY, MOST_ROWS, POSITION};
-
-const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// Columns a campaign about this robot may have, under our names.
 pub fn expected_columns(raw: &RawCampaign, robot: &Robot) -> Vec<ExpectedColumn> {

@@ -6,7 +6,6 @@ use super::super::parameters::{Key, parameters};
 use super::super::raw::RawRobot;
 use super::super::robot::Calibration;
 use super::collector::Collector;
-use crate::diagnostic::Code;
 
 pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
@@ -33,8 +32,7 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     for (position, name) in given.fixed.iter().enumerate() {
         if given.free.contains(name) {
             let path = ["calibration", "fixed", &position.to_string()];
-            diagnostics.error(&path, format!("`{name}` is both free and fixed")).remedy =
-                Some("keep it in one list".into());
+            diagnostics.reject(&path, format!("`{name}` is both free and fixed"), "keep it in one list");
         }
     }
     let mut positive = |path: &[&str], value: f64, factor: f64| {
@@ -78,12 +76,9 @@ fn by_name<'r>(raw: &'r RawRobot, diagnostics: &mut Collector) -> IndexMap<Strin
     let mut keys: IndexMap<String, Key> = IndexMap::new();
     for key in parameters(raw).into_iter().filter(|key| key.declared) {
         if let Some(first) = keys.get(&key.name) {
-            let related = diagnostics.place(&first.owner.path());
             let message = format!("`{}` names a parameter of this entry and one of another", key.name);
-            let diagnostic = diagnostics.error(&key.owner.path(), message);
-            diagnostic.code = Code::Duplicate;
-            diagnostic.related.extend(related.map(|place| (place, "the other".into())));
-            diagnostic.remedy = Some("give one of them another name".into());
+            let first = (first.owner.path(), "the other");
+            diagnostics.conflict(&key.owner.path(), message, first, "give one of them another name");
         } else {
             keys.insert(key.name.clone(), key);
         }

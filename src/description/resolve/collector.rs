@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::super::parameters::Owner;
 use crate::diagnostic::{Code, Diagnostic, Place};
 
 /// Says where a path of the file stands (keys from the top, list positions as numbers).
@@ -55,6 +56,24 @@ impl<'a> Collector<'a> {
         self.file(Diagnostic::error(message).at(self.place(path)))
     }
 
+    /// Files an error about the value at `path`, with what to do about it.
+    pub fn reject(&mut self, path: &[&str], message: impl Into<String>, remedy: impl Into<String>) {
+        self.error(path, message).remedy = Some(remedy.into());
+    }
+
+    /// Files an error about the value at `path`, which contradicts or repeats that at another path, with a word on why.
+    pub fn conflict(
+        &mut self,
+        path: &[&str],
+        message: impl Into<String>,
+        (first, why): (Vec<&str>, &str),
+        remedy: impl Into<String>,
+    ) {
+        let first = self.place(&first);
+        let diagnostic = Diagnostic::error(message).code(Code::Duplicate).at(self.place(path));
+        self.diagnostics.push(diagnostic.related(first, why).remedy(remedy));
+    }
+
     fn file(&mut self, diagnostic: Diagnostic) -> &mut Diagnostic {
         let last = self.diagnostics.len();
         self.diagnostics.push(diagnostic);
@@ -71,14 +90,12 @@ impl<'a> Collector<'a> {
             "section" => &["sections"],
             "material" => &["materials"],
             "actuator" => &["actuators"],
-            "parameter" => &["frames", "actuators", "markers", "springs", "joint_stiffness"],
             _ => &[],
         };
-        let owner = if kind == "parameter" { name.rsplit_once('.').map_or(name, |(owner, _)| owner) } else { name };
-        let owner_of = |section: &str| {
-            if section == "joint_stiffness" { owner.trim_start_matches("joint") } else { owner }
-        };
-        if sections.iter().any(|section| self.is_faulty(section, owner_of(section))) {
+        let owners = if kind == "parameter" { Owner::possible(name) } else { Vec::new() };
+        if sections.iter().any(|section| self.is_faulty(section, name))
+            || owners.iter().any(|owner| matches!(*owner.path(), [section, entry] if self.is_faulty(section, entry)))
+        {
             return;
         }
         let diagnostic =
@@ -99,7 +116,7 @@ impl<'a> Collector<'a> {
             return 0.0;
         }
         if (value * factor).abs() > GREATEST {
-            self.error(path, format!("`{value:e}` is too great")).remedy = Some("check the value and `units:`".into());
+            self.reject(path, format!("`{value:e}` is too great"), "check the value and `units:`");
             return 0.0;
         }
         value * factor
@@ -112,7 +129,7 @@ impl<'a> Collector<'a> {
             return Vector3::zeros();
         }
         if let Some(bad) = value.iter().find(|v| (**v * factor).abs() > GREATEST) {
-            self.error(path, format!("`{bad:e}` is too great")).remedy = Some("check the value and `units:`".into());
+            self.reject(path, format!("`{bad:e}` is too great"), "check the value and `units:`");
             return Vector3::zeros();
         }
         Vector3::from(value) * factor
@@ -123,8 +140,7 @@ impl<'a> Collector<'a> {
         let limits = self.interval(path, value, factor, true)?;
         if let Some(bad) = limits.iter().find(|v| v.is_finite() && v.abs() > GREATEST) {
             let shown = bad / factor;
-            self.error(path, format!("`{shown:e}` is too great")).remedy =
-                Some("write `.inf` where there is no limit".into());
+            self.reject(path, format!("`{shown:e}` is too great"), "write `.inf` where there is no limit");
             return None;
         }
         Some(limits)
@@ -141,7 +157,9 @@ impl<'a> Collector<'a> {
             return None;
         }
         if low >= high {
-            self.error(path, format!("[{low}, {high}]: the lower end is not below the upper one")).remedy.replace(
+            self.reject(
+                path,
+                format!("[{low}, {high}]: the lower end is not below the upper one"),
                 if low > high { format!("write [{high}, {low}]") } else { "give an interval that is not empty".into() },
             );
             return None;

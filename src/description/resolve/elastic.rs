@@ -70,8 +70,11 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) 
             && !diagnostics.explained(&["frames", joint, "joint"])
         {
             let path = ["joint_stiffness", joint.as_str()];
-            diagnostics.error(&path, format!("frame `{joint}` is fixed, and has no joint to be stiff")).remedy =
-                Some("name a frame that moves, or lay a beam".into());
+            diagnostics.reject(
+                &path,
+                format!("frame `{joint}` is fixed, and has no joint to be stiff"),
+                "name a frame that moves, or lay a beam",
+            );
         }
         if let Some(at) = &springs.at
             && !raw.nodes.contains_key(at)
@@ -129,8 +132,11 @@ fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
             && !beam.from.as_deref().zip(beam.to.as_deref()).is_some_and(|(from, to)| neighbours(from, to))
         {
             let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
-            diagnostics.error(&["beams", name], message).remedy =
-                Some("declare both nodes on the body that the beam is (`body:`, with `at:` for where)".into());
+            diagnostics.reject(
+                &["beams", name],
+                message,
+                "declare both nodes on the body that the beam is (`body:`, with `at:` for where)",
+            );
         }
         if beam.from.is_some() && beam.from == beam.to {
             diagnostics.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
@@ -231,26 +237,37 @@ fn stiffness(diagnostics: &mut Collector, path: &[&str], stiffness: Option<&RawS
         let rigid = inverse == Some(0.0) || value == Some(f64::INFINITY);
         if free && also != Also::RigidOrFree {
             let shown = value.or(inverse).unwrap_or_default();
-            diagnostics.error(path, format!("`{shown}` is no stiffness here: nothing would hold it")).remedy =
-                Some("give a number above 0; only a joint's axis that its loop or its screw holds may be free".into());
+            diagnostics.reject(
+                path,
+                format!("`{shown}` is no stiffness here: nothing would hold it"),
+                "give a number above 0; only a joint's axis that its loop or its screw holds may be free",
+            );
         } else if rigid && also == Also::Nothing {
-            diagnostics.error(path, "a spring must give: its rate is a finite number above 0").remedy =
-                Some("leave the spring out, or give its rate".into());
+            diagnostics.reject(
+                path,
+                "a spring must give: its rate is a finite number above 0",
+                "leave the spring out, or give its rate",
+            );
         }
     }
     match (given.value, given.compliance) {
         (Some(value), None) | (None, Some(value)) if value >= 0.0 => {}
         (Some(value), None) | (None, Some(value)) => {
-            diagnostics.error(path, format!("`{value}` must be 0 or more")).remedy =
-                Some("rigid is `.inf`, free is 0".into());
+            diagnostics.reject(path, format!("`{value}` must be 0 or more"), "rigid is `.inf`, free is 0");
         }
         (Some(_), Some(_)) => {
-            diagnostics.error(path, "both `value` and `compliance` are given").remedy =
-                Some("keep one; each is the other's inverse".into());
+            diagnostics.reject(
+                path,
+                "both `value` and `compliance` are given",
+                "keep one; each is the other's inverse",
+            );
         }
         (None, None) => {
-            diagnostics.error(path, "neither `value` nor `compliance` is given").remedy =
-                Some("rigid is `value: .inf`, free is `value: 0`".into());
+            diagnostics.reject(
+                path,
+                "neither `value` nor `compliance` is given",
+                "rigid is `value: .inf`, free is `value: 0`",
+            );
         }
     }
     let mut bounds_path = path.to_vec();
@@ -296,8 +313,7 @@ fn springs(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
         }
         diagnostics.finite(&["springs", name, "preload"], spring.preload, 1.0);
         if spring.free_length.is_some() && spring.preload.is_some() {
-            diagnostics.error(&["springs", name, "preload"], "both `free_length` and `preload` are given").remedy =
-                Some("keep one".into());
+            diagnostics.reject(&["springs", name, "preload"], "both `free_length` and `preload` are given", "keep one");
         }
         if spring.preload.is_some() != spring.preload_length.is_some() {
             diagnostics.error(&["springs", name], "`preload` and `preload_length` go together");

@@ -12,8 +12,11 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Opti
     let given = raw.fuzzy.as_ref()?;
     if given.file.is_some() {
         // Files are put in where descriptions are read from disk.
-        diagnostics.error(&["fuzzy", "file"], "the file of the rules is not read here").remedy =
-            Some("read the description from its file, or write the rules out".into());
+        diagnostics.reject(
+            &["fuzzy", "file"],
+            "the file of the rules is not read here",
+            "read the description from its file, or write the rules out",
+        );
         return None;
     }
     let units = &raw.units;
@@ -31,8 +34,7 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Opti
             sizes.push(size(tree.variables[index].is_angle));
         } else if let Some(index) = tree.frames.iter().position(|frame| frame.name == *name) {
             if tree.frames[index].joint == JointKind::Fixed {
-                diagnostics.error(&path, format!("frame `{name}` does not move")).remedy =
-                    Some("name a joint or a variable".into());
+                diagnostics.reject(&path, format!("frame `{name}` does not move"), "name a joint or a variable");
             }
             inputs.push(Input::Joint(index));
             sizes.push(size(tree.frames[index].joint == JointKind::Revolute));
@@ -60,14 +62,20 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Opti
             Some([row, LOADS.iter().position(|known| *known == column)?])
         });
         let Some(at) = parts else {
-            diagnostics.error(&path, format!("`{name}` is no component")).remedy =
-                Some("write displacement.load: x, y, z, rx, ry or rz, then fx, .., mz (`x.fz`)".into());
+            diagnostics.reject(
+                &path,
+                format!("`{name}` is no component"),
+                "write displacement.load: x, y, z, rx, ry or rz, then fx, .., mz (`x.fz`)",
+            );
             continue;
         };
         if component.modes.len() != given.inputs.len() {
             let (found, wanted) = (component.modes.len(), given.inputs.len());
-            diagnostics.error(&path, format!("`modes` has {found} lists for {wanted} inputs")).remedy =
-                Some("give the modal values of each input, in the order of `inputs`".into());
+            diagnostics.reject(
+                &path,
+                format!("`modes` has {found} lists for {wanted} inputs"),
+                "give the modal values of each input, in the order of `inputs`",
+            );
             continue;
         }
         let modes: Vec<Vec<f64>> = component
@@ -86,8 +94,11 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Opti
         if rules != Some(component.conclusions.len()) || component.conclusions.len() > MOST_RULES {
             let found = component.conclusions.len();
             let wanted = rules.map_or("too many".into(), |rules| rules.to_string());
-            diagnostics.error(&path, format!("{found} conclusions for {wanted} rules")).remedy =
-                Some("give one conclusion a rule, the last input's sets counting fastest".into());
+            diagnostics.reject(
+                &path,
+                format!("{found} conclusions for {wanted} rules"),
+                "give one conclusion a rule, the last input's sets counting fastest",
+            );
             continue;
         }
         let unit = |k: usize, first: f64, second: f64| if k < 3 { first } else { second };

@@ -2,9 +2,12 @@
 
 mod calibration;
 mod collector;
+mod couplings;
+mod drivers;
 mod elastic;
 mod elastic_values;
 mod fuzzy;
+mod loops;
 mod motion;
 mod sizes;
 mod tree;
@@ -12,12 +15,13 @@ mod tree;
 pub use collector::{Explained, GREATEST, Locate};
 pub use sizes::doubtful_sizes;
 
-use super::elastic::Elastic;
+use super::frame::FrameIndex;
 use super::raw::{RawPlacement, RawRobot};
 use super::robot::{Marker, Placement, Robot, Tool};
 use super::units::Units;
 use crate::diagnostic::Diagnostic;
 use collector::Collector;
+use tree::Tree;
 
 /// Resolves a raw description. The robot is `None` when any diagnostic is an error.
 pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Diagnostic>) {
@@ -28,67 +32,30 @@ pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Diagnostic
 /// told again.
 pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Diagnostic>) {
     let mut diagnostics = Collector::new(locate, explained);
-    let units = &raw.units;
     let tree = tree::resolve(raw, &mut diagnostics);
-    let name = raw.robot.clone().unwrap_or_else(|| "robot".into());
-    let frames = &tree.frames;
-    let frame_named = |name: &str| frames.iter().position(|frame| frame.name == name);
-    let names: Vec<String> = frames.iter().map(|frame| frame.name.clone()).collect();
-    let placed = |diagnostics: &mut Collector, path: &[&str], given: &Option<String>, default: usize| match given {
-        None => default,
-        Some(name) => frame_named(name).unwrap_or_else(|| {
-            diagnostics.unknown(path, "frame", name, names.iter().map(String::as_str));
-            default
-        }),
-    };
-
-    let leaves: Vec<usize> = (1..frames.len())
-        .filter(|&i| frames.iter().skip(1).all(|frame| frame.antecedent != i))
-        .filter(|&i| !raw.loops.values().any(|l| l.frames.iter().flatten().any(|name| *name == frames[i].name)))
-        .collect();
-    let last = frames.len() - 1;
-    let placed_faultily = ["frames", "loops", "tool"].iter().any(|section| diagnostics.explained(&[section]))
-        || diagnostics.explained(&["tool", "frame"])
-        || raw.frames.keys().any(|name| diagnostics.explained(&["frames", name, "antecedent"]))
-        || raw.loops.keys().any(|name| diagnostics.explained(&["loops", name, "frames"]))
-        || diagnostics.antecedents_failed;
-    if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 && !placed_faultily {
-        let choices: Vec<&str> = leaves.iter().map(|&i| frames[i].name.as_str()).collect();
-        diagnostics
-            .error(&["tool"], format!("the tool's frame is not clear: {} frames carry nothing", leaves.len()))
-            .remedy
-            .replace(format!(
-                "add `tool: {{frame: ...}}`{}",
-                if choices.is_empty() { String::new() } else { format!(", one of {}", choices.join(", ")) }
-            ));
-    }
-    let tool_frame =
-        placed(&mut diagnostics, &["tool", "frame"], &raw.tool.frame, leaves.first().copied().unwrap_or(last));
-    let tool_placement = RawPlacement { at: raw.tool.at, rotation: raw.tool.rotation };
-    let tool = Tool { frame: tool_frame, placement: placement(&mut diagnostics, "tool", &tool_placement, units) };
-    let markers = raw
-        .markers
-        .iter()
-        .map(|(name, marker)| Marker {
-            name: name.clone(),
-            frame: placed(&mut diagnostics, &["markers", name, "frame"], &marker.frame, tool_frame),
-            position: diagnostics.vector(&["markers", name, "at"], marker.at, units.length.factor()),
-        })
-        .collect();
-    let base = placement(&mut diagnostics, "base", &raw.base, units);
-    let anchors = raw
-        .anchors
-        .iter()
-        .map(|(name, at)| (name.clone(), diagnostics.vector(&["anchors", name], Some(*at), units.length.factor())))
-        .collect();
+    let names: Vec<String> = tree.frames.iter().map(|frame| frame.name.clone()).collect();
+    let tool = tool(raw, &tree, &names, &mut diagnostics);
+    let length = raw.units.length.factor();
+    let markers = raw.markers.iter().map(|(name, marker)| Marker {
+        name: name.clone(),
+        frame: frame_of(&["markers", name, "frame"], marker.frame.as_deref(), &names, tool.frame, &mut diagnostics),
+        position: diagnostics.vector(&["markers", name, "at"], marker.at, length),
+    });
+    let markers = markers.collect();
+    let base = placement(&mut diagnostics, "base", &raw.base, &raw.units);
+    let anchor =
+        |(name, at): (&String, &[f64; 3])| (name.clone(), diagnostics.vector(&["anchors", name], Some(*at), length));
+    let anchors = raw.anchors.iter().map(anchor).collect();
     unique_owners(raw, &mut diagnostics);
     elastic::validate(raw, &names, &mut diagnostics);
     let calibration = calibration::resolve(raw, &mut diagnostics);
     let fuzzy = fuzzy::resolve(raw, &tree, &mut diagnostics);
-    let failed = diagnostics.diagnostics.iter().any(Diagnostic::is_error);
-    let elastic = if failed { Elastic::default() } else { elastic_values::resolve(raw, &tree) };
+    if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
+        return (None, diagnostics.diagnostics);
+    }
     let robot = Robot {
-        name,
+        name: raw.robot.clone().unwrap_or_else(|| "robot".into()),
+        elastic: elastic_values::resolve(raw, &tree),
         variables: tree.variables,
         frames: tree.frames,
         couplings: tree.couplings,
@@ -98,12 +65,50 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         tool,
         markers,
         anchors,
-        elastic,
         effects: raw.effects.clone(),
         fuzzy,
         calibration,
     };
-    (if failed { None } else { Some(robot) }, diagnostics.diagnostics)
+    (Some(robot), diagnostics.diagnostics)
+}
+
+/// The frame of a name, or the default where none is given or it is unknown.
+fn frame_of(
+    path: &[&str],
+    given: Option<&str>,
+    names: &[String],
+    default: FrameIndex,
+    diagnostics: &mut Collector,
+) -> FrameIndex {
+    let Some(name) = given else { return default };
+    names.iter().position(|known| known == name).unwrap_or_else(|| {
+        diagnostics.unknown(path, "frame", name, names.iter().map(String::as_str));
+        default
+    })
+}
+
+/// The tool: in the frame declared, or in the only frame that carries nothing.
+fn tool(raw: &RawRobot, tree: &Tree, names: &[String], diagnostics: &mut Collector) -> Tool {
+    let frames = &tree.frames;
+    let in_loop = |name: &str| raw.loops.values().any(|l| l.frames.iter().flatten().any(|known| known == name));
+    let leaves: Vec<FrameIndex> = (1..frames.len())
+        .filter(|&i| frames.iter().skip(1).all(|frame| frame.antecedent != i) && !in_loop(&frames[i].name))
+        .collect();
+    let unclear = ["frames", "loops", "tool"].iter().any(|section| diagnostics.explained(&[section]))
+        || diagnostics.explained(&["tool", "frame"])
+        || raw.frames.keys().any(|name| diagnostics.explained(&["frames", name, "antecedent"]))
+        || raw.loops.keys().any(|name| diagnostics.explained(&["loops", name, "frames"]))
+        || diagnostics.antecedents_failed;
+    if raw.tool.frame.is_none() && leaves.len() != 1 && frames.len() > 1 && !unclear {
+        let choices: Vec<&str> = leaves.iter().map(|&i| names[i].as_str()).collect();
+        let choices = if choices.is_empty() { String::new() } else { format!(", one of {}", choices.join(", ")) };
+        let message = format!("the tool's frame is not clear: {} frames carry nothing", leaves.len());
+        diagnostics.reject(&["tool"], message, format!("add `tool: {{frame: ...}}`{choices}"));
+    }
+    let default = leaves.first().copied().unwrap_or(frames.len() - 1);
+    let frame = frame_of(&["tool", "frame"], raw.tool.frame.as_deref(), names, default, diagnostics);
+    let given = RawPlacement { at: raw.tool.at, rotation: raw.tool.rotation };
+    Tool { frame, placement: placement(diagnostics, "tool", &given, &raw.units) }
 }
 
 fn placement(diagnostics: &mut Collector, owner: &str, raw: &RawPlacement, units: &Units) -> Placement {
@@ -128,20 +133,19 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
         for &name in names {
             let path = [section, name.as_str()];
             if !name.chars().all(|c| c.is_alphanumeric() || "_'-/".contains(c)) || name.is_empty() {
-                diagnostics.error(&path, format!("`{name}` cannot be a name")).remedy =
-                    Some("use letters, digits, `_`, `-`, `/` and `'`".into());
+                diagnostics.reject(
+                    &path,
+                    format!("`{name}` cannot be a name"),
+                    "use letters, digits, `_`, `-`, `/` and `'`",
+                );
             }
             if matches!(name.as_str(), "base" | "tool" | "instrument") {
-                diagnostics.error(&path, format!("`{name}` is a reserved name")).remedy = Some("choose another".into());
+                diagnostics.reject(&path, format!("`{name}` is a reserved name"), "choose another");
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
-                let first = diagnostics.place(&[other, name]);
-                let diagnostic =
-                    Diagnostic::error(format!("`{name}` names two things; parameters could not be told apart"))
-                        .at(diagnostics.place(&path))
-                        .related(first, "already named here")
-                        .remedy("give one of them another name");
-                diagnostics.diagnostics.push(diagnostic);
+                let message = format!("`{name}` names two things; parameters could not be told apart");
+                let first = (vec![*other, name.as_str()], "already named here");
+                diagnostics.conflict(&path, message, first, "give one of them another name");
             }
             seen.push((section, name));
         }

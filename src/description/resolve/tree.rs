@@ -17,12 +17,18 @@ pub struct Tree {
 
 pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Tree {
     if raw.frames.is_empty() && !diagnostics.explained(&["frames"]) && !diagnostics.explained(&["urdf"]) {
-        diagnostics.error(&["frames"], "the description declares no frame").remedy =
-            Some("add `frames:` (or `urdf:`), see `elastogeo schema robot`".into());
+        diagnostics.reject(
+            &["frames"],
+            "the description declares no frame",
+            "add `frames:` (or `urdf:`), see `elastogeo schema robot`",
+        );
     }
     if raw.frames.contains_key("0") {
-        diagnostics.error(&["frames", "0"], "frame `0` is the base and cannot be declared").remedy =
-            Some("rename it; place the base in the measurement frame with `base:`".into());
+        diagnostics.reject(
+            &["frames", "0"],
+            "frame `0` is the base and cannot be declared",
+            "rename it; place the base in the measurement frame with `base:`",
+        );
     }
     let order = antecedents_first(raw, diagnostics);
     let mut frames = vec![base_frame()];
@@ -114,12 +120,11 @@ fn report_circles(raw: &RawRobot, waiting: &[&String], diagnostics: &mut Collect
                 let circle = &walk[at..];
                 if !told.iter().any(|name| name == next) {
                     let shown: Vec<&str> = circle.iter().copied().chain([next]).take(12).collect();
-                    diagnostics
-                        .error(
-                            &["frames", circle[0], "antecedent"],
-                            format!("antecedents go in a circle: {}", shown.join(" <- ")),
-                        )
-                        .remedy = Some("one frame of the chain must be placed in `0` or in a frame that is".into());
+                    diagnostics.reject(
+                        &["frames", circle[0], "antecedent"],
+                        format!("antecedents go in a circle: {}", shown.join(" <- ")),
+                        "one frame of the chain must be placed in `0` or in a frame that is",
+                    );
                     told.extend(circle.iter().map(ToString::to_string));
                 }
                 break;
@@ -170,20 +175,28 @@ fn coaxial_frames(raw: &RawRobot, frames: &mut [Frame], diagnostics: &mut Collec
             let (theirs, ours) = (frames[shared].antecedent, frames[index].antecedent);
             let message =
                 format!("`{name}` is placed in `{}`, but `{other}` in `{}`", frames[ours].name, frames[theirs].name);
-            diagnostics.error(&path, message).remedy = Some("coaxial frames have the same antecedent".into());
+            diagnostics.reject(&path, message, "coaxial frames have the same antecedent");
         } else if shared > index {
-            diagnostics
-                .error(&path, format!("frame `{name}` stands before `{other}`, with which it is coaxial"))
-                .remedy = Some(format!("declare `{name}` after `{other}`"));
+            diagnostics.reject(
+                &path,
+                format!("frame `{name}` stands before `{other}`, with which it is coaxial"),
+                format!("declare `{name}` after `{other}`"),
+            );
         } else if raw.frames.get(other).is_some_and(|f| f.coaxial.is_some()) {
-            diagnostics.error(&path, format!("`{other}` is itself coaxial with another frame")).remedy =
-                Some("name the frame that holds the constants".into());
+            diagnostics.reject(
+                &path,
+                format!("`{other}` is itself coaxial with another frame"),
+                "name the frame that holds the constants",
+            );
         } else {
             // All but theta and r.
             for row in FRAME.iter().take(5).filter(|row| (row.get)(frame).is_some()) {
                 let key = row.symbol;
-                diagnostics.error(&["frames", &name, key], format!("`{key}` is shared with frame `{other}`")).remedy =
-                    Some(format!("leave it out, or leave out `coaxial: {other}`"));
+                diagnostics.reject(
+                    &["frames", &name, key],
+                    format!("`{key}` is shared with frame `{other}`"),
+                    format!("leave it out, or leave out `coaxial: {other}`"),
+                );
             }
             let shared_constants = frames[shared].constants;
             let constants = &mut frames[index].constants;

@@ -1,7 +1,7 @@
 //! One cell: what it must hold, and what is wrong with it.
 
+use super::columns::{ColumnKind, Dialect, TextColumn};
 use super::header::{Column, unquoted};
-use super::{ColumnKind, Dialect, TextColumn};
 use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;
 

@@ -1,9 +1,8 @@
 //! The first line of a table: the delimiter, and which field is which column.
 
+use super::columns::{ColumnKind, Dialect, ExpectedColumn, Layout};
 use super::source::{Row, Source};
-use super::{ColumnKind, Dialect, ExpectedColumn};
-use crate::diagnostic::{Diagnostic, Place, nearest};
-use std::collections::BTreeMap;
+use crate::diagnostic::{Code, Diagnostic, Place, nearest};
 use std::io::{self, Read};
 
 /// A column to read.
@@ -64,10 +63,7 @@ impl Header {
         file: &str,
         head: &[u8],
         source: &Source<R>,
-        dialect: &Dialect,
-        expected: &[ExpectedColumn],
-        rename: &BTreeMap<String, String>,
-        ignore: &[String],
+        layout: &Layout,
     ) -> Result<Self, Vec<Diagnostic>> {
         let start = Place { file: file.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
         let fatal = |message: &str, remedy: &str| vec![Diagnostic::error(message).at(start.clone()).remedy(remedy)];
@@ -81,152 +77,134 @@ impl Header {
         let skipped = head.split_inclusive(|&byte| byte == b'\n').take(blank).map(<[u8]>::len).sum();
         let line = head.get(skipped..).unwrap_or_default();
         if line.trim_ascii().is_empty() {
-            return Err(fatal("the file is empty", &wanted(expected)));
+            return Err(fatal("the file is empty", &wanted(layout.expected)));
         }
-        let delimiter = delimiter(line, dialect);
-        let Some(delimiter) = delimiter else {
+        let Some(delimiter) = delimiter(line, layout.dialect) else {
             return Err(fatal(
                 "the delimiter must be one ASCII character other than the decimal sign",
                 "change `csv:`",
             ));
         };
-        let row = Row { file, bytes: line, line: 1 + blank, delimiter };
-        let row = Row { bytes: line.strip_suffix(b"\n").unwrap_or(line), ..row };
-        if let Some(at) = row.bytes.trim_ascii_end().iter().position(|&byte| byte == b'\r') {
-            let place = row.place(at..at + 1);
-            let diagnostic = Diagnostic::error("the lines end in a lone carriage return").at(place);
-            return Err(vec![diagnostic.remedy("save the file with LF or CRLF line ends")]);
-        }
-        if let Err(error) = std::str::from_utf8(row.bytes) {
-            let at = error.valid_up_to();
-            let diagnostic = Diagnostic::error("the header is not UTF-8").at(row.place(at..at + 1));
-            return Err(vec![diagnostic.remedy("save the file as UTF-8")]);
-        }
-        if let Some(at) = row.bytes.iter().position(|&byte| byte == 0) {
-            let diagnostic =
-                Diagnostic::error("a NUL byte stands here; the file is not a text").at(row.place(at..at + 1));
-            return Err(vec![diagnostic.remedy("save the file as UTF-8")]);
-        }
-        if let Some(quote) = row.open_quote() {
-            let diagnostic = Diagnostic::error("this quote is not closed on its line").at(row.place(quote..quote + 1));
-            return Err(vec![diagnostic.remedy("close it, or remove it")]);
-        }
+        let row = Row { file, bytes: line.strip_suffix(b"\n").unwrap_or(line), line: 1 + blank, delimiter };
         let titles = titles(line, delimiter);
-        if let [only] = titles.as_slice()
-            && let Some(other) =
-                [b';', b'\t', b','].into_iter().find(|&other| other != delimiter && only.as_bytes().contains(&other))
-        {
-            let at = row.bytes.iter().position(|&byte| byte == other).unwrap_or_default();
-            let found = shown(other);
-            let diagnostic = Diagnostic::error(format!("the header is one column; is `{found}` the delimiter?"))
-                .at(row.place(at..at + 1));
-            return Err(vec![diagnostic.remedy(if dialect.of_campaign {
-                format!("declare it: `csv: {{delimiter: \"{found}\"}}`")
-            } else {
-                "separate all columns by one of `,`, `;` and the tab".to_owned()
-            })]);
+        if let Some(fault) = not_text(&row).or_else(|| no_header(&row, &titles, layout)) {
+            return Err(vec![fault]);
         }
-        let named = |title: &String| {
-            expected.iter().any(|column| column.name == *title)
-                || rename.values().any(|renamed| renamed.trim() == title)
-        };
-        let numbers = titles.iter().filter(|title| title.replace(',', ".").parse::<f64>().is_ok()).count();
-        if 2 * numbers > titles.len() && !titles.iter().any(named) {
-            let diagnostic = Diagnostic::error("the first line must be a header that names the columns, found numbers");
-            return Err(vec![diagnostic.at(row.fields_from(0)).remedy(wanted(expected))]);
+        let (columns, count, faults) = (Vec::new(), titles.len(), Vec::new());
+        let mut header = Self { columns, count, nameless: None, delimiter, faults };
+        let used = header.find(&row, &titles, layout);
+        for ours in layout.rename.keys().filter(|ours| !layout.expects(ours)) {
+            let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
+                .at(row.fields_from(0));
+            header.faults.push(diagnostic.suggest(ours, layout.expected.iter().map(|column| column.name.as_str())));
         }
-        let mut header =
-            Self { columns: Vec::new(), count: titles.len(), nameless: None, delimiter, faults: Vec::new() };
-        header.resolve(&row, &titles, expected, rename, ignore, dialect.of_campaign);
+        for field in 0..titles.len() {
+            header.check_title(&row, &titles, field, used[field], layout);
+        }
         Ok(header)
     }
 
-    /// Finds each expected column, and what is wrong with the others.
-    fn resolve(
-        &mut self,
-        row: &Row<'_>,
-        titles: &[String],
-        expected: &[ExpectedColumn],
-        rename: &BTreeMap<String, String>,
-        ignore: &[String],
-        of_campaign: bool,
-    ) {
+    /// Finds each expected column; says which fields are accounted for.
+    fn find(&mut self, row: &Row<'_>, titles: &[String], layout: &Layout) -> Vec<bool> {
         let mut used = vec![false; titles.len()];
-        let ignored = |title: &str| ignore.iter().any(|ignored| ignored.trim() == title);
-        for column in expected {
-            let renamed = rename.get(&column.name);
+        for column in layout.expected {
+            let renamed = layout.rename.get(&column.name);
             let title = renamed.unwrap_or(&column.name).trim();
             let Some(field) = titles.iter().position(|found| found == title) else {
                 if column.required || renamed.is_some() {
-                    let known = |title: &str| expected.iter().any(|column| column.name == title);
-                    let free = titles.iter().map(String::as_str).filter(|title| !known(title));
+                    let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
                     let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
-                    self.faults.push(missing(
-                        column,
-                        renamed,
-                        near.and_then(|near| Some((near, titles.get(near)?))),
-                        row,
-                        of_campaign,
-                    ));
+                    let alike = near.map(|near| (near, &titles[near]));
+                    self.faults.push(missing(column, renamed, alike, row, layout.dialect.of_campaign));
                     // It is named already; it need not be called unknown too.
-                    if let Some(used) = near.and_then(|near| used.get_mut(near)) {
-                        *used = true;
-                    }
+                    near.into_iter().for_each(|near| used[near] = true);
                 }
                 continue;
             };
-            if let Some(used) = used.get_mut(field) {
-                *used = true;
+            used[field] = true;
+            if !layout.ignores(title) {
+                let (name, title, kind) = (column.name.clone(), title.to_owned(), column.kind);
+                self.columns.push(Column { name, title, kind, field });
+            } else if column.required {
+                let message = format!("`ignore:` leaves out the column `{title}`, which is needed");
+                let diagnostic = Diagnostic::error(message).at(row.field(field));
+                self.faults.push(diagnostic.remedy("take it out of `ignore:`"));
             }
-            if ignored(title) {
-                if column.required {
-                    let message = format!("`ignore:` leaves out the column `{title}`, which is needed");
-                    let diagnostic = Diagnostic::error(message).at(row.field(field));
-                    self.faults.push(diagnostic.remedy("take it out of `ignore:`"));
-                }
-                continue;
-            }
-            self.columns.push(Column { name: column.name.clone(), title: title.to_owned(), kind: column.kind, field });
         }
-        for ours in rename.keys().filter(|ours| expected.iter().all(|column| column.name != **ours)) {
-            let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
-                .at(row.fields_from(0));
-            self.faults.push(diagnostic.suggest(ours, expected.iter().map(|column| column.name.as_str())));
-        }
-        for (field, title) in titles.iter().enumerate() {
-            if title.is_empty() && field + 1 == titles.len() {
-                self.nameless = Some(field);
-                continue;
-            }
-            if ignored(title) {
-                continue;
-            }
-            if title.is_empty() {
-                let diagnostic = Diagnostic::error(format!("column {} has no name", field + 1)).at(row.field(field));
-                self.faults.push(diagnostic.remedy("name it, or remove it"));
-                continue;
-            }
-            if let Some(first) = titles.iter().take(field).position(|other| other == title) {
-                let diagnostic = Diagnostic::error(format!("the column `{title}` is given twice")).at(row.field(field));
-                let diagnostic = diagnostic.related(Some(row.field(first)), "first given here");
-                self.faults.push(diagnostic.remedy("rename or remove one of the two"));
-            } else if !used.get(field).copied().unwrap_or(false) {
-                let free = expected.iter().map(|column| column.name.as_str());
-                let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
-                let near = nearest(title, free);
-                let remedy = match (near, of_campaign) {
-                    (Some(ours), true) => format!(
-                        "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
-                    ),
-                    (None, true) => "list it under `ignore:`, or rename it under `columns:`".to_owned(),
-                    (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
-                    (None, false) => "remove the column, or rename it".to_owned(),
-                };
-                self.faults
-                    .push(Diagnostic::error(format!("unknown column `{title}`")).at(row.field(field)).remedy(remedy));
-            }
+        used
+    }
+
+    /// What is wrong with the name of a field.
+    fn check_title(&mut self, row: &Row<'_>, titles: &[String], field: usize, used: bool, layout: &Layout) {
+        let title = &titles[field];
+        if title.is_empty() && field + 1 == titles.len() {
+            self.nameless = Some(field);
+        } else if layout.ignores(title) {
+        } else if title.is_empty() {
+            let diagnostic = Diagnostic::error(format!("column {} has no name", field + 1)).at(row.field(field));
+            self.faults.push(diagnostic.remedy("name it, or remove it"));
+        } else if let Some(first) = titles.iter().take(field).position(|other| other == title) {
+            let diagnostic = Diagnostic::error(format!("the column `{title}` is given twice")).at(row.field(field));
+            let diagnostic = diagnostic.code(Code::Duplicate).related(Some(row.field(first)), "first given here");
+            self.faults.push(diagnostic.remedy("rename or remove one of the two"));
+        } else if !used {
+            let free = layout.expected.iter().map(|column| column.name.as_str());
+            let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
+            let remedy = match (nearest(title, free), layout.dialect.of_campaign) {
+                (Some(ours), true) => format!(
+                    "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
+                ),
+                (None, true) => "list it under `ignore:`, or rename it under `columns:`".to_owned(),
+                (Some(ours), false) => format!("if it is `{ours}`, rename it; else remove the column"),
+                (None, false) => "remove the column, or rename it".to_owned(),
+            };
+            let diagnostic = Diagnostic::error(format!("unknown column `{title}`")).code(Code::Unknown);
+            self.faults.push(diagnostic.at(row.field(field)).remedy(remedy));
         }
     }
+}
+
+/// Why the header line is no line of text.
+fn not_text(row: &Row) -> Option<Diagnostic> {
+    if let Some(at) = row.bytes.trim_ascii_end().iter().position(|&byte| byte == b'\r') {
+        let diagnostic = Diagnostic::error("the lines end in a lone carriage return").at(row.place(at..at + 1));
+        return Some(diagnostic.remedy("save the file with LF or CRLF line ends"));
+    }
+    if let Err(error) = std::str::from_utf8(row.bytes) {
+        let at = error.valid_up_to();
+        let diagnostic = Diagnostic::error("the header is not UTF-8").at(row.place(at..at + 1));
+        return Some(diagnostic.remedy("save the file as UTF-8"));
+    }
+    if let Some(at) = row.bytes.iter().position(|&byte| byte == 0) {
+        let diagnostic = Diagnostic::error("a NUL byte stands here; the file is not a text").at(row.place(at..at + 1));
+        return Some(diagnostic.remedy("save the file as UTF-8"));
+    }
+    let quote = row.open_quote()?;
+    let diagnostic = Diagnostic::error("this quote is not closed on its line").at(row.place(quote..quote + 1));
+    Some(diagnostic.remedy("close it, or remove it"))
+}
+
+/// Why the line is no header: one column by a wrong delimiter, or numbers.
+fn no_header(row: &Row, titles: &[String], layout: &Layout) -> Option<Diagnostic> {
+    if let [only] = titles
+        && let Some(other) =
+            [b';', b'\t', b','].into_iter().find(|&other| other != row.delimiter && only.as_bytes().contains(&other))
+    {
+        let at = row.bytes.iter().position(|&byte| byte == other).unwrap_or_default();
+        let found = shown(other);
+        let diagnostic = Diagnostic::error(format!("the header is one column; is `{found}` the delimiter?"));
+        return Some(diagnostic.at(row.place(at..at + 1)).remedy(if layout.dialect.of_campaign {
+            format!("declare it: `csv: {{delimiter: \"{found}\"}}`")
+        } else {
+            "separate all columns by one of `,`, `;` and the tab".to_owned()
+        }));
+    }
+    let numbers = titles.iter().filter(|title| title.replace(',', ".").parse::<f64>().is_ok()).count();
+    if 2 * numbers > titles.len() && !titles.iter().any(|title| layout.names(title)) {
+        let diagnostic = Diagnostic::error("the first line must be a header that names the columns, found numbers");
+        return Some(diagnostic.at(row.fields_from(0)).remedy(wanted(layout.expected)));
+    }
+    None
 }
 
 /// An expected column that the file does not have; `near` is the one of the file's that is most like it.

@@ -2,14 +2,12 @@
 //!
 //! The text is walked once, event by event and without recursion, so that no nesting can exhaust the stack.
 
-use super::wording;
-use crate::diagnostic::{Diagnostic, Place};
+use super::syntax::{DEEPEST, syntax};
+use crate::diagnostic::{Code, Diagnostic, Place};
 use serde_yaml::granit_parser::{Event, Parser, Span, StructureStyle, options};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Deepest nesting of mappings and sequences.
-pub(super) const DEEPEST: usize = 64;
 /// Most values in one text, aliases counted with everything they repeat.
 pub(super) const MOST_VALUES: usize = 1_000_000;
 
@@ -85,7 +83,7 @@ impl Index {
         for event in Parser::new_from_str_with_options(text, limits) {
             match event {
                 Ok((event, span)) => walk.take(&event, &span)?,
-                Err(error) => return Err(wording::syntax(file, text, &error)),
+                Err(error) => return Err(syntax(file, text, &error)),
             }
         }
         let empty = match walk.index.nodes.first() {
@@ -93,7 +91,8 @@ impl Index {
             Some(root) => root.kind == Kind::Scalar && matches!(text.get(root.value.clone()), Some("" | "~" | "null")),
         };
         if empty {
-            let diagnostic = Diagnostic::error(super::EMPTY).at(Place::in_text(file, text, 0..0));
+            let diagnostic =
+                Diagnostic::error("the file is empty").code(Code::Empty).at(Place::in_text(file, text, 0..0));
             return Err(diagnostic.remedy("write `key: value` pairs"));
         }
         Ok((walk.index, walk.duplicates))

@@ -1,79 +1,9 @@
 //! The diagnostics of the YAML crate in plain words.
 
-use super::index::{DEEPEST, Index, Kind, Node};
-use crate::diagnostic::{Diagnostic, Place};
-use serde_yaml::granit_parser::{ErrorKind, ScanError};
+use super::index::{Index, Kind, Node};
+use crate::diagnostic::{Code, Diagnostic, Place};
 use serde_yaml::{Error, MessageFormatter, UserMessageFormatter};
 use std::ops::Range;
-
-/// A syntax error, where the parser stopped.
-pub(super) fn syntax(file: &str, text: &str, error: &ScanError) -> Diagnostic {
-    use ErrorKind as E;
-    let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
-    let tab = "indent with spaces; YAML allows no tab there";
-    let quote = "close the quote, or write the quote within double quotes (\"3'\")";
-    let (message, remedy) = match error.kind() {
-        E::TabNotAllowed
-        | E::TabInBlockIndentation
-        | E::TabInIndentation
-        | E::TabAtBlockScalarStart
-        | E::TabInPlainScalar
-        | E::InvalidBlockEntryWhitespace
-        | E::InvalidMappingValueWhitespace => ("a tab stands where only spaces may".to_owned(), tab),
-        E::UnclosedQuotedScalar | E::DocumentIndicatorInQuotedScalar => {
-            ("this quote is never closed".to_owned(), quote)
-        }
-        E::InvalidTrailingSingleQuotedScalar | E::InvalidTrailingDoubleQuotedScalar => {
-            ("text follows a closed quote".to_owned(), "put the whole text within the quotes")
-        }
-        E::UnclosedFlowCollection { open } => (format!("this `{open}` is never closed"), "close it"),
-        E::MismatchedFlowCollectionEnd { open, close } => {
-            (format!("`{open}` is closed by `{close}`"), "close each bracket by its own kind")
-        }
-        E::MisplacedFlowCollectionEnd => {
-            ("this bracket closes nothing".to_owned(), "remove it, or add the one that opens")
-        }
-        E::RecursionLimitExceeded => (format!("nested more than {DEEPEST} levels deep"), "flatten the file"),
-        E::UnknownAnchor => (
-            "this alias repeats an anchor that is not defined above it".to_owned(),
-            "a text that starts with `*` needs quotes",
-        ),
-        E::MappingValueNotAllowed | E::InvalidColonPlacement => (
-            "a `:` stands where no key can".to_owned(),
-            "one `key: value` a line; a text that holds `: ` needs quotes; check the indentation",
-        ),
-        E::SimpleKeyExpected | E::ExpectedBlockMappingKey | E::InvalidSimpleKey => {
-            ("expected `key: value` here".to_owned(), "check the indentation and that a `:` and a space follow the key")
-        }
-        E::InvalidQuotedScalarIndent => ("a quote is still open where this line starts".to_owned(), quote),
-        E::ExpectedDocumentStart
-        | E::InvalidIndentation
-        | E::ExpectedBlockSequenceEntry
-        | E::InvalidFlowScalarIndent => {
-            ("the indentation fits nothing above".to_owned(), "entries of one mapping or list start in one column")
-        }
-        E::UnexpectedCharacter { character } => {
-            (format!("a value cannot start with `{}`", character.escape_debug()), "put the text in quotes")
-        }
-        E::ExpectedFlowMappingSeparator | E::UnexpectedEofFlowMapping => {
-            ("expected `,` or `}` here".to_owned(), "separate entries by commas and close with `}`")
-        }
-        E::ExpectedFlowSequenceSeparator | E::UnexpectedEofFlowSequence => {
-            ("expected `,` or `]` here".to_owned(), "separate elements by commas and close with `]`")
-        }
-        E::UnknownQuotedScalarEscape | E::InvalidQuotedScalarHexEscape => {
-            ("unknown escape in a double-quoted text".to_owned(), "write `\\\\` for a backslash, or use single quotes")
-        }
-        kind => (format!("not valid YAML: {kind}"), ""),
-    };
-    let indent = matches!(error.kind(), E::InvalidQuotedScalarIndent);
-    let opened = text.get(..at).filter(|_| indent).and_then(|before| before.rfind(['\'', '"']));
-    let end = at + text.get(at..).and_then(|rest| rest.chars().next()).map_or(0, char::len_utf8);
-    let opened = opened.map(|quote| Place::in_text(file, text, quote..quote + 1));
-    let diagnostic =
-        Diagnostic::error(message).at(Place::in_text(file, text, at..end)).related(opened, "perhaps opened here");
-    if remedy.is_empty() { diagnostic } else { diagnostic.remedy(remedy) }
-}
 
 /// What a fault is about, which decides what has to be set aside to read on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +29,21 @@ pub(super) struct Fault {
     pub missing: Option<&'static str>,
 }
 
-/// Words a typed error; the place is left to the caller's choice of `at`.
+/// An error of the YAML crate at its place in the text.
+struct Subject<'a> {
+    text: &'a str,
+    index: &'a Index,
+    /// The value that starts where the error is.
+    value: Option<usize>,
+    /// The entry whose key starts there.
+    keyed: Option<usize>,
+    /// What the error is about.
+    node: Option<usize>,
+    /// Its path, quoted.
+    name: String,
+}
+
+/// Words a typed error, at its place.
 pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fault {
     let error = error.without_snippet();
     let offset = error.location().and_then(|location| location.span().byte_offset());
@@ -117,86 +61,107 @@ pub(super) fn fault(file: &str, text: &str, index: &Index, error: &Error) -> Fau
     let node = value.or(keyed).or_else(|| innermost(index, at));
     let name = node.map(|node| index.path(node)).filter(|path| !path.is_empty());
     let name = name.map_or_else(|| "the file".to_owned(), |path| format!("`{path}`"));
-    let found = found(text, index.nodes.get(node.unwrap_or(0)));
-    let must_be = |expected: &str| format!("{name} must be {}, found {found}", plain(expected));
-    let error_of = |message: String| Diagnostic::error(message);
-    let key_itself = match inner {
-        Error::NullIntoString { .. } => keyed.is_some(),
-        Error::InvalidScalar { .. } | Error::Unexpected { .. } => keyed.is_some() && value.is_none(),
-        _ => false,
-    };
-    let mut missing = None;
-    let (about, diagnostic) = match inner {
-        Error::SerdeUnknownField { field, expected, .. } => {
-            let parent = keyed.and_then(|node| index.nodes.get(node)?.parent).map(|parent| index.path(parent));
-            let within =
-                parent.filter(|path| !path.is_empty()).map_or_else(String::new, |path| format!(" in `{path}`"));
-            let diagnostic =
-                error_of(format!("unknown key `{}`{within}", clip(field))).suggest(field, expected.iter().copied());
-            (About::Key, diagnostic)
-        }
-        Error::SerdeUnknownVariant { variant, expected, .. } => {
-            let diagnostic = error_of(format!("{name}: unknown choice `{}`", clip(variant)));
-            // The nearest name of a unit is another unit.
-            let is_unit = node.is_some_and(|node| index.path(node).starts_with("units"));
-            let valid = || expected.iter().map(|unit| format!("`{unit}`")).collect::<Vec<_>>().join(", ");
-            let diagnostic = if is_unit {
-                diagnostic.remedy(format!("valid here: {}", valid()))
-            } else {
-                diagnostic.suggest(variant, expected.iter().copied())
-            };
-            (About::Whole, diagnostic)
-        }
-        Error::SerdeMissingField { field, .. } => {
-            missing = Some(*field);
-            (About::Whole, error_of(format!("{name} lacks `{field}`")).remedy(format!("add `{field}: ...`")))
-        }
-        Error::SerdeInvalidLength { len, expected, .. } => {
-            (About::Whole, error_of(format!("{name} holds {len} values, expected {}", plain(expected))))
-        }
-        _ if key_itself => {
-            let key = keyed.and_then(|node| text.get(index.nodes.get(node)?.key.clone()?)).unwrap_or_default();
-            let diagnostic = error_of(format!("a key must be a text or a whole number, found `{}`", clip(key)));
-            (About::Key, diagnostic.remedy("where a text such as `null` or `~` is meant, quote it"))
-        }
-        Error::InvalidScalar { ty, .. } => {
-            let diagnostic = error_of(must_be(ty));
-            let remedy = number_remedy(text, value.and_then(|node| index.nodes.get(node)), ty);
-            (About::Value, if let Some(remedy) = remedy { diagnostic.remedy(remedy) } else { diagnostic })
-        }
-        Error::InvalidBooleanStrict { .. } => (About::Value, error_of(must_be("boolean"))),
-        // The crate says so of numbers too.
-        Error::Unexpected { expected: "string scalar", .. } => {
-            (About::Value, error_of(format!("{name} must be a single value, found {found}")))
-        }
-        Error::Unexpected { expected, .. } => (About::Value, error_of(must_be(expected))),
-        Error::SerdeInvalidType { expected, .. } | Error::SerdeInvalidValue { expected, .. } => {
-            (About::Value, error_of(must_be(expected)))
-        }
-        Error::NullIntoString { .. } => {
-            let diagnostic = error_of(must_be("string scalar"));
-            (About::Value, diagnostic.remedy("write the text; where the text is `null` or `~`, quote it"))
-        }
-        Error::ExpectedStringKeyForExternallyTaggedEnum { .. }
-        | Error::ExternallyTaggedEnumExpectedScalarOrMapping { .. }
-        | Error::UnexpectedValueForUnitEnumVariant { .. }
-        | Error::ExpectedMappingEndAfterEnumVariantValue { .. } => {
-            (About::Whole, error_of(format!("{name} must be one choice: its name, or `name: {{...}}`, found {found}")))
-        }
-        Error::DuplicateMappingKey { .. } => {
-            (About::Key, error_of(format!("{name} is given twice")).remedy("keep one of the two"))
-        }
-        Error::UnsupportedTag { tag, .. } => {
-            (About::Value, error_of(format!("the tag `{}` means nothing here", clip(tag))).remedy("remove it"))
-        }
-        Error::Message { msg, .. } => (About::Value, error_of(format!("{name}: {}", message(msg)))),
-        other => (About::Text, error_of(UserMessageFormatter.format_message(other).into_owned())),
-    };
+    let (about, diagnostic) = Subject { text, index, value, keyed, node, name }.words(inner);
+    let missing = if let Error::SerdeMissingField { field, .. } = inner { Some(*field) } else { None };
     let place = |at| Place::in_text(file, text, span(index, at));
     let diagnostic = diagnostic
         .at(place(at))
         .related(related.filter(|&first| first != at).map(place), "what is repeated stands here");
     Fault { about, at, diagnostic, missing }
+}
+
+impl Subject<'_> {
+    fn must_be(&self, expected: &str) -> Diagnostic {
+        let found = found(self.text, self.index.nodes.get(self.node.unwrap_or(0)));
+        Diagnostic::error(format!("{} must be {}, found {found}", self.name, plain(expected)))
+    }
+
+    /// What is wrong, and what of the text it is about.
+    fn words(&self, error: &Error) -> (About, Diagnostic) {
+        let name = &self.name;
+        match error {
+            Error::SerdeUnknownField { field, expected, .. } => (About::Key, self.unknown_key(field, expected)),
+            Error::SerdeUnknownVariant { variant, expected, .. } => {
+                (About::Whole, self.unknown_choice(variant, expected))
+            }
+            Error::SerdeMissingField { field, .. } => {
+                let diagnostic = Diagnostic::error(format!("{name} lacks `{field}`")).code(Code::Missing);
+                (About::Whole, diagnostic.remedy(format!("add `{field}: ...`")))
+            }
+            Error::SerdeInvalidLength { len, expected, .. } => {
+                let message = format!("{name} holds {len} values, expected {}", plain(expected));
+                (About::Whole, Diagnostic::error(message))
+            }
+            _ if self.is_key(error) => {
+                let key = self.keyed.and_then(|node| self.text.get(self.index.nodes.get(node)?.key.clone()?));
+                let message =
+                    format!("a key must be a text or a whole number, found `{}`", clip(key.unwrap_or_default()));
+                let remedy = "where a text such as `null` or `~` is meant, quote it";
+                (About::Key, Diagnostic::error(message).remedy(remedy))
+            }
+            Error::InvalidScalar { ty, .. } => {
+                let node = self.value.and_then(|node| self.index.nodes.get(node));
+                let remedy = number_remedy(self.text, node, ty);
+                (About::Value, Diagnostic { remedy, ..self.must_be(ty) })
+            }
+            Error::InvalidBooleanStrict { .. } => (About::Value, self.must_be("boolean")),
+            // The crate says so of numbers too.
+            Error::Unexpected { expected: "string scalar", .. } => (About::Value, self.must_be("a single value")),
+            Error::Unexpected { expected, .. } => (About::Value, self.must_be(expected)),
+            Error::SerdeInvalidType { expected, .. } | Error::SerdeInvalidValue { expected, .. } => {
+                (About::Value, self.must_be(expected))
+            }
+            Error::NullIntoString { .. } => {
+                let remedy = "write the text; where the text is `null` or `~`, quote it";
+                (About::Value, self.must_be("string scalar").remedy(remedy))
+            }
+            Error::ExpectedStringKeyForExternallyTaggedEnum { .. }
+            | Error::ExternallyTaggedEnumExpectedScalarOrMapping { .. }
+            | Error::UnexpectedValueForUnitEnumVariant { .. }
+            | Error::ExpectedMappingEndAfterEnumVariantValue { .. } => {
+                (About::Whole, self.must_be("one choice: its name, or `name: {...}`"))
+            }
+            Error::DuplicateMappingKey { .. } => {
+                let diagnostic = Diagnostic::error(format!("{name} is given twice")).code(Code::Duplicate);
+                (About::Key, diagnostic.remedy("keep one of the two"))
+            }
+            Error::UnsupportedTag { tag, .. } => {
+                let diagnostic = Diagnostic::error(format!("the tag `{}` means nothing here", clip(tag)));
+                (About::Value, diagnostic.remedy("remove it"))
+            }
+            Error::Message { msg, .. } => (About::Value, Diagnostic::error(format!("{name}: {}", message(msg)))),
+            other => {
+                let message = UserMessageFormatter.format_message(other).into_owned();
+                (About::Text, Diagnostic::error(message).code(Code::Syntax))
+            }
+        }
+    }
+
+    /// Whether the error is about a key itself, which is neither a text nor a number.
+    fn is_key(&self, error: &Error) -> bool {
+        match error {
+            Error::NullIntoString { .. } => self.keyed.is_some(),
+            Error::InvalidScalar { .. } | Error::Unexpected { .. } => self.keyed.is_some() && self.value.is_none(),
+            _ => false,
+        }
+    }
+
+    fn unknown_key(&self, field: &str, expected: &[&str]) -> Diagnostic {
+        let parent = self.keyed.and_then(|node| self.index.nodes.get(node)?.parent);
+        let path = parent.map(|parent| self.index.path(parent)).filter(|path| !path.is_empty());
+        let within = path.map_or_else(String::new, |path| format!(" in `{path}`"));
+        Diagnostic::error(format!("unknown key `{}`{within}", clip(field))).suggest(field, expected.iter().copied())
+    }
+
+    fn unknown_choice(&self, variant: &str, expected: &[&str]) -> Diagnostic {
+        let diagnostic = Diagnostic::error(format!("{}: unknown choice `{}`", self.name, clip(variant)));
+        // The nearest name of a unit is another unit.
+        if self.node.is_some_and(|node| self.index.path(node).starts_with("units")) {
+            let valid: Vec<String> = expected.iter().map(|unit| format!("`{unit}`")).collect();
+            return diagnostic.code(Code::Unknown).remedy(format!("valid here: {}", valid.join(", ")));
+        }
+        diagnostic.suggest(variant, expected.iter().copied())
+    }
 }
 
 /// The innermost entry or element around an offset.

@@ -1,20 +1,21 @@
-//! Modal values placed where the best conclusions leave least.
+//! Modal values placed where the best conclusions leave the smallest residual.
+//!
+//! Sources: Golub and Pereyra 1973 (conclusions are eliminated); Solis and Wets 1981 (random search).
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::Placement;
-use super::rules::{Group, Partition};
+use super::group::Group;
+use super::partition::Partition;
+use super::settings::Placement;
 use crate::least_squares::{self, Bounds, EvaluationError, Problem};
 
-/// Least gap between neighbouring modes, and to the ends of the range, beside the others.
-const LEAST_GAP: f64 = 0.02;
-/// Trials of the random search.
-const TRIALS: usize = 400;
-/// Steps of Gauss and Newton.
-const STEPS: usize = 25;
+/// Step of the difference quotients, in gaps of size 1: the root of rounding times the size, rounded up.
+const DIFFERENCE: f64 = 1e-5;
+/// Residuals are put in micrometres, so that none is lost in the floor of the cost.
+const MICRO: f64 = 1e6;
 
 /// The partition of one component as gaps: below the first mode, between modes, above the last one.
 struct Gaps<'a> {
@@ -31,7 +32,7 @@ impl Gaps<'_> {
         for (own, [low, high]) in modes.iter().zip(&self.group.samples.range).filter(|(own, _)| own.len() > 1) {
             let mut last = *low;
             for end in own.iter().chain([high]) {
-                gaps.push(((end - last) / (high - low)).max(LEAST_GAP));
+                gaps.push(((end - last) / (high - low)).max(self.group.settings.least_gap));
                 last = *end;
             }
         }
@@ -39,13 +40,13 @@ impl Gaps<'_> {
     }
 
     fn modes(&self, gaps: &[f64]) -> Vec<Vec<f64>> {
-        let mut rest = gaps;
+        let mut remaining = gaps;
         let place = |(&count, [low, high]): (&usize, &[f64; 2])| {
             if count < 2 {
                 return vec![0.5 * (low + high)];
             }
-            let (own, others) = rest.split_at(count + 1);
-            rest = others;
+            let (own, others) = remaining.split_at(count + 1);
+            remaining = others;
             let sum: f64 = own.iter().sum();
             let mut at = 0.0;
             let each = |gap: &f64| {
@@ -57,23 +58,27 @@ impl Gaps<'_> {
         self.counts.iter().zip(&self.group.samples.range).map(place).collect()
     }
 
-    fn left(&self, gaps: &[f64]) -> Vec<f64> {
+    fn residual(&self, gaps: &[f64]) -> Vec<f64> {
         let mut parts = self.parts.to_vec();
         parts[self.own] = self.modes(gaps);
         let b = self.group.solve(&parts, &self.group.fitted);
-        self.group.left(&parts, &b, &self.group.fitted)
+        self.group.residual(&parts, &b, &self.group.fitted)
     }
 
     /// Better gaps.
-    fn improved(&self, gaps: &[f64], placement: Placement) -> Vec<f64> {
+    fn improved(&self, gaps: &[f64]) -> Vec<f64> {
+        let limits = self.group.settings;
         if gaps.is_empty() {
             return Vec::new();
         }
-        match placement {
+        match limits.placement {
             Placement::GaussNewton => {
-                let bounds = Bounds { lower: vec![LEAST_GAP; gaps.len()], upper: vec![1.0; gaps.len()] };
-                let settings =
-                    least_squares::Settings { max_iterations: STEPS, cost_tolerance: 1e-6, ..Default::default() };
+                let bounds = Bounds { lower: vec![limits.least_gap; gaps.len()], upper: vec![1.0; gaps.len()] };
+                let settings = least_squares::Settings {
+                    max_iterations: limits.steps,
+                    cost_tolerance: limits.cost_tolerance,
+                    ..Default::default()
+                };
                 least_squares::minimize(self, gaps, &bounds, &settings).map_or(gaps.to_vec(), |solution| solution.x)
             }
             Placement::SolisWets(seed) => solis_wets(self, gaps, seed),
@@ -81,7 +86,7 @@ impl Gaps<'_> {
     }
 
     fn squares(&self, gaps: &[f64]) -> f64 {
-        self.left(gaps).iter().map(|v| v * v).sum()
+        self.residual(gaps).iter().map(|v| v * v).sum()
     }
 }
 
@@ -100,16 +105,14 @@ impl Problem for Gaps<'_> {
         residual: &mut DVector<f64>,
         jacobian: Option<&mut DMatrix<f64>>,
     ) -> Result<(), EvaluationError> {
-        // In micrometres, so that no residual is lost in the floor of the cost.
-        let at = self.left(x);
-        residual.copy_from_slice(&at.iter().map(|v| 1e6 * v).collect::<Vec<f64>>());
+        let at = self.residual(x);
+        residual.iter_mut().zip(&at).for_each(|(row, value)| *row = MICRO * value);
         if let Some(jacobian) = jacobian {
             let mut moved = x.to_vec();
             for k in 0..x.len() {
-                let step = 1e-5;
-                moved[k] = x[k] + step;
-                for (row, (after, before)) in self.left(&moved).iter().zip(&at).enumerate() {
-                    jacobian[(row, k)] = 1e6 * (after - before) / step;
+                moved[k] = x[k] + DIFFERENCE;
+                for (row, (after, before)) in self.residual(&moved).iter().zip(&at).enumerate() {
+                    jacobian[(row, k)] = MICRO * (after - before) / DIFFERENCE;
                 }
                 moved[k] = x[k];
             }
@@ -119,12 +122,12 @@ impl Problem for Gaps<'_> {
 }
 
 /// The partition by load component `own` of a group with the best modal values found from several starts.
-pub fn place(group: &Group, parts: &[Partition], own: usize, starts: &[Partition], placement: Placement) -> Partition {
+pub fn place(group: &Group, parts: &[Partition], own: usize, starts: &[Partition]) -> Partition {
     let placed = starts.iter().enumerate().filter(|(k, start)| !starts[..*k].contains(start)).map(|(_, start)| {
         let counts: Vec<usize> = start.iter().map(Vec::len).collect();
         let problem = Gaps { group, parts, own, counts };
         let gaps = problem.of(start);
-        let found = problem.improved(&gaps, placement);
+        let found = problem.improved(&gaps);
         let [before, after] = [&gaps, &found].map(|gaps| problem.squares(gaps));
         if after < before { (problem.modes(&found), after) } else { (problem.modes(&gaps), before) }
     });
@@ -137,7 +140,7 @@ fn solis_wets(problem: &Gaps, start: &[f64], seed: u64) -> Vec<f64> {
     let (mut best, mut cost) = (start.to_vec(), problem.squares(start));
     let mut bias = vec![0.0; start.len()];
     let (mut size, mut good, mut bad) = (0.1, 0, 0);
-    for _ in 0..TRIALS {
+    for _ in 0..problem.group.settings.trials {
         let step: Vec<f64> = bias
             .iter()
             .map(|bias| {
@@ -146,7 +149,10 @@ fn solis_wets(problem: &Gaps, start: &[f64], seed: u64) -> Vec<f64> {
             })
             .collect();
         let along = |sign: f64| -> Vec<f64> {
-            best.iter().zip(&step).map(|(x, step)| (x + sign * step).clamp(LEAST_GAP, 1.0)).collect()
+            best.iter()
+                .zip(&step)
+                .map(|(x, step)| (x + sign * step).clamp(problem.group.settings.least_gap, 1.0))
+                .collect()
         };
         let tried = [1.0, -1.0].map(|sign| (sign, along(sign)));
         let better =

@@ -18,6 +18,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["elastics"],
     &["fuzzy"],
     &["effects"],
+    &["state"],
     &["prediction"],
     &["identifiability"],
     &["estimation"],

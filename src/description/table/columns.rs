@@ -1,0 +1,145 @@
+//! The columns of a table: what is expected of a file, and what one holds.
+
+use std::collections::BTreeMap;
+
+use super::source::Row;
+use crate::diagnostic::Place;
+
+/// How a file separates its columns and writes its numbers.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Dialect {
+    /// `None`: whichever of `,`, `;` and the tab the header line holds most of.
+    pub delimiter: Option<char>,
+    /// `.` or `,`; `None`: a point between commas, else that of the first number that has one.
+    pub decimal: Option<char>,
+    /// Whether a campaign file says how the table is read, so that remedies may name its keys.
+    pub of_campaign: bool,
+}
+
+/// What the cells of a column hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// Finite numbers.
+    Number,
+    /// Texts, such as names; each different one is kept once.
+    Text,
+}
+
+/// A column that a file may or must have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExpectedColumn {
+    /// Our name of it.
+    pub name: String,
+    /// What its cells hold.
+    pub kind: ColumnKind,
+    /// Whether its absence is a fault.
+    pub required: bool,
+}
+
+/// The cells of a text column: for each row the number of its text among the different ones.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TextColumn {
+    pub(super) texts: Vec<String>,
+    pub(super) rows: Vec<u32>,
+}
+
+impl TextColumn {
+    /// The different texts, in the order in which they first appear.
+    pub fn texts(&self) -> &[String] {
+        &self.texts
+    }
+
+    /// For each row, the index of its text in [`TextColumn::texts`].
+    pub fn indices(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// The text of a row.
+    pub fn get(&self, row: usize) -> Option<&str> {
+        self.texts.get(usize::try_from(*self.rows.get(row)?).ok()?).map(String::as_str)
+    }
+}
+
+/// The columns of a file under our names.
+#[derive(Debug, Clone, Default)]
+pub struct Table {
+    pub(super) file: String,
+    pub(super) numbers: BTreeMap<String, Vec<f64>>,
+    pub(super) texts: BTreeMap<String, TextColumn>,
+    /// Field of each column in the file.
+    pub(super) fields: BTreeMap<String, usize>,
+    pub(super) lines: Vec<u32>,
+    pub(super) delimiter: u8,
+    pub(super) whole: Option<Vec<u8>>,
+}
+
+impl Table {
+    /// Display name of the file.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Number of rows, header and empty lines left out.
+    pub fn row_count(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The line of the file, counted from 1, on which a row starts.
+    pub fn line(&self, row: usize) -> Option<usize> {
+        self.lines.get(row).and_then(|&line| usize::try_from(line).ok())
+    }
+
+    /// Whether the file has the column.
+    pub fn has(&self, column: &str) -> bool {
+        self.fields.contains_key(column)
+    }
+
+    /// The numbers of a column; `None` if the file does not have it, or it holds texts.
+    pub fn numbers(&self, column: &str) -> Option<&[f64]> {
+        self.numbers.get(column).map(Vec::as_slice)
+    }
+
+    /// The texts of a column; `None` if the file does not have it, or it holds numbers.
+    pub fn texts(&self, column: &str) -> Option<&TextColumn> {
+        self.texts.get(column)
+    }
+
+    /// Where a cell stands, for a later diagnostic about it; beyond 4 MiB of file, the line alone without its text.
+    pub fn place(&self, row: usize, column: &str) -> Option<Place> {
+        let line = self.line(row)?;
+        let field = self.fields.get(column).copied().unwrap_or(0);
+        let whole = self.whole.as_deref().unwrap_or_default();
+        let start = whole.split_inclusive(|&byte| byte == b'\n').take(line - 1).map(<[u8]>::len).sum();
+        match whole.get(start..) {
+            Some(from) if !from.is_empty() => Some(Row::at(&self.file, from, line, self.delimiter).field(field)),
+            _ => Some(Place { file: self.file.clone(), line, column: 1, excerpt: String::new(), highlight: 0..0 }),
+        }
+    }
+}
+
+/// What a table should hold, and how its file says so.
+pub(super) struct Layout<'a> {
+    pub expected: &'a [ExpectedColumn],
+    /// Our name of a column and the file's, where they differ.
+    pub rename: &'a BTreeMap<String, String>,
+    /// Columns of the file to pass over.
+    pub ignore: &'a [String],
+    pub dialect: &'a Dialect,
+}
+
+impl Layout<'_> {
+    /// Whether a column has this name, ours or the file's.
+    pub fn names(&self, title: &str) -> bool {
+        self.expects(title) || self.rename.values().any(|renamed| renamed.trim() == title)
+    }
+
+    /// Whether a column has this name of ours.
+    pub fn expects(&self, name: &str) -> bool {
+        self.expected.iter().any(|column| column.name == name)
+    }
+
+    /// Whether the file's column is to be passed over.
+    pub fn ignores(&self, title: &str) -> bool {
+        self.ignore.iter().any(|ignored| ignored.trim() == title)
+    }
+}

@@ -1,0 +1,56 @@
+//! What is asked of a fit of a fuzzy compliance, each limit with its reason.
+
+/// How modal values are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
+    /// Gauss-Newton on the residual that the best conclusions leave.
+    GaussNewton,
+    /// Random search of Solis and Wets (1981), seeded: as the IR663 paper, slower and no better.
+    SolisWets(u64),
+}
+
+/// Limits of a fit of a fuzzy compliance. The defaults were set on the IR663 campaigns of the paper and on simulated
+/// deflections with 1 to 10 um of noise; leave them alone unless a campaign is far larger or smaller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FuzzySettings {
+    /// How modal values are placed.
+    pub placement: Placement,
+    /// Least part by which another set must lower the test error of its displacement component. A set that lowers it by
+    /// less follows chance: the test error of some tens of readings is known to a few per cent only.
+    pub worth: f64,
+    /// Firing strength, summed over the fitted readings, below which a rule has seen no data: half of one reading.
+    pub seen: f64,
+    /// Least gap between neighbouring modes, and to the ends of the range, as a part of the largest gap: closer modes make a
+    /// step that no compliance has.
+    pub least_gap: f64,
+    /// Most steps of Gauss-Newton: a placement is an intermediate result, and converges in fewer than ten.
+    pub steps: usize,
+    /// Relative reduction of the squares below which Gauss-Newton ends: far below what `worth` asks of a set.
+    pub cost_tolerance: f64,
+    /// Trials of the random search.
+    pub trials: usize,
+    /// Weight of the difference between neighbouring conclusions relative to the readings of a rule: it decides only what
+    /// the readings leave open.
+    pub smoothing: f64,
+    /// Parts of the configurations that are left out in turns to judge a correction.
+    pub folds: usize,
+    /// Least part by which a correction of springs must lower the cross-validated error to be kept.
+    pub correction_worth: f64,
+}
+
+impl Default for FuzzySettings {
+    fn default() -> Self {
+        Self {
+            placement: Placement::GaussNewton,
+            worth: 0.01,
+            seen: 0.5,
+            least_gap: 0.02,
+            steps: 25,
+            cost_tolerance: 1e-6,
+            trials: 400,
+            smoothing: 1e-3,
+            folds: 5,
+            correction_worth: 0.03,
+        }
+    }
+}

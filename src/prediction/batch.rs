@@ -1,0 +1,253 @@
+//! Predictions of all readings of a campaign, and their derivatives.
+
+use rayon::prelude::*;
+
+use super::columns::{Columns, ReadingRows, elastic};
+use super::error::PredictionError;
+use super::reading::{Predicted, ReadingAt, by_column};
+use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared};
+use crate::description::campaign::Campaign;
+use crate::model::Model;
+use crate::observation::{MOST_ROWS, Rows, Twist};
+use crate::parameter::Slot;
+use crate::state::{FrameTwists, LoadedPoint, Loads, Mechanics, State};
+
+/// Predictions of a campaign's readings by a model.
+#[derive(Debug, Clone)]
+pub struct Predictor<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// The campaign.
+    pub campaign: &'a Campaign,
+    /// Parameters by which predictions are differentiated, in the order of columns.
+    pub slots: Vec<Slot>,
+    /// Whether derivatives by the geometry and the joints count what they change in the deflection.
+    moves_deflection: bool,
+    /// Runs of readings at one configuration.
+    pub(super) blocks: Vec<Block>,
+}
+
+/// Readings at one configuration.
+pub(super) type Block = std::ops::Range<usize>;
+
+/// Residuals of a campaign (measured minus predicted), one after the other: 3, 6 or 1 a reading, m and rad, in the
+/// measurement frame; and the derivatives of the predictions.
+#[derive(Debug, Clone, Default)]
+pub struct Linearised {
+    /// Residuals.
+    pub residual: Vec<f64>,
+    /// What an ideal instrument would read, one a reading, in the order of the columns of the kind of readings.
+    pub predicted: Vec<Rows>,
+    /// Derivatives of the predictions, row-major, rows as `residual`, a column for each of [`Predictor::slots`];
+    /// empty if not asked for.
+    pub jacobian: Vec<f64>,
+}
+
+impl<'a> Predictor<'a> {
+    /// Predictions of `campaign` by `model`, differentiated by `slots`. Where only own weight loads an absolute reading,
+    /// derivatives by the geometry leave out what they change in the sag: a thousandth of the column, which would make
+    /// frames that markers take up entirely look identifiable ([`Predictor::with_sag`] counts it).
+    ///
+    /// # Errors
+    /// [`PredictionError::Empty`].
+    pub fn new(model: &'a Model, campaign: &'a Campaign, slots: Vec<Slot>) -> Result<Self, PredictionError> {
+        if campaign.readings.is_empty() {
+            return Err(PredictionError::Empty);
+        }
+        let mut blocks: Vec<Block> = Vec::new();
+        for reading in 0..campaign.readings.len() {
+            match blocks.last_mut() {
+                Some(block) if campaign.configuration(block.start) == campaign.configuration(reading) => block.end += 1,
+                _ => blocks.push(reading..reading + 1),
+            }
+        }
+        let moves_deflection = loads(campaign).wrench || campaign.observes.is_difference();
+        Ok(Self { model, campaign, slots, moves_deflection, blocks })
+    }
+
+    /// With all that the geometry changes, the sag under own weight too.
+    #[must_use]
+    pub fn with_sag(self) -> Self {
+        Self { moves_deflection: true, ..self }
+    }
+
+    /// Number of residuals.
+    pub fn rows(&self) -> usize {
+        self.campaign.readings.len() * self.campaign.components()
+    }
+
+    /// Residuals at `values` (all slots, SI) and, if asked, derivatives of the predictions.
+    ///
+    /// # Errors
+    /// The first configuration (in the order of rows) that cannot be assembled.
+    pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
+        let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
+        let batch = Batch::new(self, values, slots)?;
+        out.residual.resize(self.rows(), 0.0);
+        out.predicted.resize(self.campaign.readings.len(), [0.0; MOST_ROWS]);
+        out.jacobian.resize(self.rows() * slots.len(), 0.0);
+        let results: Vec<Result<(), PredictionError>> =
+            batch.tasks(out).into_par_iter().map(|task| batch.run(task)).collect();
+        results.into_iter().collect()
+    }
+}
+
+/// What loads a campaign's readings.
+pub(super) fn loads(campaign: &Campaign) -> Loads {
+    let wrench = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    Loads { weight: !campaign.observes.is_difference(), wrench }
+}
+
+/// What predictions at one vector of values share; shared between threads.
+struct Batch<'a> {
+    campaign: &'a Campaign,
+    blocks: &'a [Block],
+    mechanics: Mechanics<'a>,
+    columns: Columns,
+    terms: Terms,
+    /// Amounts of the terms' parameters.
+    amounts: Vec<f64>,
+    /// Columns of asked parameters that are amounts, and which of the terms' columns each is.
+    by_amount: Vec<(usize, usize)>,
+    /// Whether the deflection changes with what moves the frames.
+    moves_deflection: bool,
+    width: usize,
+}
+
+/// Blocks of one task, and where their results go: each task has its own rows, so that the number of threads changes
+/// nothing.
+struct Task<'t> {
+    blocks: &'t [Block],
+    residual: &'t mut [f64],
+    jacobian: &'t mut [f64],
+    predicted: &'t mut [Rows],
+}
+
+/// Blocks of a task: long enough that its workspace costs nothing.
+const BLOCKS: usize = 32;
+
+struct Workspace {
+    state: State,
+    terms: TermWorkspace,
+    twists: FrameTwists,
+}
+
+impl<'a> Batch<'a> {
+    fn new(of: &'a Predictor, values: &[f64], slots: &[Slot]) -> Result<Self, PredictionError> {
+        let Declared { terms, amounts: amount_slots, shifts } = declared(of.model);
+        let amounts = amounts_of(&amount_slots, values);
+        let mut values = values.to_vec();
+        shifts.iter().for_each(|&(slot, amount)| values[slot] += amount);
+        let elastic: Vec<Slot> = elastic(of.model, slots).into_iter().map(|column| slots[column]).collect();
+        let mechanics = Mechanics::new(of.model, &values, loads(of.campaign), &elastic)?;
+        let moves_deflection = of.moves_deflection && mechanics.deflects();
+        let columns = Columns::new(&mechanics, of.campaign, slots, moves_deflection);
+        let terms = Terms::new(&mechanics, of.campaign, terms);
+        let amount_of = |slot: Slot| amount_slots.iter().position(|own| *own == Some(slot));
+        let by_amount = slots.iter().enumerate().filter_map(|(column, &slot)| Some((column, amount_of(slot)?)));
+        let by_amount = by_amount.collect();
+        let (campaign, blocks, width) = (of.campaign, of.blocks.as_slice(), slots.len());
+        Ok(Self { campaign, blocks, mechanics, columns, terms, amounts, by_amount, moves_deflection, width })
+    }
+
+    fn tasks<'t>(&'t self, out: &'t mut Linearised) -> Vec<Task<'t>> {
+        let components = self.campaign.components();
+        let (mut residual, mut jacobian) = (out.residual.as_mut_slice(), out.jacobian.as_mut_slice());
+        let mut predicted = out.predicted.as_mut_slice();
+        let mut tasks = Vec::new();
+        for blocks in self.blocks.chunks(BLOCKS) {
+            let readings: usize = blocks.iter().map(Block::len).sum();
+            let (own_residual, residual_left) = residual.split_at_mut(readings * components);
+            let (own_jacobian, jacobian_left) = jacobian.split_at_mut(readings * components * self.width);
+            let (own_predicted, predicted_left) = predicted.split_at_mut(readings);
+            (residual, jacobian, predicted) = (residual_left, jacobian_left, predicted_left);
+            tasks.push(Task { blocks, residual: own_residual, jacobian: own_jacobian, predicted: own_predicted });
+        }
+        tasks
+    }
+
+    fn run(&self, task: Task) -> Result<(), PredictionError> {
+        let mut workspace =
+            Workspace { state: self.mechanics.state(), terms: self.terms.workspace(), twists: self.columns.twists() };
+        let components = self.campaign.components();
+        let readings =
+            task.blocks.iter().flat_map(|block| block.clone().map(move |index| (index, index == block.start)));
+        let residuals = task.residual.chunks_exact_mut(components).zip(task.predicted);
+        let mut jacobian = task.jacobian;
+        for ((index, is_first), (residual, value)) in readings.zip(residuals) {
+            if is_first {
+                self.place(index, &mut workspace)?;
+            }
+            let (point, predicted) = self.predict(index, &mut workspace)?;
+            let found = self.campaign.observes.residual(&self.campaign.readings[index].measured, &predicted.point);
+            residual.copy_from_slice(&found[..components]);
+            *value = self.campaign.observes.value(&predicted.point);
+            if self.width > 0 {
+                let (rows, left) = jacobian.split_at_mut(components * self.width);
+                jacobian = left;
+                rows.fill(0.0);
+                let rows = ReadingRows { observes: self.campaign.observes, width: self.width, rows };
+                self.differentiate(index, &point, &predicted, &mut workspace, rows);
+            }
+        }
+        Ok(())
+    }
+
+    /// Places the configuration of a reading.
+    fn place(&self, index: usize, workspace: &mut Workspace) -> Result<(), PredictionError> {
+        let Workspace { state, terms, twists } = workspace;
+        let placed = self.mechanics.place(self.campaign.configuration(index), state);
+        placed.map_err(|source| PredictionError::at(self.campaign, index, source))?;
+        if self.terms.columns > 0 {
+            self.terms.place(&self.mechanics, state, terms);
+        }
+        if self.width > 0 {
+            self.columns.evaluate(&self.mechanics, state, twists);
+        }
+        Ok(())
+    }
+
+    fn predict(&self, index: usize, workspace: &mut Workspace) -> Result<(LoadedPoint, Predicted), PredictionError> {
+        let Workspace { state, terms, .. } = workspace;
+        let reading = &self.campaign.readings[index];
+        let point = self.mechanics.point(state, reading.marker, &reading.wrench);
+        let at = self.reading(index, state, &point);
+        let mut predicted = at.predict(&self.mechanics.deflection(state, &point));
+        if self.terms.columns > 0 {
+            self.terms.evaluate(&at, terms);
+            predicted.add(&terms.columns, &self.amounts);
+        }
+        if predicted.point.position().norm().is_finite() {
+            Ok((point, predicted))
+        } else {
+            let pose = self.campaign.poses[reading.pose].clone();
+            Err(PredictionError::TooGreat { row: reading.row, pose })
+        }
+    }
+
+    fn reading<'s>(&'s self, index: usize, state: &'s State, point: &'s LoadedPoint) -> ReadingAt<'s> {
+        ReadingAt { mechanics: &self.mechanics, state, campaign: self.campaign, index, point }
+    }
+
+    fn differentiate(
+        &self,
+        index: usize,
+        point: &LoadedPoint,
+        predicted: &Predicted,
+        workspace: &mut Workspace,
+        mut rows: ReadingRows,
+    ) {
+        let Workspace { state, terms, twists } = workspace;
+        let at = self.reading(index, state, point);
+        if self.moves_deflection {
+            self.columns.by_frames(&at, twists, predicted, &mut rows);
+            self.columns.by_motion(&self.mechanics, state, point, twists, predicted, &mut rows);
+        } else {
+            self.columns.by_frames(&at, twists, &at.predict(&Twist::zero()), &mut rows);
+        }
+        self.columns.by_elastic(&self.mechanics, state, point, predicted, &mut rows);
+        for &(column, term) in &self.by_amount {
+            rows.add(column, &predicted.point, by_column(&terms.columns[term]));
+        }
+    }
+}

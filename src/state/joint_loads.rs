@@ -1,0 +1,107 @@
+//! Loads on the joints of the variables, by virtual work: torques (N.m) and forces (N).
+
+use nalgebra::Vector3;
+
+use super::frame_twists::{FrameTwistPlan, FrameTwists};
+use super::mechanics::{LoadedPoint, Mechanics, State};
+use crate::description::robot::{FrameIndex, Motion};
+use crate::elastics::Elastics;
+use crate::kinematics::{By, shift};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// Masses and frames whose motions the loads are computed from.
+#[derive(Debug, Clone)]
+pub struct JointLoadPlan {
+    twists: FrameTwistPlan,
+    /// Frame, kg, centre in the frame.
+    masses: Vec<(FrameIndex, f64, Vector3<f64>)>,
+    /// For each variable the joint that it drives.
+    driven: Vec<Option<FrameIndex>>,
+    variables: usize,
+}
+
+/// Loads on the joints at one configuration. Reused between configurations: nothing is allocated.
+#[derive(Debug, Clone, Default)]
+pub struct JointLoads {
+    /// How measured frames and those with masses move with the variables, then with the parameters asked for.
+    pub twists: FrameTwists,
+    /// Under own weight alone, by variable.
+    pub own: Vec<f64>,
+    /// Under own weight and the wrench of [`JointLoadPlan::load`], by variable.
+    pub total: Vec<f64>,
+    /// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.
+    pub joint_rate: Vec<f64>,
+}
+
+impl JointLoadPlan {
+    /// Loads of wrenches on `frames`; their columns are made by `slots` too.
+    pub fn new(mechanics: &Mechanics, mut frames: Vec<FrameIndex>, slots: &[Slot]) -> Self {
+        let model = mechanics.geometry.model;
+        let variables = model.variables.len();
+        let masses = masses(model, mechanics.geometry.values());
+        frames.extend(masses.iter().map(|(frame, ..)| *frame));
+        let by: Vec<By> = (0..variables).map(By::Variable).chain(slots.iter().map(|&slot| By::Slot(slot))).collect();
+        let driven = (0..variables).map(|variable| driven_joint(model, variable)).collect();
+        Self { twists: mechanics.twist_plan(frames, &by), masses, driven, variables }
+    }
+
+    /// Workspace for one thread.
+    pub fn loads(&self) -> JointLoads {
+        let zeros = vec![0.0; self.variables];
+        JointLoads { twists: self.twists.twists(), own: zeros.clone(), total: zeros.clone(), joint_rate: zeros }
+    }
+
+    /// Loads under own weight at a placed configuration.
+    pub fn place(&self, mechanics: &Mechanics, state: &mut State, out: &mut JointLoads) {
+        mechanics.evaluate_rates(state);
+        mechanics.evaluate_twists(state, &self.twists, None, &mut out.twists);
+        out.own.fill(0.0);
+        let gravity = mechanics.geometry.model.structure.gravity;
+        for &(frame, mass, centre) in &self.masses {
+            let arm = state.placements.frames[frame].rotation * centre;
+            for (load, column) in out.own.iter_mut().zip(out.twists.of(frame)) {
+                *load += shift(column, &arm).dot(&gravity) * mass;
+            }
+        }
+        // Loads as torques of the joints: a screw's variable is its length.
+        for (variable, driven) in self.driven.iter().enumerate() {
+            let rate = driven.map_or(1.0, |joint| state.rates().rate(joint, variable));
+            out.joint_rate[variable] = if rate.abs() > 1e-9 { rate } else { 1.0 };
+            out.own[variable] /= out.joint_rate[variable];
+        }
+    }
+
+    /// Adds the wrench on a point to the loads under own weight.
+    pub fn load(&self, state: &State, point: &LoadedPoint, out: &mut JointLoads) {
+        let arm = state.placements.frames[point.at.frame].rotation * point.at.point;
+        for (variable, column) in out.twists.of(point.at.frame).iter().take(self.variables).enumerate() {
+            let turn = Vector3::new(column[3], column[4], column[5]);
+            let applied = shift(column, &arm).dot(&point.force) + turn.dot(&point.moment);
+            out.total[variable] = out.own[variable] + applied / out.joint_rate[variable];
+        }
+    }
+}
+
+fn driven_joint(model: &Model, variable: usize) -> Option<FrameIndex> {
+    let own = |motion: Motion| matches!(motion, Motion::Variable { index, .. } if index == variable);
+    let screw = || model.actuators.iter().find(|actuator| actuator.variable == variable).map(|of| of.joint);
+    model.frames.iter().position(|frame| own(frame.motion)).or_else(screw)
+}
+
+/// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
+pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(FrameIndex, f64, Vector3<f64>)> {
+    let structure = &model.structure;
+    let bodies = structure.masses.iter().map(|mass| {
+        let v = &values[mass.slot..mass.slot + 4];
+        (mass.frame, v[0], Vector3::new(v[1], v[2], v[3]))
+    });
+    let elastics = Elastics::new(model, values, &[]);
+    let beams = elastics.masses_per_length().iter().filter_map(|(ends, per_length)| {
+        let frame = structure.frame_of(*ends)?;
+        let [a, b] = ends.map(|end| structure.at_home(end));
+        let middle = structure.home[frame].inverse() * nalgebra::Point3::from(0.5 * (a + b));
+        Some((frame, per_length * (b - a).norm(), middle.coords))
+    });
+    bodies.chain(beams).filter(|(_, mass, _)| *mass != 0.0).collect()
+}

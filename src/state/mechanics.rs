@@ -1,0 +1,339 @@
+//! Kinematics and elastics of a model with one vector of values, and their state at one configuration.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::frame_twists::{FrameTwistPlan, FrameTwists};
+use crate::description::robot::FrameIndex;
+use crate::elastics::{
+    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Statics, at_point, spatial,
+};
+use crate::elements::{BodyPoint, Motion, VertexIndex};
+use crate::fuzzy;
+use crate::kinematics::{AssemblyError, By, Geometry, Placements, Rates};
+use crate::model::Model;
+use crate::observation::Twist;
+use crate::parameter::Slot;
+
+/// A model with one vector of values; immutable, shared between threads.
+#[derive(Debug, Clone)]
+pub struct Mechanics<'m> {
+    /// Placement of the frames.
+    pub geometry: Geometry<'m>,
+    elastics: Elastics<'m>,
+    columns: ElasticColumns,
+    pattern: Rates,
+    /// Loaded vertices, and which of them each marker (last: the tool centre point) hangs on.
+    vertices: Vec<VertexIndex>,
+    ports: Vec<usize>,
+    weight: bool,
+    /// Whether anything deflects at all.
+    deflects: bool,
+}
+
+/// What loads the structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Loads {
+    /// Own weight and preloads count: readings are absolute.
+    pub weight: bool,
+    /// Wrenches may be applied.
+    pub wrench: bool,
+}
+
+/// Why a configuration cannot be placed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StateError {
+    /// A loop or actuator cannot close.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// The structure can move without force.
+    #[error(transparent)]
+    Mechanism(#[from] Mechanism),
+}
+
+/// The state of one configuration, for one thread. Reused between configurations: nothing is allocated after the first.
+#[derive(Debug, Clone)]
+pub struct State {
+    /// Actuated variables, rad or m.
+    pub q: Vec<f64>,
+    /// Frames and joints, nothing deflected.
+    pub placements: Placements,
+    rates: Rates,
+    has_rates: bool,
+    statics: Statics,
+    responses: Vec<Response>,
+    motions: Vec<MotionWorkspace>,
+    has_motions: bool,
+    /// Changes of the sag under own weight alone, by loaded vertex and number of the motion.
+    sag_changes: Vec<Vec<Option<Vector6<f64>>>>,
+    elastic_twists: Vec<Vector6<f64>>,
+}
+
+/// A marker or the tool centre point under a wrench, at a placed configuration, base axes.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadedPoint {
+    /// The marker; none is the tool centre point.
+    pub marker: Option<usize>,
+    /// The point in its frame.
+    pub at: BodyPoint,
+    /// Its position with nothing deflected, m.
+    pub position: Vector3<f64>,
+    /// N.
+    pub force: Vector3<f64>,
+    /// N.m.
+    pub moment: Vector3<f64>,
+    port: usize,
+}
+
+impl LoadedPoint {
+    fn wrench(&self) -> Vector6<f64> {
+        spatial(&self.position, &self.force, &self.moment)
+    }
+}
+
+/// A motion of the frames by one column of [`FrameTwists`] of all frames.
+#[derive(Debug, Clone, Copy)]
+pub struct ColumnMotion<'a> {
+    /// The twists.
+    pub twists: &'a FrameTwists,
+    /// Which column of them.
+    pub column: usize,
+    /// The parameter that moves them; none for a variable.
+    pub by: Option<Slot>,
+    /// As [`Rates::rate`] counts what moves the joints.
+    pub driver: Option<usize>,
+}
+
+impl<'m> Mechanics<'m> {
+    /// Puts `values` (all slots, SI) into the model; `elastic` are the parameters by which deflections are differentiated.
+    ///
+    /// # Errors
+    /// The loops cannot be assembled with these values.
+    pub fn new(model: &'m Model, values: &[f64], loads: Loads, elastic: &[Slot]) -> Result<Self, AssemblyError> {
+        let geometry = Geometry::new(model, values)?;
+        let elastics = Elastics::new(model, values, elastic);
+        let by_wrench = loads.wrench && (model.fuzzy.is_some() || elastics.is_compliant());
+        let deflects = by_wrench || loads.weight && elastics.is_compliant() && elastics.is_loaded();
+        let mut vertices: Vec<VertexIndex> = Vec::new();
+        let mut port = |frame: FrameIndex, local: Vector3<f64>| {
+            let vertex = model.structure.carrier(frame, &local);
+            vertices.iter().position(|known| *known == vertex).unwrap_or_else(|| {
+                vertices.push(vertex);
+                vertices.len() - 1
+            })
+        };
+        let markers = model.markers.iter().enumerate();
+        let mut ports: Vec<usize> =
+            markers.map(|(index, marker)| port(marker.frame, geometry.marker(index).coords)).collect();
+        ports.push(port(model.tool.0, geometry.tool().translation.vector));
+        let columns = ElasticColumns::new(&elastics, elastic);
+        let pattern = Rates::new(model);
+        Ok(Self { geometry, elastics, columns, pattern, vertices, ports, weight: loads.weight, deflects })
+    }
+
+    /// Workspace for one thread.
+    pub fn state(&self) -> State {
+        State {
+            q: Vec::with_capacity(self.geometry.model.variables.len()),
+            placements: Placements::default(),
+            rates: self.pattern.clone(),
+            has_rates: false,
+            statics: Statics::new(self.weight),
+            responses: self.vertices.iter().map(|&vertex| Response::new(&self.elastics, vertex)).collect(),
+            motions: vec![MotionWorkspace::default(); self.vertices.len()],
+            has_motions: false,
+            sag_changes: vec![Vec::new(); self.vertices.len()],
+            elastic_twists: vec![Vector6::zeros(); self.columns.columns],
+        }
+    }
+
+    /// Whether anything deflects.
+    pub fn deflects(&self) -> bool {
+        self.deflects
+    }
+
+    /// Plan of how frames move with variables and parameters.
+    pub fn twist_plan(&self, frames: Vec<FrameIndex>, by: &[By]) -> FrameTwistPlan {
+        FrameTwistPlan::new(&self.geometry, &self.pattern, frames, by)
+    }
+
+    /// Index of a parameter among what moves joints, as [`Rates::driver`].
+    pub fn driver(&self, slot: Slot) -> Option<usize> {
+        self.pattern.driver(slot)
+    }
+
+    /// Places the frames for the variables `q` (rad and m), and prepares the statics.
+    ///
+    /// # Errors
+    /// What cannot be assembled, or can move without force.
+    pub fn place(&self, q: &[f64], state: &mut State) -> Result<(), StateError> {
+        self.place_by(&self.geometry, q, state)
+    }
+
+    /// As [`Mechanics::place`], with frames placed by other values than those of the structure.
+    ///
+    /// # Errors
+    /// As [`Mechanics::place`].
+    pub fn place_by(&self, geometry: &Geometry, q: &[f64], state: &mut State) -> Result<(), StateError> {
+        state.q.clear();
+        state.q.extend_from_slice(q);
+        (state.has_rates, state.has_motions) = (false, false);
+        geometry.place(q, &mut state.placements)?;
+        if self.deflects {
+            self.elastics.prepare(&state.placements, &mut state.statics)?;
+            for response in &mut state.responses {
+                response.evaluate(&self.elastics, &mut state.statics);
+                fuzzy::put(geometry, q, &state.placements, response);
+            }
+        }
+        Ok(())
+    }
+
+    /// How joints move with the variables and parameters at the placed configuration, [`State::rates`].
+    pub fn evaluate_rates(&self, state: &mut State) {
+        if !state.has_rates {
+            state.rates.evaluate(&self.geometry, &state.q, &state.placements);
+            state.has_rates = true;
+        }
+    }
+
+    /// How frames (`only` one of them, or all that were planned) move at the placed configuration.
+    pub fn evaluate_twists(
+        &self,
+        state: &mut State,
+        plan: &FrameTwistPlan,
+        only: Option<FrameIndex>,
+        out: &mut FrameTwists,
+    ) {
+        if plan.needs_rates(only) {
+            self.evaluate_rates(state);
+        }
+        plan.evaluate(&self.geometry, &state.placements, &state.rates, only, out);
+    }
+
+    /// A marker (none: the tool centre point) at the placed configuration under a wrench (N and N.m, base axes).
+    pub fn point(&self, state: &State, marker: Option<usize>, wrench: &[f64; 6]) -> LoadedPoint {
+        let at = match marker {
+            Some(m) => BodyPoint { frame: self.geometry.model.markers[m].frame, point: self.geometry.marker(m).coords },
+            None => BodyPoint { frame: self.geometry.model.tool.0, point: self.geometry.tool().translation.vector },
+        };
+        LoadedPoint {
+            marker,
+            at,
+            position: at.place(&state.placements.frames),
+            force: Vector3::new(wrench[0], wrench[1], wrench[2]),
+            moment: Vector3::new(wrench[3], wrench[4], wrench[5]),
+            port: self.ports[marker.unwrap_or(self.ports.len() - 1)],
+        }
+    }
+
+    /// Displacement and rotation of a point by its wrench, own weight included where it counts.
+    pub fn deflection(&self, state: &State, point: &LoadedPoint) -> Twist {
+        self.deflection_under(state, point, self.weight && state.statics.is_loaded())
+    }
+
+    /// The same by the wrench alone.
+    pub fn deflection_by_wrench(&self, state: &State, point: &LoadedPoint) -> Twist {
+        self.deflection_under(state, point, false)
+    }
+
+    fn deflection_under(&self, state: &State, point: &LoadedPoint, weight: bool) -> Twist {
+        if !self.deflects {
+            return Twist::zero();
+        }
+        let twist = state.responses[point.port].twist(&point.wrench(), weight);
+        twist_at(&twist, &point.position)
+    }
+
+    /// Displacement and rotation of a point by force and moment there.
+    pub fn compliance(&self, state: &State, point: &LoadedPoint) -> Matrix6<f64> {
+        if self.deflects { state.responses[point.port].compliance_at(&point.position) } else { Matrix6::zeros() }
+    }
+
+    /// Change of a point's deflection when the point is displaced by `moved` (m) and the frames move by `motion` (none:
+    /// stand still).
+    pub fn deflection_by_motion(
+        &self,
+        state: &mut State,
+        point: &LoadedPoint,
+        moved: &Vector3<f64>,
+        motion: Option<ColumnMotion>,
+    ) -> Twist {
+        let load = Load { wrench: point.wrench(), weight: self.weight };
+        let mut change = Vector6::zeros();
+        // What rules say of the tool's compliance does not depend on the frames in a way known here.
+        if let Some(motion) = motion.filter(|_| !self.geometry.model.is_by_rules()) {
+            self.gather_motions(state);
+            let known = state.sag_changes[point.port].get(motion.column).copied().flatten();
+            change = match known.filter(|_| load.wrench == Vector6::zeros()) {
+                Some(known) => known,
+                None => self.by_motion(state, point.port, load, &motion),
+            };
+        }
+        let response = &state.responses[point.port];
+        let turned = moved.cross(&point.force);
+        change += response.compliance * spatial(&Vector3::zeros(), &Vector3::zeros(), &turned);
+        let turn = self.deflection(state, point).rotation;
+        let change = twist_at(&change, &point.position);
+        Twist::new(change.displacement + turn.cross(moved), change.rotation)
+    }
+
+    fn by_motion(&self, state: &mut State, port: usize, load: Load, motion: &ColumnMotion) -> Vector6<f64> {
+        let State { placements, rates, statics, responses, motions, sag_changes, .. } = state;
+        let case = LoadCase::new(&self.elastics, statics, &responses[port], load);
+        let moving = Motion {
+            by: motion.by,
+            frames: &|frame| motion.twists.of(frame)[motion.column],
+            joints: &|joint| motion.driver.map_or(0.0, |driver| rates.rate(joint, driver)),
+        };
+        let change = motions[port].by_motion(&case, placements, &moving);
+        // What own weight alone does is the same for all points of a body.
+        if load.wrench == Vector6::zeros() {
+            let known = &mut sag_changes[port];
+            known.resize(known.len().max(motion.column + 1), None);
+            known[motion.column] = Some(change);
+        }
+        change
+    }
+
+    fn gather_motions(&self, state: &mut State) {
+        if state.has_motions {
+            return;
+        }
+        state.has_motions = true;
+        state.sag_changes.iter_mut().for_each(Vec::clear);
+        for (motion, response) in state.motions.iter_mut().zip(&state.responses) {
+            let load = Load { wrench: Vector6::zeros(), weight: self.weight };
+            motion.prepare(&LoadCase::new(&self.elastics, &state.statics, response, load));
+        }
+    }
+
+    /// Derivatives of a point's deflection by the elastic parameters asked for, in their order.
+    pub fn deflection_by_parameters<'s>(
+        &self,
+        state: &'s mut State,
+        point: &LoadedPoint,
+    ) -> impl Iterator<Item = Twist> + use<'s> {
+        if self.deflects && self.columns.columns > 0 && !self.geometry.model.is_by_rules() {
+            let State { placements, statics, responses, elastic_twists, .. } = state;
+            let load = Load { wrench: point.wrench(), weight: self.weight };
+            let case = LoadCase::new(&self.elastics, statics, &responses[point.port], load);
+            self.columns.evaluate(&case, placements, elastic_twists);
+        } else {
+            state.elastic_twists.fill(Vector6::zeros());
+        }
+        let position = point.position;
+        state.elastic_twists.iter().map(move |twist| twist_at(twist, &position))
+    }
+}
+
+impl State {
+    /// How joints move with the variables and parameters; after [`Mechanics::evaluate_rates`].
+    pub fn rates(&self) -> &Rates {
+        &self.rates
+    }
+}
+
+fn twist_at(spatial: &Vector6<f64>, point: &Vector3<f64>) -> Twist {
+    let (displacement, rotation) = at_point(spatial, point);
+    Twist::new(displacement, rotation)
+}
