@@ -85,7 +85,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
         }
     }
     let text = format!("{} sealed campaigns: {}\n", command.count, command.into.display());
-    let mut output = Output::new(text, json!({"campaigns": command.count, "seed": seed}));
+    let mut output = Output::new(text, &json!({"campaigns": command.count, "seed": seed}))?;
     output.files = files;
     Ok(output)
 }
@@ -203,5 +203,5 @@ fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
         all.push(answer.open(truth));
     }
     let figures = score(&all);
-    Ok(Output::new(score_text(&figures, &all, session.terminal.screen), score_json(&figures, &all)))
+    Output::new(score_text(&figures, &all, session.terminal.screen), &score_json(&figures, &all))
 }
