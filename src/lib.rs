@@ -57,6 +57,7 @@ pub mod prediction;
 pub mod process;
 #[cfg(feature = "cli")]
 pub mod render;
+pub mod results;
 pub mod review;
 pub mod scene;
 pub mod simulation;

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Parser;
+use serde::Serialize;
 
 use crate::Error;
 use crate::diagnostic::Diagnostic;
@@ -42,8 +43,11 @@ pub struct Output {
 }
 
 impl Output {
-    fn new(text: String, json: serde_json::Value) -> Self {
-        Self { text, json, diagnostics: Vec::new(), files: Vec::new(), failed: false, written: false, verbatim: false }
+    /// Text and JSON of one result.
+    fn new(text: String, result: &impl Serialize) -> Result<Self, Error> {
+        let json = serde_json::to_value(result)?;
+        let (diagnostics, files) = (Vec::new(), Vec::new());
+        Ok(Self { text, json, diagnostics, files, failed: false, written: false, verbatim: false })
     }
 
     fn verbatim(self) -> Self {

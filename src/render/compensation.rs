@@ -5,13 +5,14 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
-use super::table::{Screen, deg, mm};
+use super::table::Screen;
 use crate::compensation::{Outcome, Point, Refusal, Sides};
 use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::math::mean_rms_max;
 use crate::model::Model;
 use crate::observation::POSE;
+use crate::results::units::{deg, mm};
 
 /// What `compensate` found, with what the controller must be told.
 #[derive(Debug, Clone)]

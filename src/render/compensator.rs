@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::table::{Screen, deg, mm};
+use super::table::Screen;
 use crate::estimation::compensator::{self, Elasticity, JointCompliance, Mounting, Triangle};
+use crate::results::units::{deg, mm};
 
 /// What `compensator` found.
 #[derive(Debug, Clone, Default)]

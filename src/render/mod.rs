@@ -11,6 +11,5 @@ pub mod identification;
 pub mod plan;
 pub mod plots;
 pub mod robot;
-pub mod springs;
 pub mod stiffness;
 pub mod table;

@@ -4,11 +4,12 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::table::{Screen, unit};
+use super::table::Screen;
 use crate::description::raw::{JointKind, RawAmount, RawEffect, RawRobot};
 use crate::description::robot::Motion;
 use crate::model::{Model, Stage};
 use crate::parameter::{Group, Kind, Parameter};
+use crate::results::units::unit;
 
 fn motion(model: &Model, index: usize) -> String {
     let frame = &model.frames[index];

@@ -5,9 +5,10 @@ use std::fmt::Write;
 use nalgebra::Matrix6;
 use serde_json::{Map, Value, json};
 
-use super::table::{Screen, deg, mm};
+use super::table::Screen;
 use crate::elastics::Shares;
 use crate::model::Model;
+use crate::results::units::{deg, mm};
 
 /// What `stiffness` found.
 #[derive(Debug, Clone)]

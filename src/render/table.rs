@@ -2,8 +2,6 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Table, Width, presets};
 
-use crate::parameter::Kind;
-
 /// Columns between two columns of a table.
 const GAP: usize = 3;
 
@@ -83,29 +81,7 @@ fn block(header: &[&str], rows: &[Vec<String>], screen: Option<usize>) -> String
     table.trim_fmt() + "\n"
 }
 
-/// Unit in which reports speak of a kind, and its size in SI.
-pub fn unit(kind: Kind) -> (&'static str, f64) {
-    match kind {
-        Kind::Length => ("mm", 1e-3),
-        Kind::Angle => ("deg", std::f64::consts::PI / 180.0),
-        other => (other.unit(), 1.0),
-    }
-}
-
-/// A number of a kind in the unit of [`unit`]: fixed decimals for lengths and angles, powers of ten for the rest.
-pub fn number(kind: Kind, value: f64) -> String {
-    match kind {
-        Kind::Length | Kind::Angle => format!("{:.5}", value / unit(kind).1),
-        _ => format!("{value:.4e}"),
-    }
-}
-
-/// A length in mm.
-pub fn mm(metres: f64) -> f64 {
-    metres * 1e3
-}
-
-/// An angle in deg.
-pub fn deg(radians: f64) -> f64 {
-    radians.to_degrees()
+/// A number in a unit of results: fixed decimals for lengths and angles, powers of ten for the rest.
+pub fn number(unit: &str, value: f64) -> String {
+    if matches!(unit, "mm" | "deg") { format!("{value:.5}") } else { format!("{value:.4e}") }
 }

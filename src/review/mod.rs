@@ -1,10 +1,12 @@
-//! What a report shows beyond what single commands find: residuals stage by stage, the pattern of the suspected effects in
-//! them, and how the robot gives over its workspace.
+//! What a report shows in addition to what single commands find: residuals stage by stage, the pattern of the suspected
+//! effects in them, stiffness over a slice of the workspace, shares of the strain energy, and the robot as it is drawn.
 
+mod campaign;
 mod readings;
 mod slice;
-mod yielding;
+mod strain_energy;
 
+pub use campaign::{Review, review, shot};
 pub use readings::{Readings, Stage, readings};
 pub use slice::{Node, Slice, slice};
-pub use yielding::{Yielding, compliance, typical, yielding};
+pub use strain_energy::{StrainEnergy, compliance, strain_energy, typical};

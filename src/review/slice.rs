@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Point3, Vector2};
 use rayon::prelude::*;
 
-use super::yielding::compliance;
+use super::strain_energy::compliance;
 use crate::kinematics::{Geometry, Placements};
 
 /// Values of each swept variable.

@@ -6,8 +6,10 @@
 
 mod parts;
 mod place;
+mod shot;
 
 pub use parts::draw;
+pub use shot::Shot;
 
 use nalgebra::Vector3;
 

@@ -10,7 +10,6 @@ use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::observation::{DEFLECTION, Observes, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
-use elastogeo::render::diagnosis::diagnosis_json;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
@@ -133,7 +132,8 @@ fn threads_do_not_change_the_answer() {
         let answers = [1, 2, 5].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let found = pool.install(|| diagnosed(&loaded.robot.model, &loaded.campaign)).expect("diagnosed");
-            diagnosis_json(&loaded.robot.model, &found, 0.0).to_string()
+            let result = elastogeo::results::Diagnosis::new(&loaded.robot.model, &loaded.campaign.name, &found, 0.0);
+            serde_json::to_string(&result).expect("JSON")
         });
         assert!(answers[0].contains("\"causes\":[{"), "{name}");
         assert_eq!(answers[0], answers[1], "{name}");

@@ -4,8 +4,9 @@ use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
 use elastogeo::observation::DEFLECTION;
-use elastogeo::render::identification::{calibration_json, calibration_text};
+use elastogeo::render::identification::identification;
 use elastogeo::render::table::Screen;
+use elastogeo::results::Identification;
 use elastogeo::simulation::{Plan, generator, simulate};
 
 use crate::support::model_of;
@@ -99,10 +100,10 @@ fn a_spring_parallel_to_a_drive_is_one_with_it() {
             if split == Split::MinimumNorm {
                 assert!((value("joint1.ka") * value("s.stiffness") - 1.0).abs() < 1e-6, "halves");
             }
-            let json = calibration_json(&model, &campaign, &found, 0.0);
-            let told = &json["equivalences"][0];
-            assert_eq!((told["kind"].as_str(), told["unit"].as_str()), (Some("parallel"), Some("N/m")), "{told}");
-            assert!(calibration_text(&model, &campaign, &found, Screen::default()).contains("side by side"));
+            let result = Identification::new(&model, &campaign, &found, 0.0);
+            let group = &result.equivalences[0];
+            assert_eq!((group.kind, group.unit), ("parallel", "N/m"), "{group:?}");
+            assert!(identification(&result, Screen::default()).contains("side by side"));
         }
     }
 }
@@ -203,16 +204,13 @@ joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, id
     let model = model_of(text);
     let (campaign, values) = deflections(&model, &[], &[2, 0], 1e-6);
     let found = fitted(&model, &campaign, Split::Prior);
-    let json = calibration_json(&model, &campaign, &found, 0.0);
+    let result = Identification::new(&model, &campaign, &found, 0.0);
     let of = |name: &str| {
-        let all = json["parameters"].as_array().expect("parameters");
-        all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+        let found = result.parameters.iter().find(|p| p.name == name);
+        found.unwrap_or_else(|| panic!("{name}")).insensitive
     };
-    assert_eq!(
-        (of("joint1.kr")["insensitive"].as_bool(), of("joint1.ka")["insensitive"].as_bool()),
-        (Some(true), Some(false))
-    );
-    let said = calibration_text(&model, &campaign, &found, Screen::default());
+    assert_eq!((of("joint1.kr"), of("joint1.ka")), (Some(true), Some(false)));
+    let said = identification(&result, Screen::default());
     let row =
         said.lines().find(|line| line.contains("joint1.kr") && line.contains("no reading by more than")).expect("told");
     // The bound that is reported: what the noise would show, 2e-6 m / 900 N over sqrt(n).

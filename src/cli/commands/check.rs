@@ -10,11 +10,11 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
     let mut output = Output::new(
         robot::text(&loaded.model, &loaded.raw, session.terminal.screen),
-        robot::json(&loaded.model, &loaded.raw),
-    );
+        &robot::json(&loaded.model, &loaded.raw),
+    )?;
     output.diagnostics = loaded.diagnostics;
     let Some(path) = &command.snapshot else { return Ok(output) };
-    let new = snapshot(&loaded.model).map_err(Error::Impossible)?;
+    let new = snapshot(&loaded.model)?;
     match std::fs::read_to_string(path) {
         Ok(old) if old == new => {
             output.text = format!("{} agrees with {}\n", command.robot, path.display());

@@ -91,7 +91,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
     let found = Compensation { model, names: &names, nominal: &nominal, outcome: &outcome, poses: &poses };
     let refused = found.refused().count();
-    let mut output = Output::new(found.text(session.terminal.screen), found.json());
+    let mut output = Output::new(found.text(session.terminal.screen), &found.json())?;
     if let Some(process) = &process {
         output.json["process"] = Value::String(process.name.clone());
     }

@@ -67,7 +67,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
         }
         found.elasticity = Some(elasticity(&triangle, &found.compliances)?);
     }
-    Ok(Output::new(compensator_text(&found, session.terminal.screen), compensator_json(&found)))
+    Output::new(compensator_text(&found, session.terminal.screen), &compensator_json(&found))
 }
 
 /// Reads columns of numbers (and of the points' names) with whether each must be there.

@@ -11,7 +11,8 @@ use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::model::with_values;
 use crate::observation::Purpose;
-use crate::render::diagnosis::{diagnosis_json, diagnosis_text};
+use crate::render::diagnosis as render;
+use crate::results;
 
 pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
@@ -31,10 +32,8 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     })?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(
-        diagnosis_text(&campaign.name, &found, session.terminal.screen),
-        diagnosis_json(model, &found, seconds),
-    );
+    let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);
+    let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(

@@ -11,7 +11,7 @@ const PAGES: [(&str, &str); 2] =
 
 pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
     let all = PAGES.map(|(name, text)| (name, cut(text)));
-    let Some(asked) = &command.term else { return Ok(list(&all)) };
+    let Some(asked) = &command.term else { return list(&all) };
     let wanted = asked.trim().to_lowercase().replace([' ', '_'], "-");
     let entries = || all.iter().flat_map(|(page, entries)| entries.iter().map(move |entry| (*page, entry)));
     let Some((page, (term, text))) = entries().find(|(_, (term, _))| *term == wanted) else {
@@ -23,7 +23,7 @@ pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
     };
     let shown = if session.terminal.screen.columns().is_some() { joined(text) } else { (*text).into() };
     let json = serde_json::json!({"term": term, "page": format!("docs/{page}.md"), "text": text});
-    Ok(Output::new(format!("{term}\n\n{}\n", shown.trim()), json))
+    Output::new(format!("{term}\n\n{}\n", shown.trim()), &json)
 }
 
 /// Words and their texts: a page cut at its second-level headings.
@@ -32,7 +32,7 @@ fn cut(page: &str) -> Vec<(&str, &str)> {
     parts.filter_map(|part| part.split_once('\n')).map(|(head, text)| (head.trim_matches(['`', ' ']), text)).collect()
 }
 
-fn list(all: &[(&str, Vec<(&str, &str)>)]) -> Output {
+fn list(all: &[(&str, Vec<(&str, &str)>)]) -> Result<Output, Error> {
     let mut text = String::new();
     let mut json = serde_json::Map::new();
     for (page, entries) in all {
@@ -40,7 +40,7 @@ fn list(all: &[(&str, Vec<(&str, &str)>)]) -> Output {
         text += &format!("{page}: {}\n", words.join(", "));
         json.insert((*page).into(), serde_json::json!(words));
     }
-    Output::new(text, serde_json::Value::Object(json))
+    Output::new(text, &json)
 }
 
 /// Paragraphs and list items on one line each, so that the screen can break them; code as it stands.

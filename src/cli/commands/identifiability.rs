@@ -1,15 +1,14 @@
 //! `identifiability`: what a campaign can tell.
 
-use serde_json::Value;
-
 use crate::Error;
-use crate::cli::args::{Identifiability, Reduction, Scale};
+use crate::cli::args::{Identifiability, Reduction as Asked, Scale};
 use crate::cli::values::known_parameters;
 use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, observe};
 use crate::identifiability::{Criterion, Scaling};
-use crate::render::identification::{identifiability_json, identifiability_text};
+use crate::render::identification as render;
+use crate::results::Reduction;
 
 pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error> {
     let (scaling, criterion) = reduction(&command.reduction)?;
@@ -17,9 +16,8 @@ pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)?;
-    let text = identifiability_text(model, &found.slots, &found.identifiability, session.terminal.screen);
-    let json = Value::Object(identifiability_json(model, &found.slots, &found.identifiability));
-    let mut output = Output::new(text, json);
+    let found = Reduction::new(model, &found.slots, &found.identifiability);
+    let mut output = Output::new(render::reduction(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }
@@ -41,7 +39,7 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Error> {
 }
 
 /// Scaling and criterion as asked for.
-pub fn reduction(asked: &Reduction) -> Result<(Scaling, Criterion), Error> {
+pub fn reduction(asked: &Asked) -> Result<(Scaling, Criterion), Error> {
     let scaling = match asked.scale {
         Scale::Norm => Scaling::Norm,
         Scale::Tolerance => Scaling::Tolerance,

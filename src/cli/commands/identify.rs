@@ -12,7 +12,8 @@ use crate::description::campaign::Campaign;
 use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
 use crate::least_squares::Loss;
 use crate::model::with_values;
-use crate::render::identification::{calibration_json, calibration_text, comparison_text};
+use crate::render::identification as render;
+use crate::results::{Identification, SchemeComparison};
 
 pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
@@ -71,9 +72,8 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let started = Instant::now();
     if command.compare {
         let both = compare(model, &campaign, &aside, &settings)?;
-        let seconds = started.elapsed().as_secs_f64();
-        let json = serde_json::json!({"ols": calibration_json(model, &campaign, &both.ols, seconds), "wls": calibration_json(model, &campaign, &both.wls, seconds)});
-        let mut output = Output::new(comparison_text(model, &both, session.terminal.screen), json);
+        let found = SchemeComparison::new(model, &campaign, &both, started.elapsed().as_secs_f64());
+        let mut output = Output::new(render::comparison(&found, session.terminal.screen), &found)?;
         output.diagnostics = loaded.diagnostics;
         return Ok(output);
     }
@@ -84,11 +84,8 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         bar.tick();
     })?;
     bar.finish_and_clear();
-    let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(
-        calibration_text(model, &campaign, &found, session.terminal.screen),
-        calibration_json(model, &campaign, &found, seconds),
-    );
+    let result = Identification::new(model, &campaign, &found, started.elapsed().as_secs_f64());
+    let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     output.failed = !found.converged();
     if let Some(path) = &command.save {

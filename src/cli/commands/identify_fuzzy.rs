@@ -21,9 +21,8 @@ use crate::files::{LoadedCampaign, schema_line};
 use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
-use crate::render::fuzzy::{
-    Method, comparison_json, comparison_text, fuzzy_json, fuzzy_text, grey_json, grey_text, step_text,
-};
+use crate::render::fuzzy as render;
+use crate::results::{FuzzyCompliance, GreyCompliance, GrowthStep, MethodComparison, MethodErrors};
 
 const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
 
@@ -103,42 +102,43 @@ pub fn run(
     let started = Instant::now();
     let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
     let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
-    let mut output = Output::new(String::new(), json!({}));
+    let errors = |method, residual: &[f64]| MethodErrors::new(method, whole, &judges, residual);
+    let mut output;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
-    let taken = |step: &Step| bar.set_message(step_text(step));
+    let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
     let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
     if command.compare || command.what.len() > 1 {
         let mut methods = Vec::new();
         let mut dropped = false;
         if has("elastic") {
             let found = calibrate(model, campaign, aside, &elastic, &mut iterated)?;
-            methods.push(Method { name: "parametric", residual: residual(model, &found.values)? });
+            methods.push(errors("parametric", &residual(model, &found.values)?));
         }
         if has("fuzzy") {
             let fit = fit_fuzzy(&task, &taken)?;
-            methods.push(Method { name: "fuzzy", residual: residual(&fit.model, &fit.values)? });
+            methods.push(errors("fuzzy", &residual(&fit.model, &fit.values)?));
         }
         if has("grey") {
             let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
             dropped = fit.correction.is_none();
             let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
-            methods.push(Method { name: "grey", residual: residual(with, &fit.parametric.values)? });
+            methods.push(errors("grey", &residual(with, &fit.parametric.values)?));
         }
-        output.text = comparison_text(whole, &judges, &methods, session.terminal.screen);
+        let found = MethodComparison { unit: "mm", check: judges.contains(&true), methods };
+        output = Output::new(render::methods(&found, session.terminal.screen), &found)?;
         if dropped {
             output.text +=
                 "grey: no correction is kept, since none helps readings that it has not seen; these are the springs\n";
         }
-        output.json = comparison_json(whole, &judges, &methods);
     } else if has("fuzzy") {
         let fit = fit_fuzzy(&task, &taken)?;
-        output.text = fuzzy_text(&fit, session.terminal.screen);
-        output.json = fuzzy_json(&fit);
+        let found = FuzzyCompliance::new(&fit);
+        output = Output::new(render::fuzzy(&found, session.terminal.screen), &found)?;
         save(command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
         let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
-        output.text = grey_text(&fit, session.terminal.screen);
-        output.json = grey_json(&fit);
+        let found = GreyCompliance::new(&fit);
+        output = Output::new(render::grey(&found, session.terminal.screen), &found)?;
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
         save(command, loaded, with, &fit.parametric.values, &mut output)?;
     }

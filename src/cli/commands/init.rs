@@ -67,7 +67,7 @@ pub fn run(command: &Init, session: &Session) -> Result<Output, Error> {
                elastogeo report {name}\n"
     );
     let wrote: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-    let mut output = Output::new(text, serde_json::json!({"wrote": wrote, "readings": readings}));
+    let mut output = Output::new(text, &serde_json::json!({"wrote": wrote, "readings": readings}))?;
     output.diagnostics = loaded.diagnostics;
     std::fs::create_dir_all(folder)
         .map_err(|error| Error::input(format!("`{name}` cannot be made: {error}"), "give another name"))?;

@@ -13,7 +13,7 @@ pub fn run(command: &Man) -> Result<Output, Error> {
     pages(&whole, &mut |name, page| files.push((command.folder.join(name), page)))?;
     let text = format!("{} pages in {}\n", files.len(), command.folder.display());
     let wrote: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-    let mut output = Output::new(text, serde_json::json!({"wrote": wrote}));
+    let mut output = Output::new(text, &serde_json::json!({"wrote": wrote}))?;
     output.files = files;
     std::fs::create_dir_all(&command.folder).map_err(|error| {
         Error::input(format!("`{}` cannot be made: {error}", command.folder.display()), "give another folder")

@@ -18,7 +18,8 @@ use crate::estimation::What;
 use crate::files::{LoadedRobot, writable};
 use crate::observation::{DEFLECTION, POSITION};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
-use crate::render::plan::{plan_json, plan_text};
+use crate::render::plan as render;
+use crate::results;
 use crate::simulation::joint_box;
 
 pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
@@ -141,10 +142,8 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         rename(&mut planned, &measured.poses);
     }
     let seconds = started.elapsed().as_secs_f64();
-    let mut output = Output::new(
-        plan_text(model, &request, &planned, session.terminal.screen),
-        plan_json(model, &request, &planned, seconds),
-    );
+    let result = results::Plan::new(model, &request, &planned, seconds);
+    let mut output = Output::new(render::plan(&result, session.terminal.screen), &result)?;
     output.diagnostics = diagnostics;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());

@@ -17,7 +17,8 @@ use crate::elastics::{Elastics, PointLoad, Response, Statics, equilibrium};
 use crate::files::LoadedRobot;
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
-use crate::render::table::{Screen, deg, mm};
+use crate::render::table::Screen;
+use crate::results::units::{deg, mm};
 use crate::simulation::Loaded;
 
 pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
@@ -64,7 +65,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
         all.push(json);
     }
     let json = if command.table.is_some() { json!({"poses": all}) } else { all.pop().unwrap_or(Value::Null) };
-    let mut output = Output::new(text, json);
+    let mut output = Output::new(text, &json)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

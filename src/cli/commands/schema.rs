@@ -9,8 +9,8 @@ use crate::description::raw::{RawFuzzy, RawRobot};
 
 pub fn run(command: &Schema) -> Result<Output, Error> {
     let text = text(command.of)?;
-    let json = serde_json::from_str(&text)?;
-    Ok(Output::new(text, json).verbatim())
+    let json: serde_json::Value = serde_json::from_str(&text)?;
+    Ok(Output::new(text, &json)?.verbatim())
 }
 
 /// A schema as the text of a file.

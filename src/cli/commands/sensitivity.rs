@@ -5,15 +5,16 @@ use crate::cli::args::OnCampaign;
 use crate::cli::{Output, Session};
 use crate::identifiability::sensitivities;
 use crate::kinematics::Geometry;
-use crate::render::identification::{sensitivity_json, sensitivity_text};
+use crate::render::identification as render;
+use crate::results::Sensitivities;
 
 pub fn run(command: &OnCampaign, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.campaign(&command.campaign, Some(&command.robot))?;
     let model = &loaded.robot.model;
     let geometry = Geometry::nominal(model)?;
     let found = sensitivities(&geometry, &loaded.campaign, &model.free_slots())?;
-    let mut output =
-        Output::new(sensitivity_text(model, &found, session.terminal.screen), sensitivity_json(model, &found));
+    let found = Sensitivities::new(model, &found);
+    let mut output = Output::new(render::sensitivities(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

@@ -192,8 +192,8 @@ fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Re
             campaign.poses.len(),
             command.into.join("campaign.yaml").display()
         ),
-        json!({"campaign": command.into.join("campaign.yaml").display().to_string(), "readings": campaign.readings.len(), "truth": truth}),
-    );
+        &json!({"campaign": command.into.join("campaign.yaml").display().to_string(), "readings": campaign.readings.len(), "truth": truth}),
+    )?;
     output.diagnostics = loaded.diagnostics.clone();
     std::fs::create_dir_all(&command.into).map_err(|error| {
         Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")

@@ -9,7 +9,7 @@ use crate::cli::args::Solve;
 use crate::cli::values::{joints, numbers};
 use crate::cli::{Output, Session};
 use crate::kinematics::{Geometry, InverseSettings, Target, solve};
-use crate::render::table::{deg, mm};
+use crate::results::units::{deg, mm};
 
 pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
@@ -51,7 +51,7 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
         json!({"joints": joints, "position_error": solution.position_error, "orientation_error": solution.orientation_error,
                "self_motions": solution.self_motions})
     };
-    let mut output = Output::new(text, json!({"solutions": solutions.iter().map(as_json).collect::<Vec<_>>()}));
+    let mut output = Output::new(text, &json!({"solutions": solutions.iter().map(as_json).collect::<Vec<_>>()}))?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

@@ -68,7 +68,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
         is_loaded: load.is_some() || command.weight,
         by_rules: model.is_by_rules(),
     };
-    let mut output = Output::new(stiffness_text(model, &found, session.terminal.screen), stiffness_json(&found));
+    let mut output = Output::new(stiffness_text(model, &found, session.terminal.screen), &stiffness_json(&found))?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));

@@ -1,14 +1,16 @@
 //! `view`: the robot itself.
 
 use super::pose::beyond_limits;
-use super::report::{page, shot};
+use super::report::page;
 use crate::Error;
 use crate::cli::args::View;
 use crate::cli::values::{joints, numbers, wrench};
 use crate::cli::{Output, Session};
 use crate::elastics::Elastics;
 use crate::kinematics::{Geometry, Placements};
-use crate::render::html::{Look, View as Shown, figure, magnification, view_json, view_page};
+use crate::render::html::{Look, figure, magnification, view_page};
+use crate::results::View as Shown;
+use crate::review::shot;
 use crate::scene::draw;
 
 pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
@@ -50,20 +52,17 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     }
     let magnified = if is_loaded { magnification(&shot) } else { 1.0 };
     let shown = Shown {
-        model,
-        q: &q,
         source: source(command),
-        scene: &scene,
         load: is_loaded.then(|| in_words(load.as_ref(), command.weight)),
         magnified,
-        shot,
+        ..Shown::new(model, &q, &scene, &shot)
     };
-    let (html, words) = view_page(&shown);
-    let mut output = Output::new(format!("{words}\n"), view_json(&shown));
+    let (html, words) = view_page(&shown, &scene, &shot)?;
+    let mut output = Output::new(format!("{words}\n"), &shown)?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     if let Some(svg) = &command.svg {
-        let drawing = figure(&scene, &shown.shot, look, magnified, !command.no_names, &words);
+        let drawing = figure(&scene, &shot, look, magnified, !command.no_names, &words);
         output.files.push((svg.clone(), drawing));
         output.text += &format!("drawing: {}\n", svg.display());
     }

@@ -5,8 +5,7 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 use super::charts::escape;
-use super::drawing::Shot;
-use crate::scene::{Part, PartKind, Scene};
+use crate::scene::{Part, PartKind, Scene, Shot};
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 760.0;

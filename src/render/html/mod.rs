@@ -1,64 +1,56 @@
-//! Reports for a browser: one self-contained HTML file, and the JSON that holds the same data.
+//! Reports for a browser: one self-contained HTML file that shows a result.
 //!
 //! Nothing is computed here but where things stand on the page. Figures in the text carry the JSON pointer of their value
-//! in `report.json` (`data-path`), so that the two can be compared.
+//! in the result's JSON (`data-path`), so that the two can be compared; a pointer to nothing is a fault of the template.
 
+mod arrows;
 mod charts;
-mod data;
 mod drawing;
 mod figure;
 mod page;
 mod sections;
 mod view;
 
-pub use data::{Report, report_json};
-pub use drawing::Shot;
 pub use figure::{Look, figure};
-pub use view::{View, magnification, view_json, view_page};
+pub use view::{magnification, view_page};
 
 use minijinja::context;
-use serde_json::{Value, json};
 
-use drawing::{parts_json, shot_json};
-use page::{Page, embedded, plain};
+use crate::Error;
+use crate::results::{Report, ScenePart};
+use crate::review::Review;
+use arrows::Arrows;
+use drawing::{Drawing, DrawnShot};
+use page::{Page, embedded, plain, safe};
 
-/// A finished report.
-#[derive(Debug, Clone)]
-pub struct Written {
-    /// The HTML file.
-    pub html: String,
-    /// The same data.
-    pub json: Value,
-    /// The answer in two sentences.
-    pub answer: String,
-}
-
-/// Writes a report.
-pub fn write(report: &Report) -> Written {
-    let mut json = report_json(report);
-    let page = Page::new(&json);
-    let answer = page.render("answer.html", context! { judged => report.judged() });
-    let sections = sections::all(report, &page, &json);
-    let scene = embedded(&json!({
-        "unit": "m", "axis": report.scene.axis, "parts": parts_json(report.scene),
-        "shots": report.shots.iter().map(shot_json).collect::<Vec<_>>(),
-        "next": report.next.iter().map(shot_json).collect::<Vec<_>>(),
-        "suspects": report.suspects(),
-        "arrows": data::arrows(report),
-    }));
+/// Writes the page of a report, and the answer of two sentences at its head into the report.
+///
+/// # Errors
+/// A report that cannot be written as JSON.
+pub fn write(review: &Review, report: &mut Report) -> Result<String, Error> {
+    let page = Page::new(&serde_json::to_value(&*report)?);
+    let judged = if report.identify.as_ref().is_some_and(|found| found.is_checked()) { "check_" } else { "" };
+    let answer = page.render("answer.html", context! { judged });
+    let sections = sections::all(review, report, &page);
+    let data = embedded(&Drawing {
+        unit: "m",
+        axis: review.scene.axis,
+        parts: ScenePart::all(&review.scene),
+        shots: review.shots.iter().map(DrawnShot::new).collect(),
+        next: review.next.iter().map(DrawnShot::new).collect(),
+        suspects: report.suspects(),
+        arrows: Arrows::new(review),
+        magnified: None,
+    })?;
+    let sections = sections.into_iter().map(|s| context! { id => s.id, title => s.title, html => safe(s.html) });
+    let name = &report.campaign.name;
     let html = page.render(
         "page.html",
         context! {
-            title => format!("{}: report", report.campaign.name),
-            heading => report.campaign.name.as_str(),
-            answer => page::safe(answer.clone()),
-            sections => sections.iter().map(|s| context! { id => s.id, title => s.title.as_str(), html => page::safe(s.html.clone()) }).collect::<Vec<_>>(),
-            data => scene,
-            version => env!("CARGO_PKG_VERSION"),
-            report => true,
+            title => format!("{name}: report"), heading => name, answer => safe(answer.clone()),
+            sections => sections.collect::<Vec<_>>(), data, version => env!("CARGO_PKG_VERSION"), report => true,
         },
     );
-    let answer = plain(&answer);
-    json["answer"] = json!(answer);
-    Written { html, json, answer }
+    report.answer = Some(plain(&answer));
+    Ok(html)
 }

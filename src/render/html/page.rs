@@ -45,7 +45,7 @@ pub struct Section {
     pub html: String,
 }
 
-/// Renders templates over one JSON document; figures carry the JSON pointer of their value.
+/// Renders templates over the JSON of one result; figures carry the JSON pointer of their value.
 pub struct Page {
     environment: Environment<'static>,
 }
@@ -101,21 +101,34 @@ pub fn safe(html: impl Into<String>) -> Shown {
 }
 
 /// JSON to stand in a script element.
-pub fn embedded(json: &Value) -> Shown {
-    safe(json.to_string().replace('<', "\\u003c"))
+///
+/// # Errors
+/// A value that JSON cannot hold.
+pub fn embedded(value: &impl serde::Serialize) -> Result<Shown, serde_json::Error> {
+    Ok(safe(serde_json::to_string(value)?.replace('<', "\\u003c")))
 }
 
-fn figure(json: &Value, pointer: &str, digits: usize, scale: f64) -> Shown {
-    let Some(value) = json.pointer(pointer).and_then(Value::as_f64) else { return safe("&ndash;") };
+/// The number at a JSON pointer, `None` where it is null.
+fn number(json: &Value, pointer: &str) -> Result<Option<f64>, minijinja::Error> {
+    let fault = |what| minijinja::Error::new(minijinja::ErrorKind::UndefinedError, format!("`{pointer}` {what}"));
+    match json.pointer(pointer) {
+        None => Err(fault("is not in the JSON")),
+        Some(Value::Null) => Ok(None),
+        Some(value) => value.as_f64().map(Some).ok_or_else(|| fault("is no number")),
+    }
+}
+
+fn figure(json: &Value, pointer: &str, digits: usize, scale: f64) -> Result<Shown, minijinja::Error> {
+    let Some(value) = number(json, pointer)? else { return Ok(safe("&ndash;")) };
     let text = format!("{:.digits$}", value * scale).replace('-', "\u{2212}");
     let path = escape(pointer);
-    safe(format!(
+    Ok(safe(format!(
         "<data class=\"figure\" value=\"{value}\" data-path=\"{path}\" data-digits=\"{digits}\" data-scale=\"{scale}\">{text}</data>"
-    ))
+    )))
 }
 
-fn scientific(json: &Value, pointer: &str) -> Shown {
-    let Some(value) = json.pointer(pointer).and_then(Value::as_f64) else { return safe("&ndash;") };
+fn scientific(json: &Value, pointer: &str) -> Result<Shown, minijinja::Error> {
+    let Some(value) = number(json, pointer)? else { return Ok(safe("&ndash;")) };
     let path = escape(pointer);
     let text = match value.abs() {
         size if size == 0.0 || (1e-3..1e5).contains(&size) => {
@@ -124,10 +137,10 @@ fn scientific(json: &Value, pointer: &str) -> Shown {
         }
         _ => format!("{value:.3e}"),
     };
-    safe(format!(
+    Ok(safe(format!(
         "<data class=\"figure\" value=\"{value}\" data-path=\"{path}\" data-digits=\"sci\">{}</data>",
         text.replace('-', "\u{2212}")
-    ))
+    )))
 }
 
 /// What is read of HTML: its text, on one line.

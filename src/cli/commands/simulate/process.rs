@@ -11,7 +11,7 @@ use crate::cli::{Output, Session};
 use crate::compensation::predict_path;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
-use crate::render::table::mm;
+use crate::results::units::mm;
 use crate::simulation::{Plan, measure};
 
 /// The robot and the command, as far as `simulate` has them.

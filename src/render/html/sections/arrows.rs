@@ -1,21 +1,16 @@
 //! Residuals on the robot.
 
-use minijinja::context;
+use minijinja::value::Serde;
+use minijinja::{Value, context};
 
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section};
+use crate::results::Report;
+use crate::review::Review;
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let stages: Vec<_> = report
-        .readings
-        .stages
-        .iter()
-        .map(|stage| context! { key => stage.key, label => Report::stage_label(stage.key) })
-        .collect();
-    let has_arrows = report.campaign.components() >= 3;
-    let html = page.render(
-        "arrows.html",
-        context! { stages, has_arrows, shots => report.shots.len(), readings => report.campaign.readings.len() },
-    );
+pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section> {
+    let has_arrows = review.campaign.components() >= 3;
+    let (shots, readings) = (review.shots.len(), report.readings.len());
+    let html = page
+        .render("arrows.html", context! { stages => Value::from(Serde(&report.stages)), has_arrows, shots, readings });
     Some(Section { id: "arrows", title: "Where the errors are".into(), html })
 }

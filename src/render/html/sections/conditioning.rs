@@ -4,23 +4,20 @@ use kuva::plot::annotations::ReferenceLine;
 use kuva::plot::{Heatmap, LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
-use serde_json::Value;
 
-use super::{matrix, numbers};
+use super::color::scale;
 use crate::render::html::charts::{BLUE, Frame, GREY, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
-use crate::render::html::sections::effects::scale;
+use crate::results::Report;
 
-pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
-    let found = json["identify"].as_object()?;
-    let values = numbers(&found["singular_values"]);
+pub fn section(report: &Report, page: &Page) -> Option<Section> {
+    let found = report.identify.as_ref()?;
+    let values = &found.reduction.singular_values;
     // Where nothing was identified there is nothing to show, least of all on a logarithmic axis.
     if !values.iter().any(|value| *value > 0.0) {
         return None;
     }
-    let names: Vec<String> =
-        found["kept_parameters"].as_array()?.iter().filter_map(|name| name.as_str().map(str::to_string)).collect();
+    let names = &found.reduction.kept_parameters;
     let points: Vec<(f64, f64)> =
         values.iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(k, v)| ((k + 1) as f64, *v)).collect();
     let frame = Frame {
@@ -29,7 +26,7 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
         y: "singular value (columns scaled)",
         alt: "Singular values of the scaled observation matrix, on a logarithmic axis",
     };
-    let threshold = found["tolerance"].as_f64().map(|tolerance| tolerance * values.first().copied().unwrap_or(1.0));
+    let threshold = found.reduction.tolerance.map(|tolerance| tolerance * values.first().copied().unwrap_or(1.0));
     let least = values.iter().copied().chain(threshold).filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
     let singular = chart(
         &frame,
@@ -48,7 +45,7 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
             }
         },
     );
-    let correlation = matrix(&found["correlation"]);
+    let correlation = &found.correlation;
     let side = (correlation.len() as f64 * 14.0 + 190.0).clamp(360.0, 860.0);
     let map = (correlation.len() > 1).then(|| {
         // The first parameter stands at the top, as in the table.

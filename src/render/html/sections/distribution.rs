@@ -5,17 +5,18 @@ use kuva::render::plots::Plot;
 use minijinja::context;
 
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
+use crate::results::stage_label;
+use crate::review::Review;
 
 /// Bins of a histogram.
 const BINS: usize = 31;
 /// Most points of a Q-Q plot: quantiles, where there are more residuals.
 const POINTS: usize = 300;
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let components = report.campaign.components();
-    let stage = report.readings.stages.last()?;
+pub fn section(review: &Review, page: &Page) -> Option<Section> {
+    let components = review.campaign.components();
+    let stage = review.readings.stages.last()?;
     let of = |from: usize, to: usize, size: f64| -> Vec<f64> {
         stage
             .residual
@@ -29,7 +30,7 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     }
     let html = page.render(
         "distribution.html",
-        context! { charts => pairs.into_iter().flatten().map(safe).collect::<Vec<_>>(), stage => Report::stage_label(stage.key) },
+        context! { charts => pairs.into_iter().flatten().map(safe).collect::<Vec<_>>(), stage => stage_label(stage.key) },
     );
     Some(Section { id: "distribution", title: "How what is left is distributed".into(), html })
 }

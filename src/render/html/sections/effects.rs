@@ -1,41 +1,23 @@
 //! Causes, what they look like, what was tried and not taken, and where the gap lies.
 
-use std::sync::Arc;
-
-use kuva::plot::{BarPlot, ColorMap, Heatmap};
+use kuva::plot::{BarPlot, Heatmap};
 use kuva::render::plots::Plot;
-use minijinja::context;
-use serde_json::Value;
+use minijinja::value::Serde;
+use minijinja::{Value, context};
 
-use super::matrix;
+use super::color::scale;
 use crate::render::html::charts::{BLUE, Frame, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
+use crate::results::Report;
 
 /// Most sites drawn.
 const SITES: usize = 12;
 
-/// Colours from -1 (orange) over 0 (the paper) to 1 (blue), whatever the range of the numbers drawn: the chart hands on
-/// where in it a number lies.
-pub fn scale(rows: &[Vec<f64>]) -> ColorMap {
-    let all = || rows.iter().flatten().copied();
-    let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-    ColorMap::Custom(Arc::new(move |share: f64| {
-        let value = (low + share * (high - low)).clamp(-1.0, 1.0);
-        let color = if value < 0.0 { "var(--orange)" } else { "var(--blue)" };
-        format!("color-mix(in srgb, {color} {:.0}%, var(--paper))", 100.0 * value.abs())
-    }))
-}
-
-pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
-    let found = &json["diagnose"];
-    let alike = &found["look_alikes"];
-    let names: Vec<String> = alike["hypotheses"]
-        .as_array()?
-        .iter()
-        .map(|h| format!("{} {}", h["effect"].as_str().unwrap_or(""), h["site"].as_str().unwrap_or("")))
-        .collect();
-    let mut rows = matrix(&alike["overlap"]);
+pub fn section(report: &Report, page: &Page) -> Option<Section> {
+    let found = &report.diagnose;
+    let alike = &found.look_alikes;
+    let names: Vec<String> = alike.hypotheses.iter().map(|h| format!("{} {}", h.effect, h.site)).collect();
+    let mut rows = alike.overlap.clone();
     rows.reverse();
     let mut upwards = names.clone();
     upwards.reverse();
@@ -55,14 +37,8 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
             },
         )
     });
-    let sites: Vec<(String, f64)> = found["where"]["sites"]
-        .as_array()
-        .map(Vec::as_slice)
-        .unwrap_or_default()
-        .iter()
-        .take(SITES)
-        .map(|s| (s["site"].as_str().unwrap_or("").to_string(), 100.0 * s["share"].as_f64().unwrap_or(0.0)))
-        .collect();
+    let sites = found.location.sites.iter().take(SITES).map(|s| (s.site.clone(), 100.0 * s.share));
+    let sites: Vec<(String, f64)> = sites.collect();
     let located = (!sites.is_empty()).then(|| {
         let frame = Frame {
             size: [560.0, 280.0],
@@ -75,7 +51,7 @@ pub fn section(_report: &Report, page: &Page, json: &Value) -> Option<Section> {
     });
     let html = page.render(
         "effects.html",
-        context! { matrix => matrix.map(safe), located => located.map(safe), verdict => found["verdict"].as_str() },
+        context! { matrix => matrix.map(safe), located => located.map(safe), verdict => Value::from(Serde(&found.verdict)) },
     );
     Some(Section { id: "effects", title: "Effects: causes, look-alikes, and what was not taken".into(), html })
 }

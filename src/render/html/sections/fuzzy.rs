@@ -7,10 +7,9 @@ use minijinja::context;
 use crate::description::fuzzy::{Component, Fuzzy};
 use crate::fuzzy::value;
 use crate::model::Model;
-use crate::render::fuzzy::shown;
 use crate::render::html::charts::{BLUE, Frame, ORANGE, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
+use crate::results::units::shown;
 
 /// Most components drawn, the greatest first.
 const COMPONENTS: usize = 4;
@@ -19,13 +18,13 @@ const POINTS: usize = 61;
 /// Points drawn along each of two inputs.
 const SIDE: usize = 31;
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let fuzzy = report.model.fuzzy.as_ref()?;
+pub fn section(model: &Model, page: &Page) -> Option<Section> {
+    let fuzzy = model.fuzzy.as_ref()?;
     let mut components: Vec<&Component> = fuzzy.components.iter().filter(|c| !c.conclusions.is_empty()).collect();
     let greatest = |component: &Component| component.conclusions.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     components.sort_by(|a, b| greatest(b).total_cmp(&greatest(a)));
-    let names: Vec<String> = fuzzy.inputs.iter().map(|&of| report.model.input(of).0.to_string()).collect();
-    let charts: Vec<_> = components.iter().take(COMPONENTS).filter_map(|c| drawn(report.model, fuzzy, c)).collect();
+    let names: Vec<String> = fuzzy.inputs.iter().map(|&of| model.input(of).0.to_string()).collect();
+    let charts: Vec<_> = components.iter().take(COMPONENTS).filter_map(|c| drawn(model, fuzzy, c)).collect();
     if charts.is_empty() {
         return None;
     }

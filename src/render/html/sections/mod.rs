@@ -1,6 +1,7 @@
-//! Sections of the report, one file each, in their order on the page. A section that has nothing to say is left out.
+//! Sections of the report, one file each, in their order on the page. A section that has nothing to show is left out.
 
 mod arrows;
+mod color;
 mod conditioning;
 mod distribution;
 mod effects;
@@ -11,34 +12,23 @@ mod patterns;
 mod stiffness;
 mod waterfall;
 
-use serde_json::Value;
-
-use super::data::Report;
 use super::page::{Page, Section};
+use crate::results::Report;
+use crate::review::Review;
 
 /// All sections.
-pub fn all(report: &Report, page: &Page, json: &Value) -> Vec<Section> {
+pub fn all(review: &Review, report: &Report, page: &Page) -> Vec<Section> {
     let sections = [
-        waterfall::section(page, json),
-        arrows::section(report, page),
-        patterns::section(report, page),
-        distribution::section(report, page),
-        parameters::section(report, page, json),
-        conditioning::section(report, page, json),
-        effects::section(report, page, json),
-        stiffness::section(report, page, json),
-        fuzzy::section(report, page),
-        next::section(report, page),
+        waterfall::section(report, page),
+        arrows::section(review, report, page),
+        patterns::section(review, page),
+        distribution::section(review, page),
+        parameters::section(report, page),
+        conditioning::section(report, page),
+        effects::section(report, page),
+        stiffness::section(review, report, page),
+        fuzzy::section(review.model, page),
+        next::section(review, page),
     ];
     sections.into_iter().flatten().collect()
-}
-
-/// Numbers of a JSON list.
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().map(|list| list.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
-}
-
-/// Rows of numbers of a JSON list of lists.
-fn matrix(value: &Value) -> Vec<Vec<f64>> {
-    value.as_array().map(|rows| rows.iter().map(numbers).collect()).unwrap_or_default()
 }

@@ -2,19 +2,14 @@
 
 use minijinja::context;
 
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section};
+use crate::results::units::shown_unit;
+use crate::review::Review;
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let variables: Vec<_> = report
-        .model
-        .variables
-        .iter()
-        .map(|variable| {
-            let (scale, unit) = if variable.is_angle { ("deg", "deg") } else { ("mm", "mm") };
-            context! { name => variable.name.as_str(), scale, unit }
-        })
-        .collect();
-    let html = page.render("next.html", context! { variables, poses => report.next.len() });
+pub fn section(review: &Review, page: &Page) -> Option<Section> {
+    let variables = review.model.variables.iter();
+    let variables = variables.map(|v| context! { name => v.name.as_str(), unit => shown_unit(v.is_angle) });
+    let html =
+        page.render("next.html", context! { variables => variables.collect::<Vec<_>>(), poses => review.next.len() });
     Some(Section { id: "next", title: "What to measure next".into(), html })
 }

@@ -5,8 +5,8 @@ use kuva::render::plots::Plot;
 use minijinja::context;
 
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
+use crate::review::Review;
 
 /// Most points of a chart.
 const POINTS: usize = 300;
@@ -32,38 +32,38 @@ const DISTANCE: Scale = Scale { first: 0, names: &["distance"], unit: ("mm", 1e-
 const POSITION: Scale = Scale { first: 0, names: &["x", "y", "z"], unit: ("mm", 1e-3) };
 const ROTATION: Scale = Scale { first: 3, names: &["rx", "ry", "rz"], unit: ("deg", std::f64::consts::PI / 180.0) };
 
-pub fn section(report: &Report, page: &Page) -> Option<Section> {
-    let components = report.campaign.components();
-    let axes = axes(report);
+pub fn section(review: &Review, page: &Page) -> Option<Section> {
+    let components = review.campaign.components();
+    let axes = axes(review);
     let own = if components == 1 { &DISTANCE } else { &POSITION };
-    let order = chosen(&coordinates(report, report.readings.left(), own), report.campaign.readings.len());
-    let (rows, beyond) = rows(report, &axes, own, &order);
-    let (rotations, _) = if components > 3 { self::rows(report, &axes, &ROTATION, &order) } else { (Vec::new(), 0) };
+    let order = chosen(&coordinates(review, review.readings.left(), own), review.campaign.readings.len());
+    let (rows, beyond) = rows(review, &axes, own, &order);
+    let (rotations, _) = if components > 3 { self::rows(review, &axes, &ROTATION, &order) } else { (Vec::new(), 0) };
     let html = page.render(
         "patterns.html",
         context! {
-            rows, rotations, beyond, drawn => order.len(), count => report.campaign.readings.len(),
-            suspected => !report.readings.pattern.is_empty(), columns => own.names.len(),
+            rows, rotations, beyond, drawn => order.len(), count => review.campaign.readings.len(),
+            suspected => !review.readings.pattern.is_empty(), columns => own.names.len(),
         },
     );
     Some(Section { id: "patterns", title: "What the errors follow".into(), html })
 }
 
 /// Residuals of all readings by component, in the scale's unit; none where there are none.
-fn coordinates(report: &Report, all: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
+fn coordinates(review: &Review, all: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
     if all.is_empty() {
         return Vec::new();
     }
     let of =
-        |k: usize| all.chunks(report.campaign.components()).map(|own| own[scale.first + k] / scale.unit.1).collect();
+        |k: usize| all.chunks(review.campaign.components()).map(|own| own[scale.first + k] / scale.unit.1).collect();
     (0..scale.names.len()).map(of).collect()
 }
 
 /// A row of charts for each axis, all of one height so that they compare; and how many coordinates are far outside it:
 /// these are counted, not drawn.
-fn rows(report: &Report, axes: &[Axis], scale: &Scale, order: &[usize]) -> (Vec<minijinja::Value>, usize) {
-    let errors = coordinates(report, report.readings.left(), scale);
-    let taken = coordinates(report, &report.readings.pattern, scale);
+fn rows(review: &Review, axes: &[Axis], scale: &Scale, order: &[usize]) -> (Vec<minijinja::Value>, usize) {
+    let errors = coordinates(review, review.readings.left(), scale);
+    let taken = coordinates(review, &review.readings.pattern, scale);
     let mut sizes: Vec<f64> = errors.iter().chain(&taken).flatten().map(|v| v.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = 1.25 * sizes.get((sizes.len().saturating_sub(1)) * 99 / 100).copied().unwrap_or(1.0).max(1e-6);
@@ -80,8 +80,8 @@ fn rows(report: &Report, axes: &[Axis], scale: &Scale, order: &[usize]) -> (Vec<
 }
 
 /// All axes along which readings differ.
-fn axes(report: &Report) -> Vec<Axis> {
-    let (model, campaign) = (report.model, report.campaign);
+fn axes(review: &Review) -> Vec<Axis> {
+    let (model, campaign) = (review.model, review.campaign);
     let count = campaign.readings.len();
     let mut axes: Vec<Axis> = model
         .variables
@@ -103,7 +103,7 @@ fn axes(report: &Report) -> Vec<Axis> {
         axes.push(load(name, &|w| w[k]));
     }
     for (condition, values) in campaign.conditions.columns() {
-        let name = condition.column(|variable| report.model.variables[variable].name.as_str());
+        let name = condition.column(|variable| review.model.variables[variable].name.as_str());
         let unit = Some(condition.unit()).filter(|unit| !unit.is_empty()).unwrap_or("side");
         axes.push(Axis { name: format!("{name}, {unit}"), values: values.clone() });
     }

@@ -1,14 +1,13 @@
-//! How the robot gives: over a slice of the workspace, and element by element.
+//! How the robot deflects: over a slice of the workspace, and element by element.
 
 use kuva::plot::{BarPlot, LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
-use serde_json::Value;
 
 use crate::render::html::charts::{BLUE, Frame, chart};
-use crate::render::html::data::Report;
 use crate::render::html::page::{Page, Section, safe};
-use crate::review::{Node, Slice};
+use crate::results::Report;
+use crate::review::{Node, Review, Slice};
 
 /// Lines of equal stiffness.
 const LEVELS: usize = 5;
@@ -17,23 +16,18 @@ const EACH: usize = 5;
 /// Most elements drawn.
 const ELEMENTS: usize = 10;
 
-pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
+pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section> {
     let title = "How the robot gives".to_string();
-    let swept = |slice: &Slice| slice.swept.map(|k| report.model.variables[k].name.clone());
-    let map = report.slice.as_ref().and_then(drawn);
-    let shares: Vec<(String, f64)> = json["stiffness"]["shares"]
-        .as_object()
-        .into_iter()
-        .flatten()
-        .take(ELEMENTS)
-        .map(|(name, share)| (name.clone(), 100.0 * share.as_f64().unwrap_or(0.0)))
-        .collect();
+    let found = &report.stiffness;
+    let map = review.slice.as_ref().and_then(drawn);
+    let shares = found.shares.iter().flatten().take(ELEMENTS);
+    let shares: Vec<(String, f64)> = shares.map(|(name, share)| (name.clone(), 100.0 * share)).collect();
     let bars = (!shares.is_empty()).then(|| {
         let frame = Frame {
             size: [430.0, 320.0],
             x: "element",
             y: "share of the compliance, %",
-            alt: "Share of each element in the work of the loads",
+            alt: "Share of each element in the strain energy",
         };
         let plot = BarPlot::new().with_bars(shares.clone()).with_color(BLUE);
         chart(&frame, None, vec![Plot::Bar(plot)], |layout| layout.with_x_tick_rotate(-45.0).with_y_axis_min(0.0))
@@ -42,10 +36,10 @@ pub fn section(report: &Report, page: &Page, json: &Value) -> Option<Section> {
         "stiffness.html",
         context! {
             map => map.as_ref().map(|(svg, ..)| safe(svg.clone())), magnified => map.as_ref().map(|m| m.1.clone()),
-            levels => map.as_ref().map(|m| m.2.clone()), swept => report.slice.as_ref().map(swept),
+            levels => map.as_ref().map(|m| m.2.clone()), swept => found.slice.as_ref().map(|slice| slice.swept.each_ref().map(|s| s.name.clone())),
             bars => bars.map(safe), elements => shares.iter().map(|s| s.0.clone()).collect::<Vec<_>>(),
-            rigid => report.slice.is_none() && report.yielding.is_none() && report.model.fuzzy.is_none(),
-            ruled => report.model.fuzzy.is_some(),
+            rigid => found.slice.is_none() && found.shares.is_none() && review.model.fuzzy.is_none(),
+            ruled => review.model.fuzzy.is_some(),
         },
     );
     Some(Section { id: "stiffness", title, html })
@@ -105,11 +99,11 @@ fn drawn(slice: &Slice) -> Option<(String, String, Vec<String>)> {
         alt: "Least stiffness over a slice of the workspace, with lines of equal stiffness and compliance ellipses",
     };
     let svg = chart(&frame, Some([x, y]), plots, |layout| layout.with_equal_aspect());
-    Some((svg, told(magnified), levels.iter().map(|level| told(level * 1e-3)).collect()))
+    Some((svg, two_digits(magnified), levels.iter().map(|level| two_digits(level * 1e-3)).collect()))
 }
 
 /// A number of two digits, without a point where it needs none.
-fn told(value: f64) -> String {
+fn two_digits(value: f64) -> String {
     if value >= 10.0 { format!("{value:.0}") } else { format!("{value}") }
 }
 

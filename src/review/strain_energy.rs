@@ -1,4 +1,4 @@
-//! How a robot gives at the configurations of a campaign, and which elements give how much.
+//! Compliance at the configurations of a campaign, and the share of each element in the strain energy. SI, base axes.
 
 use indexmap::IndexMap;
 use nalgebra::{Matrix6, Point3, Vector3};
@@ -14,19 +14,19 @@ const MOST: usize = 60;
 /// Force that stands for a load where none was applied, N, base axes.
 const PROBE: [f64; 6] = [0.0, 0.0, -1000.0, 0.0, 0.0, 0.0];
 
-/// Who gives how much over a campaign.
+/// Shares of the elements in the strain energy over a campaign.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Yielding {
+pub struct StrainEnergy {
     /// Share of the strain energy by element, over all readings taken, the greatest first.
     pub shares: IndexMap<String, f64>,
-    /// Whether the campaign's own wrenches did the work; else 1 kN downwards at the tool.
+    /// Whether the campaign's own wrenches load the robot; else 1 kN downwards at the tool.
     pub own_loads: bool,
     /// Readings taken.
     pub readings: usize,
 }
 
 /// Compliance at the tool centre point at a placed configuration, base axes, by springs and beams or by rules; `None` where
-/// nothing in the description gives.
+/// the description declares nothing elastic.
 ///
 /// # Errors
 /// A structure that can move without any force.
@@ -47,9 +47,9 @@ pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Re
     Ok(Some(0.5 * (found + found.transpose())))
 }
 
-/// Shares of all elements in the work that loads do over a campaign; `None` where nothing gives, or rules stand in the
-/// elements' place.
-pub fn yielding(geometry: &Geometry, campaign: &Campaign) -> Option<Yielding> {
+/// Shares of all elements in the strain energy over a campaign; `None` where nothing is elastic, or rules replace the
+/// elements.
+pub fn strain_energy(geometry: &Geometry, campaign: &Campaign) -> Option<StrainEnergy> {
     let model = geometry.model;
     let elastics = Elastics::new(model, geometry.values(), &[]);
     if !elastics.is_compliant() || model.is_by_rules() {
@@ -91,7 +91,7 @@ pub fn yielding(geometry: &Geometry, campaign: &Campaign) -> Option<Yielding> {
     }
     energy.values_mut().for_each(|work| *work /= total);
     energy.sort_by(|_, a, _, b| b.total_cmp(a));
-    Some(Yielding { shares: energy, own_loads, readings })
+    Some(StrainEnergy { shares: energy, own_loads, readings })
 }
 
 /// The reading whose configuration is nearest to the mean of all, each variable in its own spread.

@@ -1,0 +1,215 @@
+//! What `diagnose` finds. Lengths in mm, amounts of effects in SI.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::units::mm;
+use crate::diagnosis::{
+    self, Autocorrelation, CauseParameter, EffectAtSite, ExcessCompliance, LookAlikes, NoiseSource, SiteShare, Verdict,
+};
+use crate::model::Model;
+
+/// The gap that calibration leaves on readings that were not fitted, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Gap {
+    pub rms: f64,
+    pub max: f64,
+    /// Root mean square position error by noise alone.
+    pub noise: f64,
+    /// sqrt(rms^2 - noise^2).
+    pub closable: f64,
+    pub unit: &'static str,
+    pub significant: bool,
+    /// With base and tool fitted alone; `None` where nothing is fitted.
+    pub registration: Option<f64>,
+}
+
+/// A region in which the gap is greatest, mm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Region {
+    pub when: String,
+    pub rms: f64,
+    pub elsewhere: f64,
+}
+
+/// Root mean square error along the axes of the measurement frame, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Directions {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+/// Where the gap lies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Location {
+    pub sites: Vec<SiteShare>,
+    pub conditions: Vec<Region>,
+    pub directions: Directions,
+    /// Deflections greater than predicted.
+    pub yielding: Option<ExcessCompliance>,
+}
+
+/// A cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    pub effect: String,
+    pub site: String,
+    /// `None` where nothing competes with it.
+    pub probability: Option<f64>,
+    pub parameters: Vec<CauseParameter>,
+    pub rms_before: f64,
+    pub rms_after: f64,
+    pub shrinkage: f64,
+    pub shrinkage_ci95: [Option<f64>; 2],
+    pub indistinguishable_from: Vec<EffectAtSite>,
+    pub signature: &'static str,
+    pub remedy: &'static str,
+}
+
+/// A hypothesis that was not selected.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rejected {
+    pub effect: String,
+    pub site: String,
+    pub rms_after: f64,
+    pub why: &'static str,
+}
+
+/// What is left after all causes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AfterAll {
+    pub rms: f64,
+    pub rms_ci95: [Option<f64>; 2],
+    pub shrinkage: f64,
+    pub shrinkage_ci95: [Option<f64>; 2],
+}
+
+/// A configuration at which rivals predict different readings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NextPose {
+    /// rad and m.
+    pub joints: IndexMap<String, f64>,
+    pub wrench: [f64; 6],
+    pub separates: [String; 2],
+    /// Distance between the two predictions, mm.
+    pub apart: f64,
+    pub sigmas: f64,
+}
+
+/// How figures came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Notes {
+    pub noise: &'static str,
+}
+
+/// What `diagnose` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    pub gap: Gap,
+    #[serde(rename = "where")]
+    pub location: Location,
+    pub verdict: Verdict,
+    pub causes: Vec<Cause>,
+    pub rejected: Vec<Rejected>,
+    /// All readings, by degree of freedom, with no effect.
+    pub with_none: f64,
+    pub after_all: AfterAll,
+    pub structure: Vec<Autocorrelation>,
+    pub next_poses: Vec<NextPose>,
+    pub look_alikes: LookAlikes,
+    /// Rows of the readings.
+    pub outliers: Vec<usize>,
+    /// Number of hypotheses compared.
+    pub hypotheses: usize,
+    pub notes: Notes,
+    pub seconds: f64,
+    /// The campaign's name.
+    #[serde(skip)]
+    pub campaign: String,
+}
+
+/// Both ends of an interval, null where there is none.
+fn ends(interval: Option<[f64; 2]>) -> [Option<f64>; 2] {
+    interval.map_or([None; 2], |ends| ends.map(Some))
+}
+
+impl Diagnosis {
+    /// With the variables of a model.
+    pub fn new(model: &Model, campaign: &str, found: &diagnosis::Diagnosis, seconds: f64) -> Self {
+        let (gap, location) = (&found.gap, &found.location);
+        let [x, y, z] = location.directions.map(mm);
+        let region =
+            |r: &diagnosis::Region| Region { when: r.when.clone(), rms: mm(r.rms), elsewhere: mm(r.elsewhere) };
+        let rejected = |r: &diagnosis::Rejected| Rejected {
+            effect: r.effect.clone(),
+            site: r.site.clone(),
+            rms_after: mm(r.rms),
+            why: r.why,
+        };
+        let next = |pose: &diagnosis::NextPose| NextPose {
+            joints: model.variables.iter().zip(&pose.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
+            wrench: pose.wrench,
+            separates: pose.separates.clone(),
+            apart: mm(pose.apart),
+            sigmas: pose.sigmas,
+        };
+        Self {
+            gap: Gap {
+                rms: mm(gap.rms),
+                max: mm(gap.max),
+                noise: mm(gap.noise),
+                closable: mm(gap.closable),
+                unit: "mm",
+                significant: gap.is_significant,
+                registration: gap.registration.map(mm),
+            },
+            location: Location {
+                sites: location.sites.clone(),
+                conditions: location.regions.iter().map(region).collect(),
+                directions: Directions { x, y, z },
+                yielding: location.excess_compliance.clone(),
+            },
+            verdict: found.verdict,
+            causes: found.causes.iter().map(cause).collect(),
+            rejected: found.rejected.iter().map(rejected).collect(),
+            with_none: mm(found.rms_with_none),
+            after_all: AfterAll {
+                rms: mm(found.rms_after),
+                rms_ci95: ends(found.rms_after_ci95).map(|v| v.map(mm)),
+                shrinkage: found.shrinkage.value,
+                shrinkage_ci95: ends(found.shrinkage.ci95),
+            },
+            structure: found.autocorrelation.clone(),
+            next_poses: found.next_poses.iter().map(next).collect(),
+            look_alikes: found.look_alikes.clone(),
+            outliers: found.outliers.clone(),
+            hypotheses: found.hypotheses,
+            notes: Notes {
+                noise: match found.noise_source {
+                    NoiseSource::Stated => "as the campaign states",
+                    NoiseSource::Repeated => "from repeated readings",
+                    NoiseSource::Residual => "from what the best explanation leaves",
+                },
+            },
+            seconds,
+            campaign: campaign.to_string(),
+        }
+    }
+}
+
+fn cause(cause: &diagnosis::Cause) -> Cause {
+    Cause {
+        effect: cause.effect.clone(),
+        site: cause.site.clone(),
+        probability: cause.probability,
+        parameters: cause.parameters.clone(),
+        rms_before: mm(cause.rms_before),
+        rms_after: mm(cause.rms_after),
+        shrinkage: cause.shrinkage.value,
+        shrinkage_ci95: ends(cause.shrinkage.ci95),
+        indistinguishable_from: cause.rivals.clone(),
+        signature: cause.signature,
+        remedy: cause.remedy,
+    }
+}

@@ -1,0 +1,50 @@
+//! Errors of a set of readings, mm and deg.
+
+use serde::Serialize;
+
+use super::units::{deg, mm};
+use crate::estimation::Errors;
+
+/// Root mean square and greatest error of a coordinate, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CoordinateErrors {
+    pub rms: f64,
+    pub max: f64,
+}
+
+/// Orientation errors of poses, deg.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OrientationErrors {
+    pub unit: &'static str,
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
+}
+
+/// Position errors (of distances: their absolute errors) of a set of readings, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReadingErrors {
+    /// Number of readings.
+    pub readings: usize,
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
+    pub coordinate: CoordinateErrors,
+    /// Of poses only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<OrientationErrors>,
+}
+
+impl ReadingErrors {
+    /// `None` of no readings.
+    pub fn new(errors: &Errors) -> Option<Self> {
+        let [mean, rms, max] = errors.distance.map(mm);
+        let orientation = errors.orientation.map(|all| {
+            let [mean, rms, max] = all.map(deg);
+            OrientationErrors { unit: "deg", mean, rms, max }
+        });
+        let [coordinate_rms, coordinate_max] = errors.coordinate.map(mm);
+        let coordinate = CoordinateErrors { rms: coordinate_rms, max: coordinate_max };
+        (errors.readings > 0).then_some(Self { readings: errors.readings, mean, rms, max, coordinate, orientation })
+    }
+}

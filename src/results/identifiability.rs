@@ -1,0 +1,170 @@
+//! What `identifiability` and `sensitivity` find. Factors of combinations in SI (m, rad).
+
+use indexmap::IndexMap;
+use serde::{Serialize, Serializer};
+
+use super::units::unit;
+use crate::identifiability::{Identifiability, Sensitivity, Why};
+use crate::model::Model;
+use crate::parameter::Slot;
+
+/// A parameter into which a dropped one is merged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merged {
+    /// The kept parameter.
+    pub keeper: String,
+    /// Its change by one unit of the dropped one, each in the unit of its kind.
+    pub factor: f64,
+    /// Unit of the factor; empty for a pure number.
+    pub unit: String,
+}
+
+/// A parameter that is not estimated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dropped {
+    pub name: String,
+    /// `exact`, `weak` or `held`.
+    pub why: &'static str,
+    /// What is left of its scaled column after those of the kept parameters.
+    #[serde(skip)]
+    pub remainder: f64,
+    /// Where its effect went, the greatest factor (SI) first.
+    #[serde(skip)]
+    pub merged: Vec<Merged>,
+}
+
+/// Observability indices of Sun and Hollerbach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+#[allow(missing_docs)]
+pub struct Observability {
+    pub o1: f64,
+    pub o2: f64,
+    pub o3: f64,
+    pub o4: f64,
+    pub o5: f64,
+}
+
+/// Which parameters the readings of a campaign determine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reduction {
+    /// Candidates.
+    pub columns: usize,
+    /// Exact rank.
+    pub rank: usize,
+    /// Parameters kept.
+    pub kept: usize,
+    /// Relative tolerance below which singular values count as zero; `None`: the noise decides.
+    #[serde(serialize_with = "tolerance_or_noise")]
+    pub tolerance: Option<f64>,
+    pub dropped: Vec<Dropped>,
+    /// By kept parameter: what is merged into it, with its factor (SI).
+    pub combinations: IndexMap<String, IndexMap<String, f64>>,
+    /// Condition number of the scaled columns that are kept.
+    pub condition: f64,
+    pub observability: Observability,
+    /// Of the scaled observation matrix.
+    pub singular_values: Vec<f64>,
+    pub kept_parameters: Vec<String>,
+}
+
+fn tolerance_or_noise<S: Serializer>(tolerance: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match tolerance {
+        Some(tolerance) => serializer.serialize_f64(*tolerance),
+        None => serializer.serialize_str("noise"),
+    }
+}
+
+impl Reduction {
+    /// What the reduction of the columns `slots` found.
+    pub fn new(model: &Model, slots: &[Slot], found: &Identifiability) -> Self {
+        let name = |column: usize| model.registry[slots[column]].name.clone();
+        let of = |terms: &[(usize, f64)]| terms.iter().map(|&(column, factor)| (name(column), factor)).collect();
+        let [o1, o2, o3, o4, o5] = found.observability;
+        let dropped = |&(column, why): &(usize, Why)| Dropped {
+            name: name(column),
+            why: match why {
+                Why::Exact => "exact",
+                Why::Weak => "weak",
+                Why::Held => "held",
+            },
+            remainder: found.remainder[column],
+            merged: merged(model, slots, found, column),
+        };
+        Self {
+            columns: found.columns,
+            rank: found.rank,
+            kept: found.kept.len(),
+            tolerance: found.tolerance,
+            dropped: found.dropped.iter().map(dropped).collect(),
+            combinations: found.combinations.iter().map(|(keeper, terms)| (name(*keeper), of(terms))).collect(),
+            condition: found.condition,
+            observability: Observability { o1, o2, o3, o4, o5 },
+            singular_values: found.singular_values.clone(),
+            kept_parameters: found.kept.iter().map(|&column| name(column)).collect(),
+        }
+    }
+}
+
+fn merged(model: &Model, slots: &[Slot], found: &Identifiability, column: usize) -> Vec<Merged> {
+    let mut terms: Vec<(usize, f64)> = found
+        .combinations
+        .iter()
+        .flat_map(|(keeper, terms)| terms.iter().filter(|term| term.0 == column).map(|term| (*keeper, term.1)))
+        .collect();
+    terms.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let unit_of = |column: usize| unit(model.registry[slots[column]].kind);
+    let (from, from_size) = unit_of(column);
+    let merged = |(keeper, factor): (usize, f64)| {
+        let (to, to_size) = unit_of(keeper);
+        Merged {
+            keeper: model.registry[slots[keeper]].name.clone(),
+            factor: factor * from_size / to_size,
+            unit: if to == from { String::new() } else { format!("{to}/{from}") },
+        }
+    };
+    terms.into_iter().map(merged).collect()
+}
+
+/// Mean and greatest over the configurations.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeanMax {
+    pub mean: f64,
+    pub max: f64,
+}
+
+/// How much a parameter moves the tool centre point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterSensitivity {
+    pub name: String,
+    /// Position, m per m or rad.
+    #[serde(rename = "mu_P")]
+    pub position: MeanMax,
+    /// Orientation, rad per m or rad.
+    #[serde(rename = "mu_Phi")]
+    pub orientation: MeanMax,
+    /// Unit in which text speaks of the parameter, and its size in SI.
+    #[serde(skip)]
+    pub per: (&'static str, f64),
+}
+
+/// What `sensitivity` finds, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sensitivities {
+    pub unit: &'static str,
+    pub parameters: Vec<ParameterSensitivity>,
+}
+
+impl Sensitivities {
+    /// With the names of a model.
+    pub fn new(model: &Model, found: &[Sensitivity]) -> Self {
+        let pair = |[mean, max]: [f64; 2]| MeanMax { mean, max };
+        let one = |s: &Sensitivity| ParameterSensitivity {
+            name: model.registry[s.slot].name.clone(),
+            position: pair(s.position),
+            orientation: pair(s.orientation),
+            per: unit(model.registry[s.slot].kind),
+        };
+        Self { unit: "m or rad per m or rad", parameters: found.iter().map(one).collect() }
+    }
+}

@@ -1,0 +1,200 @@
+//! What `identify` finds. Lengths in mm, angles in deg, stiffnesses in SI.
+
+use serde::Serialize;
+
+use super::errors::ReadingErrors;
+use super::identifiability::Reduction;
+use super::springs::{SpringGroup, insensitive, least_stiffness};
+use super::units::{mm, unit};
+use crate::description::campaign::Campaign;
+use crate::estimation::{Calibration, Comparison, Estimate};
+use crate::model::Model;
+use crate::observation::Observes;
+
+/// A parameter as estimated, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterEstimate {
+    pub name: String,
+    pub unit: &'static str,
+    pub nominal: f64,
+    /// Nominal where it was dropped.
+    pub value: f64,
+    /// Half width of the 95 % interval; `None` where it was dropped.
+    pub ci95: Option<f64>,
+    /// Whether it was estimated.
+    pub identifiable: bool,
+    /// Whether it stopped at a bound.
+    pub at_bound: bool,
+    /// Greatest displacement of a fitted reading by an elastic parameter, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moves: Option<f64>,
+    /// Whether that is below a third of the noise, so that other values fit as well; of elastic parameters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub insensitive: Option<bool>,
+    /// Of a compliance: the least stiffness that fits, and its unit.
+    #[serde(skip)]
+    pub least_stiffness: Option<(f64, &'static str)>,
+}
+
+/// Errors before and after, of fitted readings and of those held out to check; `None` of no readings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Residuals {
+    /// With the description as it is.
+    pub before: Option<ReadingErrors>,
+    /// With base, tool and markers fitted alone.
+    pub registration: Option<ReadingErrors>,
+    /// Calibrated.
+    pub after: Option<ReadingErrors>,
+    pub check_before: Option<ReadingErrors>,
+    pub check_registration: Option<ReadingErrors>,
+    pub check_after: Option<ReadingErrors>,
+}
+
+/// Root mean square position errors of the readings held out, mm: predicted and observed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PredictedError {
+    /// By the covariance of the parameters alone.
+    pub parameters_rms: f64,
+    /// With the residual noise added.
+    pub with_noise_rms: f64,
+    pub observed_rms: f64,
+}
+
+/// What `identify` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Identification {
+    #[serde(flatten)]
+    pub reduction: Reduction,
+    /// All candidates.
+    pub parameters: Vec<ParameterEstimate>,
+    pub equivalences: Vec<SpringGroup>,
+    pub residuals: Residuals,
+    /// `None` where nothing is held out.
+    pub predicted_error: Option<PredictedError>,
+    /// Residuals over the stated noise; `None` where none is stated.
+    pub noise_ratio: Option<f64>,
+    /// Residual noise along x, y, z, mm.
+    pub direction_noise: [f64; 3],
+    /// Of the kept parameters, in the order of `kept_parameters`.
+    pub correlation: Vec<Vec<f64>>,
+    pub unit: &'static str,
+    pub iterations: usize,
+    /// Why the fit ended.
+    pub ending: String,
+    pub converged: bool,
+    pub seconds: f64,
+    /// The campaign's name.
+    #[serde(skip)]
+    pub campaign: String,
+    /// What its readings are.
+    #[serde(skip)]
+    pub observes: Observes,
+    /// Root mean square position error by the stated noise, mm; `None` where none is stated.
+    #[serde(skip)]
+    pub stated_noise: Option<f64>,
+    /// Coordinates (or distances) of all readings after calibration, m.
+    #[serde(skip)]
+    pub left: Vec<f64>,
+}
+
+impl Identification {
+    /// With the names and units of a model.
+    pub fn new(model: &Model, campaign: &Campaign, found: &Calibration, seconds: f64) -> Self {
+        let errors = ReadingErrors::new;
+        let (before, registration, after) = (&found.before, &found.registration, &found.after);
+        let residuals = Residuals {
+            before: errors(&before.fit),
+            registration: errors(&registration.fit),
+            after: errors(&after.fit),
+            check_before: errors(&before.check),
+            check_registration: errors(&registration.check),
+            check_after: errors(&after.check),
+        };
+        let lengths = campaign.observes.length_rows();
+        let stated =
+            || campaign.observes.sigmas(&campaign.noise())[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt();
+        Self {
+            reduction: Reduction::new(model, &found.slots, &found.identifiability),
+            parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
+            equivalences: found.equivalences.iter().map(|g| SpringGroup::new(model, campaign, found, g)).collect(),
+            predicted_error: found.predicted.map(|predicted| PredictedError {
+                parameters_rms: mm(predicted.parameters),
+                with_noise_rms: mm(predicted.with_noise),
+                observed_rms: mm(after.check.distance[1]),
+            }),
+            residuals,
+            noise_ratio: campaign.sigma.map(|_| found.noise_ratio),
+            direction_noise: found.direction_noise.map(mm),
+            correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            unit: "mm",
+            iterations: found.iterations,
+            ending: found.ending.to_string(),
+            converged: found.converged(),
+            seconds,
+            campaign: campaign.name.clone(),
+            observes: campaign.observes,
+            stated_noise: campaign.sigma.map(|_| mm(stated())),
+            left: found
+                .residual
+                .chunks(campaign.components())
+                .flat_map(|reading| &reading[..lengths])
+                .copied()
+                .collect(),
+        }
+    }
+
+    /// Whether readings are held out to check.
+    pub fn is_checked(&self) -> bool {
+        self.residuals.check_after.is_some()
+    }
+
+    /// Root mean square errors with the description as it is, with base and tool fitted alone, and calibrated, mm, of the
+    /// readings by which the calibration is judged: those held out, or the fitted ones where none are.
+    pub fn judged(&self) -> [f64; 3] {
+        let r = &self.residuals;
+        let of = if self.is_checked() {
+            [&r.check_before, &r.check_registration, &r.check_after]
+        } else {
+            [&r.before, &r.registration, &r.after]
+        };
+        of.map(|errors| errors.as_ref().map_or(0.0, |errors| errors.rms))
+    }
+
+    /// Whether base and tool affect the readings: not deflections.
+    pub fn is_registered(&self) -> bool {
+        !self.observes.is_difference()
+    }
+}
+
+fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> ParameterEstimate {
+    let parameter = &model.registry[estimate.slot];
+    let (unit, size) = unit(parameter.shown_kind());
+    let shown = |value: f64| parameter.shown(value) / size;
+    ParameterEstimate {
+        name: parameter.name.clone(),
+        unit,
+        nominal: shown(estimate.nominal),
+        value: shown(estimate.value),
+        ci95: estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size),
+        identifiable: estimate.identifiable(),
+        at_bound: estimate.at_bound,
+        moves: estimate.moves.map(mm),
+        insensitive: estimate.moves.map(|_| insensitive(campaign, estimate)),
+        least_stiffness: least_stiffness(parameter, estimate),
+    }
+}
+
+/// Ordinary (equal weights) and weighted (noise by direction) least squares.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SchemeComparison {
+    pub ols: Identification,
+    pub wls: Identification,
+}
+
+impl SchemeComparison {
+    /// With the names and units of a model.
+    pub fn new(model: &Model, campaign: &Campaign, found: &Comparison, seconds: f64) -> Self {
+        let of = |found: &Calibration| Identification::new(model, campaign, found, seconds);
+        Self { ols: of(&found.ols), wls: of(&found.wls) }
+    }
+}

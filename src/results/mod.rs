@@ -1,0 +1,36 @@
+//! What each command finds: plain `Serialize` structs with names and units, made once from what the library computes.
+//!
+//! Text, HTML and JSON render the same value. JSON is the struct as it stands: field names are keys, in their order.
+//! `None` is null; no number stands for "none". What only text needs is not serialized.
+
+// Fields that need no more than their name, as it stands in the JSON, are not explained one by one.
+#![allow(missing_docs)]
+
+mod diagnosis;
+mod errors;
+mod fuzzy;
+mod identifiability;
+mod identification;
+mod plan;
+mod report;
+mod residuals;
+mod springs;
+pub mod units;
+mod view;
+
+pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
+pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
+pub use fuzzy::{
+    AfterFit, ComponentRules, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
+    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput,
+};
+pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
+pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
+pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
+pub use report::{
+    CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StiffnessReview,
+    StiffnessSlice, Swept, WaterfallStep, stage_label,
+};
+pub use residuals::{DescriptionResiduals, ReadingResidual};
+pub use springs::SpringGroup;
+pub use view::{ScenePart, ToolDeflection, View};

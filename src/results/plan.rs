@@ -1,0 +1,110 @@
+//! What `plan` finds. Configurations and loads in SI, errors in mm, widths of parameters in their unit.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::identifiability::Reduction;
+use super::units::{half_width_95, mm, unit};
+use crate::model::Model;
+use crate::planning::{Planned, Request};
+
+/// A configuration to measure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlannedPose {
+    pub pose: String,
+    /// rad and m.
+    pub joints: IndexMap<String, f64>,
+    pub wrench: [f64; 6],
+    /// Markers seen there; `TCP` is the tool centre point.
+    pub markers: Vec<String>,
+}
+
+/// Position error after compensation, rms at the test poses, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PlannedError {
+    /// With what is measured already.
+    pub before: Option<f64>,
+    pub planned: f64,
+}
+
+/// What a number of configurations buys, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bought {
+    /// How many configurations.
+    pub poses: usize,
+    pub planned: f64,
+    /// Median of random sets.
+    pub random: f64,
+}
+
+/// Half width of a parameter's 95 % interval.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterWidth {
+    pub name: String,
+    pub unit: &'static str,
+    pub ci95: f64,
+}
+
+/// What `plan` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    pub criterion: &'static str,
+    pub poses: Vec<PlannedPose>,
+    pub unit: &'static str,
+    pub error: PlannedError,
+    pub bought: Vec<Bought>,
+    /// How many random configurations do as well; `None` if all the candidates together do not.
+    pub random_equal: Option<usize>,
+    /// Fewest configurations that determine the parameters.
+    pub least: usize,
+    pub candidates: usize,
+    pub parameters: Vec<ParameterWidth>,
+    pub identifiability: Reduction,
+    pub seconds: f64,
+    /// The robot's name.
+    #[serde(skip)]
+    pub robot: String,
+    /// Markers asked for.
+    #[serde(skip)]
+    pub markers: usize,
+    /// By variable: name, and whether it is an angle.
+    #[serde(skip)]
+    pub variables: Vec<(String, bool)>,
+}
+
+impl Plan {
+    /// With the names and units of a model.
+    pub fn new(model: &Model, request: &Request, planned: &Planned, seconds: f64) -> Self {
+        let marker = |marker: &Option<usize>| marker.map_or("TCP", |m| &model.markers[m].name).to_string();
+        let poses = planned.stations.iter().zip(&planned.campaign.poses).map(|(station, pose)| PlannedPose {
+            pose: pose.clone(),
+            joints: model.variables.iter().zip(&station.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
+            wrench: station.load,
+            markers: station.markers.iter().map(marker).collect(),
+        });
+        let bought =
+            planned.bought.iter().map(|b| Bought { poses: b.count, planned: mm(b.planned), random: mm(b.random) });
+        let width = |&(slot, sigma): &(usize, f64)| {
+            let parameter = &model.registry[slot];
+            let (unit, size) = unit(parameter.shown_kind());
+            let ci95 = parameter.shown_width(parameter.nominal, half_width_95(sigma)) / size;
+            ParameterWidth { name: parameter.name.clone(), unit, ci95 }
+        };
+        Self {
+            criterion: request.criterion.name(),
+            poses: poses.collect(),
+            unit: "mm",
+            error: PlannedError { before: planned.before.map(mm), planned: mm(planned.error) },
+            bought: bought.collect(),
+            random_equal: planned.random_equal,
+            least: planned.least,
+            candidates: planned.candidates,
+            parameters: planned.deviations.iter().map(width).collect(),
+            identifiability: Reduction::new(model, &planned.slots, &planned.identifiability),
+            seconds,
+            robot: model.name.clone(),
+            markers: request.markers.len(),
+            variables: model.variables.iter().map(|v| (v.name.clone(), v.is_angle)).collect(),
+        }
+    }
+}

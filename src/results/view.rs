@@ -1,0 +1,123 @@
+//! What `view` finds: the robot at a configuration, deflected or not. Lengths in m, base frame.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::units::mm;
+use crate::model::Model;
+use crate::scene::{Part, PartKind, Scene, Shot};
+
+/// Name of a kind in the script and in style sheets.
+fn kind(kind: PartKind) -> &'static str {
+    match kind {
+        PartKind::Link => "link",
+        PartKind::Joint => "joint",
+        PartKind::Frame => "frame",
+        PartKind::Cut => "cut",
+        PartKind::Actuator => "actuator",
+        PartKind::Beam => "beam",
+        PartKind::Spring => "spring",
+        PartKind::Mass => "mass",
+        PartKind::Marker => "marker",
+        PartKind::Tool => "tool",
+        PartKind::Anchor => "anchor",
+    }
+}
+
+/// A part of the robot as it is drawn; see [`crate::scene::Part`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScenePart {
+    pub kind: &'static str,
+    pub name: String,
+    pub words: String,
+    /// Indices of its points.
+    pub points: Vec<usize>,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub form: &'static str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub drive: &'static str,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sites: Vec<String>,
+}
+
+impl ScenePart {
+    /// All parts of a scene.
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let part = |part: &Part| Self {
+            kind: kind(part.kind),
+            name: part.name.clone(),
+            words: part.words.clone(),
+            points: part.points.clone(),
+            form: part.form,
+            drive: part.drive,
+            sites: part.sites.clone(),
+        };
+        scene.parts.iter().map(part).collect()
+    }
+}
+
+/// Displacement of the tool centre point, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ToolDeflection {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub norm: f64,
+    pub unit: &'static str,
+}
+
+/// What `view` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct View {
+    pub robot: String,
+    /// The command that shows it.
+    pub source: String,
+    /// rad and m.
+    pub joints: IndexMap<String, f64>,
+    pub unit: &'static str,
+    pub parts: Vec<ScenePart>,
+    pub points: Vec<[f64; 3]>,
+    /// How far load moves each point; empty without load.
+    pub moved: Vec<[f64; 3]>,
+    /// The load in words.
+    pub load: Option<String>,
+    /// How many times the deflected shape is drawn magnified.
+    pub magnified: f64,
+    pub deflection: Option<ToolDeflection>,
+    /// By variable: name, and its value in words.
+    #[serde(skip)]
+    pub at: Vec<String>,
+}
+
+impl View {
+    /// A robot at a configuration `q` (rad and m), drawn as `shot`.
+    pub fn new(model: &Model, q: &[f64], scene: &Scene, shot: &Shot) -> Self {
+        let tool = scene.parts.iter().find(|part| part.kind == PartKind::Tool);
+        let moved = tool.and_then(|part| shot.moved.get(*part.points.get(1)?));
+        let coordinates = |points: &[nalgebra::Vector3<f64>]| points.iter().map(|p| [p.x, p.y, p.z]).collect();
+        let at = model.variables.iter().zip(q);
+        let words = |v: &crate::description::robot::Variable, q: f64| {
+            if v.is_angle {
+                format!("{} {:.2} deg", v.name, q.to_degrees())
+            } else {
+                format!("{} {:.2} mm", v.name, mm(q))
+            }
+        };
+        Self {
+            robot: model.name.clone(),
+            source: String::new(),
+            joints: at.clone().map(|(variable, q)| (variable.name.clone(), *q)).collect(),
+            unit: "m",
+            parts: ScenePart::all(scene),
+            points: coordinates(&shot.points),
+            moved: coordinates(&shot.moved),
+            load: None,
+            magnified: 1.0,
+            deflection: moved.map(|d| {
+                let norm = d.norm();
+                ToolDeflection { x: mm(d.x), y: mm(d.y), z: mm(d.z), norm: mm(norm), unit: "mm" }
+            }),
+            at: at.map(|(variable, q)| words(variable, *q)).collect(),
+        }
+    }
+}

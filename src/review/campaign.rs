@@ -1,0 +1,134 @@
+//! A campaign reviewed whole: calibrated, diagnosed, and the robot drawn at its configurations. SI, base frame.
+
+use std::time::Instant;
+
+use nalgebra::Matrix3;
+
+use super::readings::{Readings, readings};
+use super::slice::{Slice, slice};
+use super::strain_energy::{StrainEnergy, compliance, strain_energy, typical};
+use crate::Error;
+use crate::description::campaign::Campaign;
+use crate::description::robot::Robot;
+use crate::diagnosis::{self, Diagnosis, diagnose};
+use crate::estimation::{Calibration, CalibrationError, Settings, calibrate};
+use crate::kinematics::{Geometry, Placements};
+use crate::model::Model;
+use crate::parameter::Group;
+use crate::scene::{Scene, Shot, draw};
+
+/// Most configurations of a campaign that are drawn.
+const SHOTS: usize = 24;
+
+/// A campaign reviewed.
+pub struct Review<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// The campaign.
+    pub campaign: &'a Campaign,
+    /// Readings that the calibration held out.
+    pub held_out: &'a [bool],
+    /// The calibration and its seconds, or why there is none.
+    pub calibration: Result<(Calibration, f64), String>,
+    /// The diagnosis.
+    pub diagnosis: Diagnosis,
+    /// Its seconds.
+    pub seconds: f64,
+    /// Residuals stage by stage.
+    pub readings: Readings,
+    /// Stiffness over a slice of the workspace, through the typical configuration.
+    pub slice: Option<Slice>,
+    /// Shares of the elements in the strain energy.
+    pub strain_energy: Option<StrainEnergy>,
+    /// The robot as it is drawn.
+    pub scene: Scene,
+    /// Configurations of the campaign that are drawn, the typical one first.
+    pub shots: Vec<Shot>,
+    /// Proposed configurations.
+    pub next: Vec<Shot>,
+}
+
+/// Reviews a campaign; `progress` hears what is being done.
+///
+/// # Errors
+/// A calibration or diagnosis that cannot be done, or a robot that cannot be assembled; a campaign that frees nothing is
+/// no error.
+pub fn review<'a>(
+    robot: &Robot,
+    model: &'a Model,
+    campaign: &'a Campaign,
+    held_out: &'a [bool],
+    seed: u64,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Review<'a>, Error> {
+    progress("calibrating");
+    let started = Instant::now();
+    let mut iterated = |_: &_| progress("calibrating");
+    let calibration = match calibrate(model, campaign, held_out, &Settings::default(), &mut iterated) {
+        Ok(found) => Ok((found, started.elapsed().as_secs_f64())),
+        Err(why @ (CalibrationError::NothingFree | CalibrationError::NothingElastic)) => Err(why.to_string()),
+        Err(other) => return Err(other.into()),
+    };
+    let started = Instant::now();
+    let stated: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    let diagnosis = diagnose(model, campaign, &stated, &diagnosis::Settings::new(campaign, seed), progress)?;
+    let seconds = started.elapsed().as_secs_f64();
+    progress("drawing");
+    let fitted = calibration.as_ref().ok().map(|(found, _)| found);
+    let stages = readings(model, campaign, fitted, &diagnosis)?;
+    // Lengths as described: calibrated ones can be far off where the readings hardly determine them. Stiffness as calibrated.
+    let calibrated = fitted.map_or(&diagnosis.calibrated, |found| &found.values);
+    let both = model.registry.all().iter().zip(calibrated);
+    let values: Vec<f64> = both.map(|(p, value)| if p.group == Group::Elastic { *value } else { p.nominal }).collect();
+    let geometry = Geometry::new(model, &values)?;
+    let first = typical(model, campaign);
+    let mut placements = Placements::default();
+    geometry.place(campaign.configuration(first), &mut placements)?;
+    let scene = draw(robot, &geometry, &placements);
+    let next = diagnosis.next_poses.iter().enumerate().filter_map(|(k, pose)| {
+        shot(&scene, &geometry, &pose.q, format!("{}: {}", k + 1, pose.separates.join(" / ")), Vec::new())
+    });
+    Ok(Review {
+        shots: shots(&scene, &geometry, campaign, first),
+        next: next.collect(),
+        slice: slice(&geometry, campaign.configuration(first)),
+        strain_energy: strain_energy(&geometry, campaign),
+        readings: stages,
+        model,
+        campaign,
+        held_out,
+        calibration,
+        diagnosis,
+        seconds,
+        scene,
+    })
+}
+
+/// The robot at a configuration; `None` where it cannot be assembled.
+pub fn shot(scene: &Scene, geometry: &Geometry, q: &[f64], name: String, rows: Vec<usize>) -> Option<Shot> {
+    let mut placements = Placements::default();
+    geometry.place(q, &mut placements).ok()?;
+    let points = scene.place(geometry, &placements);
+    let compliance = compliance(geometry, q, &placements).ok().flatten();
+    let compliance = compliance.map(|c| -> Matrix3<f64> { c.fixed_view::<3, 3>(0, 0).into_owned() });
+    Some(Shot { name, points, moved: Vec::new(), compliance, rows })
+}
+
+/// The typical configuration and others spread over the campaign.
+fn shots(scene: &Scene, geometry: &Geometry, campaign: &Campaign, first: usize) -> Vec<Shot> {
+    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+    poses.sort_unstable();
+    poses.dedup();
+    let typical = campaign.readings.get(first).map(|reading| reading.pose);
+    let step = poses.len().div_ceil(SHOTS).max(1);
+    let others = poses.iter().copied().step_by(step).filter(|pose| Some(*pose) != typical);
+    typical
+        .into_iter()
+        .chain(others)
+        .filter_map(|pose| {
+            let at = campaign.readings.iter().position(|reading| reading.pose == pose)?;
+            let rows = campaign.readings.iter().filter(|reading| reading.pose == pose).map(|reading| reading.row);
+            shot(scene, geometry, campaign.configuration(at), campaign.poses[pose].clone(), rows.collect())
+        })
+        .collect()
+}
