@@ -14,7 +14,7 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     )?;
     output.diagnostics = loaded.diagnostics;
     let Some(path) = &command.snapshot else { return Ok(output) };
-    let new = snapshot(&loaded.model).map_err(Error::Impossible)?;
+    let new = snapshot(&loaded.model)?;
     match std::fs::read_to_string(path) {
         Ok(old) if old == new => {
             output.text = format!("{} agrees with {}\n", command.robot, path.display());
