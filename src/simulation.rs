@@ -135,7 +135,7 @@ pub fn draw_configurations_in(
 }
 
 /// Values with every parameter that calibration frees off by its tolerance times a normal number, the geometry's times
-/// `geometry`, those of what gives times `elastic`.
+/// `geometry`, those of springs times `elastic`.
 pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut values = model.registry.nominal();
     let all = model.free_slots().into_iter().map(|slot| (slot, geometry));

@@ -12,8 +12,8 @@ use crate::model::{Condition, Model};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::Process;
 
-/// Rounds after which sides of approach are taken as they are.
-const ROUNDS: usize = 5;
+/// Most passes over the path: each derives the sides of approach from the commands of the one before.
+const MOST_PASSES: usize = 5;
 /// A variable that moves by less (rad or m) keeps its side.
 const STANDS: f64 = 1e-6;
 
@@ -48,7 +48,7 @@ pub enum Sides {
     Given,
     /// The way the corrected commands go.
     Derived,
-    /// As derived; but corrections turn some back and forth, and the last round was taken.
+    /// As derived; but corrections turn some back and forth, and those of the last pass are taken.
     Unsettled,
 }
 
@@ -93,9 +93,9 @@ pub fn compensate(
         desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let mut sides = if derived { Sides::Derived } else { Sides::Given };
     let travel = travel(desired);
-    let mut round = 0;
+    let mut pass = 0;
     loop {
-        round += 1;
+        pass += 1;
         if derived {
             derive_sides(&commands, &own, &mut path);
         }
@@ -115,13 +115,13 @@ pub fn compensate(
             points.iter().map(|p| p.as_ref().ok().map(|p| p.corrected.joints.clone())).collect();
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
-        // Only an effect that looks at the side makes another round worth while.
+        // Only an effect that looks at the side needs another pass.
         let settled =
             !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
                 derive_sides(&found, &own, &mut path);
                 path.conditions == before
             };
-        if settled || round == ROUNDS {
+        if settled || pass == MOST_PASSES {
             sides = if settled { sides } else { Sides::Unsettled };
             return Ok(Outcome { points, sides, left_out });
         }

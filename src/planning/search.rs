@@ -266,7 +266,7 @@ fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError
             Some(error) if drawn.is_empty() && request.sight.is_none() && request.workspace.is_none() => {
                 Err(error.into())
             }
-            _ => Err(PlanningError::NoRoom { found: drawn.len(), tried: 1000 * wanted }),
+            _ => Err(PlanningError::TooFewAllowed { found: drawn.len(), tried: 1000 * wanted }),
         };
     }
     let mut placements = Placements::default();
@@ -335,19 +335,19 @@ fn counts(count: usize, least: usize, most: usize) -> Vec<usize> {
 
 /// Neighbours in the first joints follow each other, so that the robot (and the reflector) moves little.
 fn in_order(design: &mut Design) {
-    let mut left = std::mem::take(&mut design.chosen);
-    left.sort_by(|a, b| a.station.q.partial_cmp(&b.station.q).unwrap_or(std::cmp::Ordering::Equal));
-    if left.is_empty() {
+    let mut waiting = std::mem::take(&mut design.chosen);
+    waiting.sort_by(|a, b| a.station.q.partial_cmp(&b.station.q).unwrap_or(std::cmp::Ordering::Equal));
+    if waiting.is_empty() {
         return;
     }
-    let mut ordered = vec![left.remove(0)];
-    while let Some(last) = ordered.last().filter(|_| !left.is_empty()) {
+    let mut ordered = vec![waiting.remove(0)];
+    while let Some(last) = ordered.last().filter(|_| !waiting.is_empty()) {
         let away = |candidate: &Candidate| {
             let by = candidate.station.q.iter().zip(&last.station.q).map(|(a, b)| (a - b).abs());
             by.fold(0.0, f64::max)
         };
-        let next = (0..left.len()).min_by(|&a, &b| away(&left[a]).total_cmp(&away(&left[b]))).unwrap_or(0);
-        ordered.push(left.remove(next));
+        let next = (0..waiting.len()).min_by(|&a, &b| away(&waiting[a]).total_cmp(&away(&waiting[b]))).unwrap_or(0);
+        ordered.push(waiting.remove(next));
     }
     design.chosen = ordered;
 }
