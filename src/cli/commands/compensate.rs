@@ -1,12 +1,12 @@
 //! `compensate`: commands under which the real robot passes where it should.
 
 use nalgebra::Rotation3;
-use serde_json::{Value, json};
 
 use crate::Error;
 use crate::cli::args::{Compensate, FrameName, HoldName};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{joints, units_with, wrench};
-use crate::cli::{Output, Session};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
@@ -15,7 +15,8 @@ use crate::files::{LoadedRobot, writable};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::{Condition, Model};
-use crate::render::compensation::Compensation;
+use crate::render::compensation as render;
+use crate::results::Compensation;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
@@ -89,25 +90,24 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         .collect();
     let names: Vec<String> =
         path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
-    let found = Compensation { model, names: &names, nominal: &nominal, outcome: &outcome, poses: &poses };
-    let refused = found.refused().count();
-    let mut output = Output::new(found.text(session.terminal.screen), &found.json())?;
-    if let Some(process) = &process {
-        output.json["process"] = Value::String(process.name.clone());
-    }
+    let mut found = Compensation::new(model, &names, &nominal, &poses, &outcome);
+    found.process = process.map(|process| process.name);
+    let all_met = found.refused.is_empty();
+    let mut text = render::compensation(&found, session.terminal.screen);
+    let mut files = Vec::new();
     if let Some(file) = &command.table {
-        if refused == 0 || command.keep_going {
-            output.files.push((file.clone(), found.csv(&units)?));
-            output.text += &format!("commands, and the controller's poses of them: {}\n", file.display());
+        let shown = file.display();
+        if all_met || command.keep_going {
+            files.push((file.clone(), render::csv(&found, &units)?));
+            found.table = Some(shown.to_string());
+            text += &format!("commands, and the controller's poses of them: {shown}\n");
         } else {
-            output.text += &format!(
-                "{} is not written, since points are refused; --keep-going writes the others\n",
-                file.display()
-            );
+            text += &format!("{shown} is not written, since points are refused; --keep-going writes the others\n");
         }
     }
-    output.json["table"] = json!(output.files.first().map(|(file, _)| file.display().to_string()));
-    output.failed = refused > 0;
+    let mut output = Output::new(text, &found)?;
+    output.files = files;
+    output.failed = !all_met;
     output.diagnostics = diagnostics;
     Ok(output)
 }

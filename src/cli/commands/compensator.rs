@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 use crate::Error;
 use crate::cli::args::Compensator;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::numbers;
-use crate::cli::{Output, Session};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
 use crate::render::compensator::{Compensator as Found, compensator_json, compensator_text};

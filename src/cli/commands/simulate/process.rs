@@ -1,16 +1,17 @@
 //! `simulate --process`: readings along a path, the arm in equilibrium with what pushes back.
 
 use rand_chacha::ChaCha8Rng;
-use serde_json::{Value, json};
 
-use super::{Made, delivered};
+use super::campaign::{Made, delivered};
 use crate::Error;
 use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::compensation::predict_path;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
+use crate::results::PathPoint;
 use crate::results::units::mm;
 use crate::simulation::{Plan, measure};
 
@@ -69,7 +70,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         row.push(shown(missed.norm()));
         row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
         rows.push(row);
-        points.push(json!({"index": index, "name": name, "missed": [missed.x, missed.y, missed.z], "wrench": wrench}));
+        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench });
         let variables = campaign.variables;
         campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
         campaign.readings[index].wrench = *wrench;
@@ -95,7 +96,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         estimate: [command.unknown_base, command.unknown_tool],
     };
     let made = Made { command, loaded, values, plan: &plan, seed: session.seed() };
-    let mut output = delivered(&made, campaign, random)?;
+    let mut output = delivered(&made, campaign, Some(points), random)?;
     let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
     output.text = format!(
         "{} under `{}`, in equilibrium\n\n{}\n{}",
@@ -104,7 +105,6 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         session.terminal.screen.table(&header, rows),
         output.text
     );
-    output.json["points"] = Value::Array(points);
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;
     Ok(output)
