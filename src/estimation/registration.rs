@@ -1,11 +1,13 @@
 //! Where the base, the tool and the markers are, the robot's geometry being given: the start of every calibration and
 //! its baseline.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use std::collections::BTreeSet;
+
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use super::settings::RegistrationSettings;
 use crate::description::campaign::Campaign;
-use crate::kinematics::{Geometry, Placements, rotation_vector};
+use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
 use crate::model::Model;
 use crate::parameter::Slot;
 use crate::prediction::PredictionError;
@@ -45,43 +47,25 @@ pub fn rough(
     let Some(measured) = positions.collect::<Option<Vec<Vector3<f64>>>>().filter(|_| campaign.estimate_base) else {
         return Ok(values);
     };
-    let geometry = Geometry::new(model, &values)?;
-    let mut placements = Placements::default();
-    let mut frames = Vec::with_capacity(campaign.readings.len());
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        geometry.place(campaign.configuration(index), &mut placements).map_err(|source| PredictionError::Assembly {
-            row: reading.row,
-            pose: campaign.poses[reading.pose].clone(),
-            source,
-        })?;
-        frames.push(placements.frames[reading.marker.map_or(model.tool.0, |m| model.markers[m].frame)]);
-    }
+    let frames = frames(model, campaign, &values)?;
     let point_slot = |marker: Option<usize>| marker.map_or(model.tool.1, |m| model.markers[m].slot);
-    let at = |values: &[f64], slot: Slot| Vector3::new(values[slot], values[slot + 1], values[slot + 2]);
+    let markers: BTreeSet<Option<usize>> = campaign.readings.iter().map(|reading| reading.marker).collect();
     for _ in 0..if campaign.estimate_tool { settings.turns } else { 1 } {
-        let points: Vec<Vector3<f64>> = campaign
-            .readings
-            .iter()
-            .zip(&frames)
-            .map(|(reading, frame)| (frame * nalgebra::Point3::from(at(&values, point_slot(reading.marker)))).coords)
-            .collect();
-        let (rotation, position) = rigid_fit(&points, &measured);
+        let placed = campaign.readings.iter().zip(&frames);
+        let points =
+            placed.map(|(reading, frame)| (frame * Point3::from(at(&values, point_slot(reading.marker)))).coords);
+        let (rotation, position) = rigid_fit(&points.collect::<Vec<_>>(), &measured);
         put(&mut values, model.base, position);
         put(&mut values, model.base + 3, rotation_vector(&rotation));
-        if campaign.estimate_tool {
-            let markers: std::collections::BTreeSet<Option<usize>> =
-                campaign.readings.iter().map(|r| r.marker).collect();
-            for marker in markers {
-                // p = R_frame^T (R_base^T (m - p_base) - p_frame) is linear in p with orthogonal factors: the mean solves it.
-                let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-                for ((_, frame), m) in
-                    campaign.readings.iter().zip(&frames).zip(&measured).filter(|((r, _), _)| r.marker == marker)
-                {
-                    sum += frame.rotation.inverse() * (rotation.inverse() * (m - position) - frame.translation.vector);
-                    count += 1.0;
-                }
-                put(&mut values, point_slot(marker), sum / count);
+        for &marker in markers.iter().filter(|_| campaign.estimate_tool) {
+            // p = R_frame^T (R_base^T (m - p_base) - p_frame) is linear in p with orthogonal factors: the mean solves it.
+            let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+            let readings = campaign.readings.iter().zip(&frames).zip(&measured);
+            for ((_, frame), m) in readings.filter(|((reading, _), _)| reading.marker == marker) {
+                sum += frame.rotation.inverse() * (rotation.inverse() * (m - position) - frame.translation.vector);
+                count += 1.0;
             }
+            put(&mut values, point_slot(marker), sum / count);
         }
     }
     if campaign.estimate_tool && campaign.observes.sees_orientation() {
@@ -95,6 +79,26 @@ pub fn rough(
         put(&mut values, model.tool.1 + 3, rotation_vector(&nearest_rotation(&sum)));
     }
     Ok(values)
+}
+
+/// The frame of each reading's marker or of the tool, base axes.
+fn frames(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<Transform>, PredictionError> {
+    let geometry = Geometry::new(model, values)?;
+    let mut placements = Placements::default();
+    let mut frames = Vec::with_capacity(campaign.readings.len());
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        geometry.place(campaign.configuration(index), &mut placements).map_err(|source| PredictionError::Assembly {
+            row: reading.row,
+            pose: campaign.poses[reading.pose].clone(),
+            source,
+        })?;
+        frames.push(placements.frames[reading.marker.map_or(model.tool.0, |m| model.markers[m].frame)]);
+    }
+    Ok(frames)
+}
+
+fn at(values: &[f64], slot: Slot) -> Vector3<f64> {
+    Vector3::new(values[slot], values[slot + 1], values[slot + 2])
 }
 
 fn put(values: &mut [f64], slot: Slot, vector: Vector3<f64>) {

@@ -13,6 +13,7 @@ mod dual;
 mod effects;
 mod elastic_campaigns;
 mod elastic_derivatives;
+mod element;
 mod equilibrium;
 mod equivalences;
 mod estimation;

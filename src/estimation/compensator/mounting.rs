@@ -1,53 +1,11 @@
-//! Gravity compensator of a heavy robot: where its spring is hung, and what it adds to the joint it unloads (joint 2 of the paper).
-//!
-//! Source: KR-270 paper (Wu, Klimchik and co-authors), sec. III.C-E. The spring acts between P0 on link 1 and P1 on
-//! link 2, which turns about P2, the axis of joint 2. With L = |P1 P2|, a = |P0 P2| its length obeys
-//! s^2 = a^2 + L^2 + 2 a L cos(alpha), alpha = phi + q, and it adds (eq. (10), (11))
-//!
-//! ```text
-//! K2 = K0 + Kc a L eta,  eta = (s0 / s) (a L / s^2 sin(alpha)^2 + cos(alpha)) - cos(alpha)
-//! ```
-//!
-//! to the stiffness of the joint. Angles are counted as the joint's own; the plane of motion is read from the measured
-//! circle: `along` is the direction from P2 to P1 at q = 0, `across` that at q = 90 deg. The paper's ax is counted
-//! against `across`, its ay against `along`, so that phi = -atan2(ax, ay): its -79.81 deg, and no other reading of its
-//! drawing, returns its Table IX.
+//! Where the spring is hung, from measured points: KR-270 paper, eq. (6), (7). Positions in m in any axes, angles in rad.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
-use super::covariance::Covariance;
-use crate::least_squares::{self, Bounds, EvaluationError, Problem, UsageError};
+use super::value::{CompensatorError, DEGENERATE, Value, refuse};
+use crate::estimation::covariance::Covariance;
+use crate::least_squares::{self, Bounds, EvaluationError, Problem};
 use crate::math::left_jacobian;
-use crate::math::linear::{Svd, cofactor};
-use crate::math::quantiles::{normal95, t95};
-
-/// Ratio of the least to the greatest singular value (or of their squares) below which points or angles leave a direction
-/// open: rounding of measured coordinates is far above it.
-const DEGENERATE: f64 = 1e-9;
-
-/// A value with the half width of its 95 % interval, if the data leave anything to judge it by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
-    /// SI.
-    pub value: f64,
-    /// SI.
-    pub ci95: Option<f64>,
-}
-
-/// Why a compensator cannot be found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct CompensatorError(pub String);
-
-impl From<UsageError> for CompensatorError {
-    fn from(error: UsageError) -> Self {
-        Self(error.to_string())
-    }
-}
-
-fn refuse<T>(message: impl Into<String>) -> Result<T, CompensatorError> {
-    Err(CompensatorError(message.into()))
-}
 
 /// The circle of P1 about P2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,74 +30,6 @@ pub struct Mounting {
     /// Standard deviation of a coordinate about the fitted circles, m; `None` where there are no more coordinates than
     /// unknowns.
     pub sigma: Option<f64>,
-}
-
-/// L, ax and ay, m: the mounting as the law of the spring takes it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Triangle {
-    /// L
-    pub lever: f64,
-    /// ax
-    pub ax: f64,
-    /// ay
-    pub ay: f64,
-}
-
-impl Triangle {
-    /// a, m.
-    pub fn base(&self) -> f64 {
-        self.ax.hypot(self.ay)
-    }
-
-    /// phi, rad.
-    pub fn phase(&self) -> f64 {
-        -self.ax.atan2(self.ay)
-    }
-
-    /// Length of the spring at joint angle `q`, m.
-    pub fn length(&self, q: f64) -> f64 {
-        let (a, l) = (self.base(), self.lever);
-        (a * a + l * l + 2.0 * a * l * (self.phase() + q).cos()).max(0.0).sqrt()
-    }
-
-    /// Row of eq. (14): K2 = row . (K0, Kc, s0 Kc).
-    pub fn row(&self, q: f64) -> [f64; 3] {
-        let (al, s, alpha) = (self.base() * self.lever, self.length(q), self.phase() + q);
-        [1.0, -al * alpha.cos(), al / s * (al / (s * s) * alpha.sin().powi(2) + alpha.cos())]
-    }
-}
-
-/// Compliance of the joint found at one of its angles.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointCompliance {
-    /// rad
-    pub angle: f64,
-    /// rad/(N.m)
-    pub compliance: f64,
-    /// Half width of its 95 % interval, if known.
-    pub ci95: Option<f64>,
-}
-
-/// What the spring is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Elasticity {
-    /// Compliance of the joint without the spring, rad/(N.m).
-    pub joint: Value,
-    /// Compliance of the spring, m/N.
-    pub spring: Value,
-    /// Its free length, m.
-    pub free_length: Value,
-    /// Root mean square of the compliances less the fitted ones, rad/(N.m).
-    pub rms: f64,
-}
-
-impl Elasticity {
-    /// Compliance of the joint at an angle, rad/(N.m).
-    pub fn compliance(&self, at: &Triangle, q: f64) -> f64 {
-        let row = at.row(q);
-        let rate = 1.0 / self.spring.value;
-        1.0 / (row[0] / self.joint.value + rate * (row[1] + row[2] * self.free_length.value))
-    }
 }
 
 /// L, P2 and the axis from positions of P1 (m, any axes) at joint angles (rad): eq. (6), the rotation by Procrustes'
@@ -369,72 +259,4 @@ impl Problem for Distances<'_> {
         }
         Ok(())
     }
-}
-
-/// k2_0, kc and s0 from compliances of the joint at several of its angles: eq. (13), (14), linear in the stiffnesses.
-/// Where all compliances have intervals, they are weighted by them.
-///
-/// # Errors
-/// Fewer than three compliances, or some that no spring explains.
-pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity, CompensatorError> {
-    if found.len() < 3 {
-        return refuse(format!(
-            "{} compliances do not determine three numbers: three angles or more are needed",
-            found.len()
-        ));
-    }
-    if found.iter().any(|k| k.compliance.is_nan() || k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0)) {
-        return refuse("compliances and their intervals must be above 0");
-    }
-    if found.iter().any(|k| at.length(k.angle).is_nan() || at.length(k.angle) < 1e-6) {
-        return refuse("the spring has no length at one of the angles: check L, ax and ay");
-    }
-    let stated = found.iter().all(|k| k.ci95.is_some());
-    // Of a stiffness 1/k.
-    let sigma = |k: &JointCompliance| match k.ci95 {
-        Some(ci) if stated => ci / normal95() / (k.compliance * k.compliance),
-        _ => 1.0,
-    };
-    let matrix = DMatrix::from_fn(found.len(), 3, |i, j| at.row(found[i].angle)[j] / sigma(&found[i]));
-    let right = DVector::from_iterator(found.len(), found.iter().map(|k| 1.0 / k.compliance / sigma(k)));
-    let norms: Vec<f64> = matrix.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let Some(svd) = Svd::new(&DMatrix::from_fn(found.len(), 3, |i, j| matrix[(i, j)] / norms[j])) else {
-        return refuse("the stiffnesses cannot be separated");
-    };
-    if svd.values[2] < DEGENERATE * svd.values[0] {
-        return refuse(
-            "the angles do not separate the joint from the spring: three different angles or more are needed",
-        );
-    }
-    let along = svd.left.tr_mul(&right).component_div(&DVector::from_column_slice(&svd.values));
-    let scaled = &svd.right * along;
-    let [joint, rate, preload] = [0, 1, 2].map(|k| scaled[k] / norms[k]);
-    if joint <= 0.0 || rate <= 0.0 {
-        return refuse(format!(
-            "no spring explains these compliances: the joint alone would have {joint:.3e} N.m/rad and the spring {rate:.3e} N/m"
-        ));
-    }
-    let residual = &right - &matrix * DVector::from_column_slice(&[joint, rate, preload]);
-    let degrees = found.len() as f64 - 3.0;
-    // Half width over the root of the cofactor: by the residuals, else by the stated intervals.
-    let size = match (degrees > 0.0, stated) {
-        (true, _) => Some(residual.norm() / degrees.sqrt() * t95(degrees)),
-        (false, true) => Some(normal95()),
-        (false, false) => None,
-    };
-    let cofactor = cofactor(&matrix);
-    // Widths of 1/K0, 1/Kc and (s0 Kc)/Kc to first order.
-    let width = |gradient: [f64; 3]| {
-        let g = DVector::from_column_slice(&gradient);
-        size.map(|size| size * (&cofactor * &g).dot(&g).max(0.0).sqrt())
-    };
-    let mut result = Elasticity {
-        joint: Value { value: 1.0 / joint, ci95: width([1.0 / (joint * joint), 0.0, 0.0]) },
-        spring: Value { value: 1.0 / rate, ci95: width([0.0, 1.0 / (rate * rate), 0.0]) },
-        free_length: Value { value: preload / rate, ci95: width([0.0, -preload / (rate * rate), 1.0 / rate]) },
-        rms: 0.0,
-    };
-    let squares = found.iter().map(|k| (k.compliance - result.compliance(at, k.angle)).powi(2)).sum::<f64>();
-    result.rms = (squares / found.len() as f64).sqrt();
-    Ok(result)
 }
