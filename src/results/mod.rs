@@ -8,6 +8,7 @@
 
 mod blind;
 mod compensation;
+mod compensator;
 mod diagnosis;
 mod errors;
 mod fuzzy;
@@ -27,6 +28,7 @@ mod view;
 
 pub use blind::{BlindScore, ScoredCampaign};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
+pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
 pub use fuzzy::{

@@ -16,7 +16,7 @@ use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, bundled_robots};
 use crate::render::blind::score_text;
-use crate::results::BlindScore;
+use crate::results;
 use crate::simulation::generator;
 
 pub fn run(command: &Blind, session: &Session) -> Result<Output, Error> {
@@ -201,5 +201,5 @@ fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
         all.push(answer.open(truth));
     }
     let figures = score(&all);
-    Output::new(score_text(&figures, &all, session.terminal.screen), &BlindScore::new(&figures, &all))
+    Output::new(score_text(&figures, &all, session.terminal.screen), &results::BlindScore::new(&figures, &all))
 }
