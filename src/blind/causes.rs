@@ -1,165 +1,214 @@
-//! Which causes are drawn: effects of the catalogue in shapes of their own, and what no catalogue knows.
+//! Which causes are drawn: effects of the catalogue in shapes of their own, and what no catalogue knows. Lengths in m,
+//! angles in rad, loads in N and N.m; the shapes say what their numbers are.
 
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::plant::{joint_of, lengths_of};
+use super::loads::{joint_of, lengths_of};
 use super::shapes::Shape;
 use crate::model::Model;
 
-/// Effect, site, shape.
+/// Effect, site, shape; none where the robot has not what the shape needs.
 type Named = Option<(&'static str, String, Shape)>;
 
+/// A turn, rad.
+const TURN: f64 = std::f64::consts::TAU;
+
 /// An effect of the catalogue at a site, in a shape of its own.
-pub fn known(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
+pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Named {
+    let variable = random.random_range(0..model.variables.len());
+    let frame = random.random_range(1..model.frames.len());
+    let mut draw = Draw { model, random, variable, joint: joint_of(model, variable), frame };
+    if is_deflection { draw.of_deflection() } else { draw.of_position() }
+}
+
+/// Something that the catalogue does not know.
+pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Named {
     let count = model.variables.len();
     let variable = random.random_range(0..count);
-    let joint = joint_of(model, variable);
-    let at_joint = format!("joint:{}", model.frames[joint].name);
-    let frame = random.random_range(1..model.frames.len());
-    let at_link = format!("link:{}", model.frames[frame].name);
-    let is_serial = model.actuators.is_empty();
-    let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-    let slot = |name: String| model.registry.slot(&name);
-    let constants = |names: Vec<(String, f64)>| -> Option<Shape> {
-        let slots: Vec<_> = names.into_iter().filter_map(|(name, share)| Some((slot(name)?, share))).collect();
-        (!slots.is_empty()).then_some(Shape::Constants(slots))
+    let kind = random.random_range(0..4);
+    let mut draw = Draw { model, random, variable, joint: joint_of(model, variable), frame: 0 };
+    let by_load = is_deflection;
+    let (name, shape) = match kind {
+        0 => {
+            let a = draw.within(0.0, count as f64) as usize % count;
+            let b = (a + 1 + draw.within(0.0, count as f64 - 1.0) as usize) % count;
+            ("product of two joints", Shape::Product { variable, of: [a, b], by_load })
+        }
+        1 => ("hoses", Shape::Hoses { variable, of: [0, 3.min(count - 1)], by_load }),
+        2 => {
+            let waves = (0..12)
+                .map(|_| {
+                    let frequencies = (0..count).map(|_| draw.within(-1.5, 1.5)).collect();
+                    let along = draw.vector();
+                    (frequencies, draw.within(0.0, 6.3), along)
+                })
+                .collect();
+            ("smooth function", Shape::Smooth { waves, by_force: by_load })
+        }
+        _ => {
+            let marker = draw.within(0.0, model.markers.len() as f64) as usize % model.markers.len();
+            let by = draw.vector();
+            ("slipped marker", Shape::Slip { marker, at: draw.within(0.25, 0.75), by })
+        }
     };
-    let name = &model.frames[frame].name;
-    let turn = std::f64::consts::TAU;
-    let of_load = |draw: usize, within: &mut dyn FnMut(f64, f64) -> f64| -> Named {
-        Some(match draw {
-            0 => ("joint-stiffening", at_joint.clone(), Shape::WindUp { variable, soft: within(0.06, 0.5) }),
-            1 if is_serial => {
-                ("bearing-compliance", at_joint.clone(), Shape::Tilt { frame: joint, unequal: within(-0.25, 0.25) })
+    Some((name, String::new(), shape))
+}
+
+/// A draw of one cause: a variable with its joint, a frame, and what is random in the shape.
+struct Draw<'a> {
+    model: &'a Model,
+    random: &'a mut ChaCha8Rng,
+    variable: usize,
+    joint: usize,
+    frame: usize,
+}
+
+impl Draw<'_> {
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.random.random::<f64>()
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.within(-1.0, 1.0), self.within(-1.0, 1.0), self.within(-1.0, 1.0))
+    }
+
+    fn at_joint(&self, joint: usize) -> String {
+        format!("joint:{}", self.model.frames[joint].name)
+    }
+
+    fn at_link(&self) -> String {
+        format!("link:{}", self.model.frames[self.frame].name)
+    }
+
+    /// Other constants of an owner, by symbol and share; none where the robot has none of them.
+    fn constants(&self, owner: &str, shares: &[(&str, f64)]) -> Option<Shape> {
+        let slot =
+            |(symbol, share): &(&str, f64)| Some((self.model.registry.slot(&format!("{owner}.{symbol}"))?, *share));
+        let slots: Vec<_> = shares.iter().filter_map(slot).collect();
+        (!slots.is_empty()).then_some(Shape::Constants(slots))
+    }
+
+    fn is_serial(&self) -> bool {
+        self.model.actuators.is_empty()
+    }
+
+    /// Effects that a load shows, in deflections and in positions under own weight.
+    fn of_load(&mut self, kind: usize) -> Named {
+        let (variable, joint, frame) = (self.variable, self.joint, self.frame);
+        let at_joint = self.at_joint(joint);
+        Some(match kind {
+            0 => ("joint-stiffening", at_joint, Shape::WindUp { variable, soft: self.within(0.06, 0.5) }),
+            1 if self.is_serial() => {
+                ("bearing-compliance", at_joint, Shape::Tilt { frame: joint, unequal: self.within(-0.25, 0.25) })
             }
             1 => {
-                let joint = &model.frames[joint].name;
-                ("bearing-compliance", at_joint.clone(), constants(vec![(format!("joint{joint}.krr"), 1.0)])?)
+                let owner = format!("joint{}", self.model.frames[joint].name);
+                ("bearing-compliance", at_joint, self.constants(&owner, &[("krr", 1.0)])?)
             }
             2 => {
-                let shares = [within(0.6, 1.4), within(0.6, 1.4)];
-                ("base-compliance", "base".into(), Shape::Rocking { shares, more: within(-0.2, 0.3) })
+                let shares = [self.within(0.6, 1.4), self.within(0.6, 1.4)];
+                ("base-compliance", "base".into(), Shape::Rocking { shares, more: self.within(-0.2, 0.3) })
             }
             3 => {
-                let bending = [within(0.5, 1.5), within(0.5, 1.5), within(0.0, 1.0)];
-                let names = ["bending_y", "bending_z", "torsion"].iter().zip(bending);
-                let names = names.map(|(symbol, share)| (format!("link{name}.{symbol}"), share)).collect();
-                ("link-compliance", at_link.clone(), constants(names)?)
+                let [y, z, torsion] = [self.within(0.5, 1.5), self.within(0.5, 1.5), self.within(0.0, 1.0)];
+                let owner = format!("link{}", self.model.frames[frame].name);
+                let shares = [("bending_y", y), ("bending_z", z), ("torsion", torsion)];
+                ("link-compliance", self.at_link(), self.constants(&owner, &shares)?)
             }
-            _ => ("backlash", at_joint.clone(), Shape::Pressed { variable, soft: within(0.01, 0.03) }),
+            _ => ("backlash", at_joint, Shape::Pressed { variable, soft: self.within(0.01, 0.03) }),
         })
-    };
-    if deflection {
-        return match within(0.0, 9.0) as usize {
-            draw @ 0..=4 => of_load(draw, &mut within),
-            5 | 6 if is_serial => {
-                let variable = usize::from(within(0.0, 3.0) > 1.0);
-                let variable = variable + usize::from(variable == 1 && within(0.0, 3.0) > 2.0);
-                let at = format!("joint:{}", model.frames[joint_of(model, variable)].name);
-                let (a, b) = (within(0.3, 0.9), within(0.1, 0.3));
-                let (angle, free) = (within(0.0, turn), within(0.5, 0.9) * (a - b));
-                let compliance = slot(format!("joint{}.kar", model.frames[joint_of(model, variable)].name))
-                    .map_or(1e-6, |slot| model.registry[slot].nominal.max(1e-8));
-                Some((
-                    "gravity-compensator",
-                    at,
-                    Shape::Spring { variable, compliance, a, b, angle, free, rate: 1e-3 / compliance },
-                ))
-            }
+    }
+
+    fn of_deflection(&mut self) -> Named {
+        match self.within(0.0, 9.0) as usize {
+            kind @ 0..=4 => self.of_load(kind),
+            5 | 6 if self.is_serial() => Some(self.balancing_spring()),
             5 | 6 => {
-                let actuator = model.actuators.get(usize::from(within(0.0, 1.0) > 0.5))?;
-                let shape = constants(vec![(format!("{}.axial", actuator.name), 1.0)])?;
+                let actuator = self.model.actuators.get(usize::from(self.within(0.0, 1.0) > 0.5))?;
+                let shape = self.constants(&actuator.name, &[("axial", 1.0)])?;
                 Some(("actuator-compliance", format!("actuator:{}", actuator.name), shape))
             }
             7 => Some(("payload", "tool".into(), Shape::Gain)),
             _ => Some(("instrument-scale", "instrument".into(), Shape::Scale)),
-        };
+        }
     }
-    match within(0.0, 16.0) as usize {
-        draw @ 0..=3 => of_load(draw, &mut within),
-        4 | 5 => {
-            let orders = [1.0, 2.0, 2.0, 3.0, 4.0, 5.0, 7.0];
-            let order = orders[(within(0.0, 7.0) as usize).min(6)];
-            let second = [within(0.05, 0.3), within(0.0, turn)];
-            Some(("transmission-error", at_joint, Shape::Swing { variable, order, phase: within(0.0, turn), second }))
-        }
-        6 | 7 => Some(("backlash", at_joint, Shape::Play { variable, by_load: within(-0.3, 0.3) })),
-        8 => Some(("gear-ratio", at_joint, Shape::Ratio { variable, zero: within(-1.0, 1.0) })),
-        9 => {
-            let other = (variable + 1 + within(0.0, (count - 1) as f64) as usize) % count;
-            (other != variable).then_some(("joint-coupling", at_joint, Shape::Follows { variable, other }))
-        }
-        10 => Some(("joint-compliance", at_joint, Shape::Gives { variable, less: within(0.0, 0.2) })),
-        11 => {
-            let names = [("mass", 1.0), ("x", within(-5e-3, 5e-3)), ("y", within(-5e-3, 5e-3))];
-            let names = names.map(|(symbol, share)| (format!("body{name}.{symbol}"), share)).to_vec();
-            (frame != model.tool.0).then_some(())?;
-            Some(("link-weight", at_link, constants(names)?))
-        }
-        12 => {
-            let tool = &model.frames[model.tool.0].name;
-            let names = [("mass", 1.0), ("z", within(0.0, 3e-3))];
-            let names = names.map(|(symbol, share)| (format!("body{tool}.{symbol}"), share)).to_vec();
-            Some(("payload", "tool".into(), constants(names)?))
-        }
-        13 => {
-            let lengths = lengths_of(model, frame);
-            (!lengths.is_empty()).then_some(("thermal-expansion", at_link, Shape::Growth(lengths)))
-        }
-        14 => {
-            let jump = within(0.0, 1.0) > 0.5;
-            let mut normal = |size: f64| size * (within(0.0, 1.0) + within(0.0, 1.0) + within(0.0, 1.0) - 1.5);
-            let mut knot = || [1.0, 1.0, 1.0, 0.4, 0.4, 0.4].map(&mut normal);
-            let knots = if jump {
-                vec![[0.0; 6], knot()]
-            } else {
-                // A walk that keeps on in the main, with turns.
-                let (trend, mut at) = (knot(), [0.0; 6]);
-                (0..5)
-                    .map(|_| {
-                        let step = knot();
-                        let before = at;
-                        (0..6).for_each(|k| at[k] += trend[k] + 0.5 * step[k]);
-                        before
-                    })
-                    .collect()
-            };
-            Some(("frame-drift", "base".into(), Shape::Wanders { knots, jump }))
-        }
-        _ => Some(("instrument-scale", "instrument".into(), Shape::Scale)),
-    }
-}
 
-/// Something that the catalogue does not know.
-pub fn unknown(model: &Model, deflection: bool, random: &mut ChaCha8Rng) -> Named {
-    let count = model.variables.len();
-    let variable = random.random_range(0..count);
-    let none = String::new;
-    let draw = random.random_range(0..4);
-    let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-    match draw {
-        0 => {
-            let a = within(0.0, count as f64) as usize % count;
-            let b = (a + 1 + within(0.0, count as f64 - 1.0) as usize) % count;
-            Some(("product of two joints", none(), Shape::Product { variable, of: [a, b], yields: deflection }))
+    /// A spring that balances joint 1, 2 or 3, the stiffness of which goes with that of the joint.
+    fn balancing_spring(&mut self) -> (&'static str, String, Shape) {
+        let variable = usize::from(self.within(0.0, 3.0) > 1.0);
+        let variable = variable + usize::from(variable == 1 && self.within(0.0, 3.0) > 2.0);
+        let joint = joint_of(self.model, variable);
+        let (a, b) = (self.within(0.3, 0.9), self.within(0.1, 0.3));
+        let (angle, free) = (self.within(0.0, TURN), self.within(0.5, 0.9) * (a - b));
+        let compliance = self
+            .model
+            .registry
+            .slot(&format!("joint{}.kar", self.model.frames[joint].name))
+            .map_or(1e-6, |slot| self.model.registry[slot].nominal.max(1e-8));
+        let shape = Shape::Spring { variable, compliance, a, b, angle, free, rate: 1e-3 / compliance };
+        ("gravity-compensator", self.at_joint(joint), shape)
+    }
+
+    fn of_position(&mut self) -> Named {
+        let (model, variable, frame, count) = (self.model, self.variable, self.frame, self.model.variables.len());
+        let (at_joint, at_link) = (self.at_joint(self.joint), self.at_link());
+        Some(match self.within(0.0, 16.0) as usize {
+            kind @ 0..=3 => return self.of_load(kind),
+            4 | 5 => {
+                let orders = [1.0, 2.0, 2.0, 3.0, 4.0, 5.0, 7.0];
+                let order = orders[(self.within(0.0, 7.0) as usize).min(6)];
+                let second = [self.within(0.05, 0.3), self.within(0.0, TURN)];
+                let phase = self.within(0.0, TURN);
+                ("transmission-error", at_joint, Shape::Swing { variable, order, phase, second })
+            }
+            6 | 7 => ("backlash", at_joint, Shape::Play { variable, by_load: self.within(-0.3, 0.3) }),
+            8 => ("gear-ratio", at_joint, Shape::Ratio { variable, zero: self.within(-1.0, 1.0) }),
+            9 => {
+                let other = (variable + 1 + self.within(0.0, (count - 1) as f64) as usize) % count;
+                (other != variable).then_some(("joint-coupling", at_joint, Shape::Follows { variable, other }))?
+            }
+            10 => ("joint-compliance", at_joint, Shape::Compliant { variable, less: self.within(0.0, 0.2) }),
+            11 => {
+                let shares = [("mass", 1.0), ("x", self.within(-5e-3, 5e-3)), ("y", self.within(-5e-3, 5e-3))];
+                (frame != model.tool.0).then_some(())?;
+                let owner = format!("body{}", model.frames[frame].name);
+                ("link-weight", at_link, self.constants(&owner, &shares)?)
+            }
+            12 => {
+                let shares = [("mass", 1.0), ("z", self.within(0.0, 3e-3))];
+                let owner = format!("body{}", model.frames[model.tool.0].name);
+                ("payload", "tool".into(), self.constants(&owner, &shares)?)
+            }
+            13 => {
+                let lengths = lengths_of(model, frame);
+                (!lengths.is_empty()).then_some(("thermal-expansion", at_link, Shape::Growth(lengths)))?
+            }
+            14 => ("frame-drift", "base".into(), self.drift()),
+            _ => ("instrument-scale", "instrument".into(), Shape::Scale),
+        })
+    }
+
+    /// A jump, or a walk that keeps on in the main, with turns.
+    fn drift(&mut self) -> Shape {
+        let jump = self.within(0.0, 1.0) > 0.5;
+        if jump {
+            return Shape::Wanders { knots: vec![[0.0; 6], self.knot()], jump };
         }
-        1 => Some(("hoses", none(), Shape::Hoses { variable, of: [0, 3.min(count - 1)], yields: deflection })),
-        2 => {
-            let waves = (0..12)
-                .map(|_| {
-                    let w = (0..count).map(|_| within(-1.5, 1.5)).collect();
-                    let along = Vector3::new(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0));
-                    (w, within(0.0, 6.3), along)
-                })
-                .collect();
-            Some(("smooth function", none(), Shape::Smooth { waves, by_force: deflection }))
-        }
-        _ => {
-            let marker = within(0.0, model.markers.len() as f64) as usize % model.markers.len();
-            let by = Vector3::new(within(-1.0, 1.0), within(-1.0, 1.0), within(-1.0, 1.0));
-            Some(("slipped marker", none(), Shape::Slip { marker, at: within(0.25, 0.75), by }))
-        }
+        let (trend, mut at) = (self.knot(), [0.0; 6]);
+        let mut step = || {
+            let step = self.knot();
+            let before = at;
+            (0..6).for_each(|k| at[k] += trend[k] + 0.5 * step[k]);
+            before
+        };
+        Shape::Wanders { knots: (0..5).map(|_| step()).collect(), jump }
+    }
+
+    /// Displacement and rotation of about normal distribution, the rotations smaller.
+    fn knot(&mut self) -> [f64; 6] {
+        [1.0, 1.0, 1.0, 0.4, 0.4, 0.4]
+            .map(|size| size * (self.within(0.0, 1.0) + self.within(0.0, 1.0) + self.within(0.0, 1.0) - 1.5))
     }
 }

@@ -4,20 +4,15 @@ use nalgebra::{DVector, Vector3};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::causes::{known, unknown};
-use super::ground::{Ground, each_shows};
+use super::design::{Bench, Design, normal};
 use super::plant::Plant;
+use super::projection::{Projection, each_shows};
 use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
-use crate::description::campaign::{Campaign, Conditions, Reading};
-use crate::effects::Nonlinear;
-use crate::kinematics::Geometry;
-use crate::model::Model;
-use crate::observation::{DEFLECTION, POSITION};
+use crate::description::campaign::Campaign;
 use crate::prediction::PredictionError;
-use crate::simulation::{draw_configurations, draw_errors};
 
 /// What a sealed campaign hides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +40,16 @@ impl Kind {
             Self::Unknown => "unknown",
         }
     }
+
+    /// Number of causes.
+    fn causes(self) -> usize {
+        match self {
+            Self::Null => 0,
+            Self::Single | Self::Unknown => 1,
+            Self::Pair => 2,
+            Self::Triple => 3,
+        }
+    }
 }
 
 /// A sealed campaign, its hold-out and its truth.
@@ -58,206 +63,127 @@ pub struct Drawn {
     pub truth: Truth,
 }
 
-/// Least and greatest gap after calibration, over the noise.
+/// Least and greatest gap after calibration, over the noise: from hardly visible to plain.
 const GAPS: [f64; 2] = [1.2, 6.0];
+/// How much greater the gap of each of several causes is, which hide behind each other.
+const OF_SEVERAL: f64 = 1.2;
+/// Causes that are drawn before a campaign goes with fewer than it should have.
+const MOST_DRAWS: usize = 400;
+/// Least load of own weight on a joint that a spring balances, as a share of that on the most loaded joint.
+const BALANCED: f64 = 0.25;
+/// Least load on a joint whose compliance shows, as a share of that on the most loaded joint.
+const LOADED: f64 = 0.02;
+/// Share of nulls and of single causes that have outliers in addition.
+const WITH_OUTLIERS: [f64; 2] = [0.4, 0.06];
+/// Displacement of an outlier: least, and how much more at most, over the noise.
+const OUTLIER: [f64; 2] = [15.0, 60.0];
 
-/// Draws a campaign of a kind. `deflection`: of deflections under three loads, else absolute positions.
+/// Draws a sealed campaign.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
-pub fn draw(
-    model: &Model,
-    robot: &str,
-    name: &str,
-    kind: Kind,
-    deflection: bool,
-    poses: usize,
-    random: &mut ChaCha8Rng,
-) -> Result<Drawn, PredictionError> {
-    let sigma = 3e-5 + 1e-5 * random.random::<f64>();
-    // What the campaign does not calibrate is as described, so that a null is one.
-    let (geometry, elastic) = if deflection { (0.0, 1.0) } else { (1.0, 0.0) };
-    let mut values = draw_errors(model, geometry, elastic, random);
-    if let Some(effect) = model.catalogue.get("joint-compliance") {
-        let calibrated: Vec<usize> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
-        for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
-            values[slot] = model.registry[slot].nominal;
-        }
-    }
-    if !deflection {
-        for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
-            values[model.base + k] += size * (2.0 * random.random::<f64>() - 1.0);
-        }
-        for slot in model.markers.iter().flat_map(|marker| marker.slot..marker.slot + 3) {
-            let draw: f64 = StandardNormal.sample(random);
-            values[slot] += 2e-3 * draw;
-        }
-    }
-    let wrenches: Vec<[f64; 6]> = (0..3)
-        .map(|k| {
-            let size = 800.0 + 1800.0 * random.random::<f64>();
-            let along = Vector3::from_fn(|_, _| -> f64 { StandardNormal.sample(random) });
-            let along = (along.normalize() - Vector3::z() * if k == 0 { 2.0 } else { 0.6 }).normalize() * size;
-            [along.x.round(), along.y.round(), along.z.round(), 0.0, 0.0, 0.0]
-        })
-        .collect();
-    let mut campaign = plan(model, &values, deflection, poses, &wrenches, sigma, 0.0, random)?;
-    let fresh = plan(model, &values, deflection, poses, &wrenches, sigma, 0.5, random)?;
+pub fn draw(design: &Design, name: &str, kind: Kind, random: &mut ChaCha8Rng) -> Result<Drawn, PredictionError> {
+    let bench = Bench::draw(*design, random);
+    let mut campaign = bench.planned(0.0, random)?;
+    let mut fresh = bench.planned(0.5, random)?;
+    let projection = Projection::new(design.model, &bench.values, &campaign)?;
+    let (plant, causes) = drawn_causes(&bench, &campaign, &projection, kind, random)?;
+    let outliers = drawn_outliers(kind, campaign.readings.len(), random);
+    let mut with_outliers = plant.clone();
+    with_outliers.causes.push((Shape::Outliers(outliers.clone()), 1.0));
+    let left = projection.rms(&plant.readings(&campaign, bench.sigma)?, &campaign);
+    let shown = with_outliers.readings(&campaign, bench.sigma)?;
+    bench.measure(&mut campaign, &shown, random);
+    let shown = plant.readings(&fresh, bench.sigma)?;
+    bench.measure(&mut fresh, &shown, random);
     campaign.name = name.into();
-    let ground = Ground::new(model, &values, &campaign)?;
-    let wanted = match kind {
-        Kind::Null => 0,
-        Kind::Single | Kind::Unknown => 1,
-        Kind::Pair => 2,
-        Kind::Triple => 3,
-    };
-    let mut plant = Plant { model, values, causes: Vec::new() };
-    let (weight, load) = (plant.own_loads(&campaign)?, plant.all_loads(&campaign)?);
-    let mut beside: Vec<DVector<f64>> = Vec::new();
-    let mut told: Vec<TruthCause> = Vec::new();
-    for _ in 0..400 {
-        if told.len() == wanted {
-            break;
-        }
-        let drawn =
-            if kind == Kind::Unknown { unknown(model, deflection, random) } else { known(model, deflection, random) };
-        let Some((effect, site, shape)) = drawn else { continue };
-        if told.iter().any(|known| known.effect == effect || known.site == site) {
-            continue;
-        }
-        let spread = (GAPS[1] / GAPS[0]).ln();
-        let gap = GAPS[0] * (spread * random.random::<f64>()).exp() * if wanted > 1 { 1.2 } else { 1.0 };
-        let unseen = sigma * 3.0_f64.sqrt() * (gap.min(GAPS[1]).powi(2) - 1.0).sqrt();
-        // Nobody balances a joint that own weight hardly loads.
-        if let Shape::Spring { variable, .. } = shape
-            && weight[variable] < 0.25 * weight.iter().copied().fold(0.0, f64::max)
-        {
-            continue;
-        }
-        // A joint that nothing loads shows no spring, however soft.
-        if let Shape::WindUp { variable, .. } | Shape::Gives { variable, .. } | Shape::Pressed { variable, .. } = shape
-            && load[variable] < 0.02 * load.iter().copied().fold(0.0, f64::max)
-        {
-            continue;
-        }
-        let Some((size, own)) = ground.size(&plant, &campaign, &shape, sigma, unseen)? else { continue };
-        let together: Vec<DVector<f64>> = beside.iter().cloned().chain([own]).collect();
-        if !each_shows(&together) {
-            continue;
-        }
-        beside = together;
-        let size = if matches!(shape, Shape::Gain | Shape::Scale | Shape::Growth(_)) && random.random() {
-            -size
-        } else {
-            size
-        };
-        told.push(TruthCause { effect: effect.into(), site, size, gap, shape: format!("{shape:?}") });
-        plant.causes.push((shape, size));
-    }
-    let mut outliers = Vec::new();
-    if kind == Kind::Null && random.random::<f64>() < 0.4 || kind == Kind::Single && random.random::<f64>() < 0.06 {
-        let count = random.random_range(1..5);
-        let mut order: Vec<usize> = (0..campaign.readings.len()).collect();
-        order.shuffle(random);
-        for &reading in &order[..count] {
-            let along = Vector3::from_fn(|_, _| -> f64 { StandardNormal.sample(random) }).normalize();
-            outliers.push((reading, along * (15.0 + 60.0 * random.random::<f64>())));
-        }
-        outliers.sort_by_key(|o| o.0);
-    }
-    let mut machine = plant.clone();
-    machine.causes.push((Shape::Wrong(outliers.clone()), 1.0));
-    let clean = plant.readings(&campaign, sigma)?;
-    let total = ground.left(&clean, &campaign);
-    let rows = outliers.iter().map(|(reading, _)| reading + 1).collect();
-    let seen = machine.readings(&campaign, sigma)?;
-    measure(&mut campaign, &seen, sigma, random);
-    let mut held = fresh;
-    let seen = plant.readings(&held, sigma)?;
-    measure(&mut held, &seen, sigma, random);
-    held.name = format!("{name}, afresh");
-    let unit = sigma * 3.0_f64.sqrt();
+    fresh.name = format!("{name}, afresh");
     let truth = Truth {
         name: name.into(),
         kind: kind.name().into(),
-        robot: robot.into(),
-        observes: if deflection { "deflection" } else { "position" }.into(),
-        noise: sigma,
-        gap: (1.0 + (total / unit).powi(2)).sqrt(),
-        causes: told,
-        outliers: rows,
+        robot: design.robot.into(),
+        observes: if design.is_deflection { "deflection" } else { "position" }.into(),
+        noise: bench.sigma,
+        gap: (1.0 + (left / bench.noise()).powi(2)).sqrt(),
+        causes,
+        outliers: outliers.iter().map(|(reading, _)| reading + 1).collect(),
     };
-    Ok(Drawn { campaign, fresh: held, truth })
+    Ok(Drawn { campaign, fresh, truth })
 }
 
-/// A campaign with nothing measured yet.
-#[allow(clippy::too_many_arguments)] // all that is drawn
-fn plan(
-    model: &Model,
-    values: &[f64],
-    deflection: bool,
-    poses: usize,
-    wrenches: &[[f64; 6]],
-    sigma: f64,
-    late: f64,
+/// The machine with its causes, each as large as leaves a drawn gap and showing something that the others do not.
+fn drawn_causes<'a>(
+    bench: &Bench<'a>,
+    campaign: &Campaign,
+    projection: &Projection,
+    kind: Kind,
     random: &mut ChaCha8Rng,
-) -> Result<Campaign, PredictionError> {
-    let geometry = Geometry::new(model, values)?;
-    let configurations = draw_configurations(&geometry, poses, 0.8, random)?;
-    let mut campaign = Campaign {
-        name: String::new(),
-        observes: if deflection { DEFLECTION } else { POSITION },
-        sigma: Some([sigma; 3]),
-        sigma_orientation: None,
-        estimate_base: !deflection,
-        estimate_tool: !deflection,
-        calibrate: if deflection {
-            vec!["joint-compliance".into()]
-        } else {
-            vec!["geometry".into(), "joint-offset".into()]
-        },
-        without: Vec::new(),
-        anchors: model.anchors.clone(),
-        poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
-        variables: model.variables.len(),
-        joints: Vec::new(),
-        readings: Vec::new(),
-        conditions: Conditions::default(),
-    };
-    let none = [[0.0; 6]];
-    let mut conditions = Conditions { approach: vec![None; model.variables.len()], ..Conditions::default() };
-    for (pose, q) in configurations.iter().enumerate() {
-        let time = (300.0 * (pose as f64 + late)).round();
-        let share = time / (300.0 * poses as f64);
-        let warm = 20.0 + 9.0 * (1.0 - (-3.0 * share).exp()) + 2.0 * (9.0 * share).sin();
-        let sides: Vec<f64> = model.variables.iter().map(|_| if random.random() { 1.0 } else { -1.0 }).collect();
-        for marker in 0..model.markers.len() {
-            for &wrench in if deflection { wrenches } else { &none[..] } {
-                let row = campaign.readings.len() + 1;
-                let marker = Some(marker);
-                let check = Some(false);
-                campaign.readings.push(Reading { row, pose, marker, measured: [0.0; 6], anchor: 0, wrench, check });
-                campaign.joints.extend_from_slice(q);
-                if !deflection {
-                    conditions.time.get_or_insert_default().push(time);
-                    conditions.temperature.get_or_insert_default().push((warm * 100.0).round() / 100.0);
-                    for (column, side) in conditions.approach.iter_mut().zip(&sides) {
-                        column.get_or_insert_default().push(*side);
-                    }
-                }
-            }
+) -> Result<(Plant<'a>, Vec<TruthCause>), PredictionError> {
+    let Design { model, is_deflection, .. } = bench.design;
+    let mut plant = Plant { model, values: bench.values.clone(), causes: Vec::new() };
+    let (weight, load) = (plant.own_loads(campaign)?, plant.all_loads(campaign)?);
+    let mut left_by_each: Vec<DVector<f64>> = Vec::new();
+    let mut truth: Vec<TruthCause> = Vec::new();
+    for _ in 0..MOST_DRAWS {
+        if truth.len() == kind.causes() {
+            break;
         }
+        let drawn = match kind {
+            Kind::Unknown => unknown(model, is_deflection, random),
+            _ => known(model, is_deflection, random),
+        };
+        let Some((effect, site, shape)) = drawn else { continue };
+        if truth.iter().any(|known| known.effect == effect || known.site == site) {
+            continue;
+        }
+        let several = if kind.causes() > 1 { OF_SEVERAL } else { 1.0 };
+        let gap = GAPS[0] * ((GAPS[1] / GAPS[0]).ln() * random.random::<f64>()).exp() * several;
+        let unseen = bench.noise() * (gap.min(GAPS[1]).powi(2) - 1.0).sqrt();
+        if !can_show(&shape, &weight, &load) {
+            continue;
+        }
+        let Some((size, left)) = projection.size(&plant, campaign, &shape, bench.sigma, unseen)? else { continue };
+        let together: Vec<DVector<f64>> = left_by_each.iter().cloned().chain([left]).collect();
+        if !each_shows(&together) {
+            continue;
+        }
+        left_by_each = together;
+        let has_sign = matches!(shape, Shape::Gain | Shape::Scale | Shape::Growth(_));
+        let size = if has_sign && random.random() { -size } else { size };
+        truth.push(TruthCause { effect: effect.into(), site, size, gap, shape: format!("{shape:?}") });
+        plant.causes.push((shape, size));
     }
-    campaign.conditions = conditions;
-    Ok(campaign)
+    Ok((plant, truth))
 }
 
-fn measure(campaign: &mut Campaign, seen: &[[f64; 3]], sigma: f64, random: &mut ChaCha8Rng) {
-    for (reading, seen) in campaign.readings.iter_mut().zip(seen) {
-        for (measured, seen) in reading.measured.iter_mut().zip(seen) {
-            let noise: f64 = StandardNormal.sample(random);
-            *measured = seen + sigma * noise;
+/// Whether a joint is loaded enough for a shape, given the greatest loads by own weight and by all, by variable.
+fn can_show(shape: &Shape, weight: &[f64], load: &[f64]) -> bool {
+    let reaches =
+        |all: &[f64], variable: usize, share: f64| all[variable] >= share * all.iter().copied().fold(0.0, f64::max);
+    match *shape {
+        // Builders balance the joints that carry the arm, and no others.
+        Shape::Spring { variable, .. } => reaches(weight, variable, BALANCED),
+        Shape::WindUp { variable, .. } | Shape::Compliant { variable, .. } | Shape::Pressed { variable, .. } => {
+            reaches(load, variable, LOADED)
         }
+        _ => true,
     }
+}
+
+/// Readings that are outliers, and their displacements over the noise.
+fn drawn_outliers(kind: Kind, readings: usize, random: &mut ChaCha8Rng) -> Vec<(usize, Vector3<f64>)> {
+    let mut outliers = Vec::new();
+    let has_any = kind == Kind::Null && random.random::<f64>() < WITH_OUTLIERS[0]
+        || kind == Kind::Single && random.random::<f64>() < WITH_OUTLIERS[1];
+    if has_any {
+        let count = random.random_range(1..5);
+        let mut order: Vec<usize> = (0..readings).collect();
+        order.shuffle(random);
+        for &reading in &order[..count] {
+            let along = Vector3::from_fn(|_, _| normal(random)).normalize();
+            outliers.push((reading, along * (OUTLIER[0] + OUTLIER[1] * random.random::<f64>())));
+        }
+        outliers.sort_by_key(|outlier| outlier.0);
+    }
+    outliers
 }

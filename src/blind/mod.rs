@@ -1,15 +1,18 @@
-//! Withheld effects: sealed campaigns whose causes the diagnosis is not told, and how often it finds them.
+//! Withheld effects: sealed campaigns whose causes are withheld from the diagnosis, and how often it finds them.
 //!
 //! The generator knows nothing of the catalogue's formulas. It moves joints, points and constants in shapes of its own,
 //! exactly and not to first order, as machines do; the catalogue is to recognise the cause all the same.
 
 mod causes;
-mod ground;
+mod design;
+mod loads;
 mod make;
 mod plant;
+mod projection;
 mod score;
 mod shapes;
 
+pub use design::Design;
 pub use make::{Drawn, Kind, draw};
 pub use plant::Plant;
 pub use score::{Answer, Class, Examined, Named, Score, Truth, TruthCause, examine, score};

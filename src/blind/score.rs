@@ -31,7 +31,7 @@ pub struct Truth {
     pub gap: f64,
     /// Causes.
     pub causes: Vec<TruthCause>,
-    /// Rows of wrong readings.
+    /// Rows of outliers.
     pub outliers: Vec<usize>,
 }
 
@@ -50,7 +50,7 @@ pub struct TruthCause {
     pub shape: String,
 }
 
-/// An effect at a site that was named, with what the campaign cannot tell from it.
+/// An effect at a site that was named, with what the campaign cannot distinguish from it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Named {
     /// Effect.
@@ -67,32 +67,32 @@ impl Named {
         self.effect == effect || self.group() <= GROUP && self.rivals.iter().any(|(rival, _)| rival == effect)
     }
 
-    /// Whether the effect is told at a site.
+    /// Whether it, or its small enough group, holds an effect at a site.
     fn is_at(&self, effect: &str, site: &str) -> bool {
         let own = self.effect == effect && self.site == site;
         own || self.group() <= GROUP && self.rivals.iter().any(|(e, s)| e == effect && s == site)
     }
 
-    /// How many cannot be told apart, itself included.
+    /// Number of effects that cannot be distinguished, itself included.
     pub fn group(&self) -> usize {
         1 + self.rivals.len()
     }
 }
 
-/// What the diagnosis said of one campaign, and what came of it.
+/// What the diagnosis found in one campaign, and how it does on a fresh one.
 #[derive(Debug, Clone, Serialize)]
 pub struct Examined {
     /// What was behind it.
     pub truth: Truth,
     /// Verdict in a word.
     pub verdict: &'static str,
-    /// Causes named, in the order found; outliers apart.
+    /// Causes named, in the order found, without outliers.
     pub named: Vec<Named>,
-    /// Rows found wrong.
+    /// Rows found to be outliers.
     pub outliers: Vec<usize>,
     /// Shrinkage promised, and its 95 % interval.
     pub promised: f64,
-    /// Its interval.
+    /// Its interval, where it has one.
     pub promised_ci95: Option<[f64; 2]>,
     /// Shrinkage on the fresh campaign.
     pub realised: f64,
@@ -102,7 +102,7 @@ pub struct Examined {
     pub seconds: f64,
 }
 
-/// What the diagnosis said: everything but the truth, which is opened afterwards.
+/// What the diagnosis found: everything but the truth, which is opened afterwards.
 #[derive(Debug, Clone)]
 pub struct Answer {
     verdict: &'static str,
@@ -141,7 +141,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
     let found = diagnose(model, campaign, &aside, &settings, &mut |_| {})?;
     let seconds = started.elapsed().as_secs_f64();
     let only = Some(crate::diagnosis::nuisance(model, campaign, &campaign.calibrate));
-    // Wrong readings are left out of the plain calibration as well, so that the causes are judged alone.
+    // Outliers are left out of the plain calibration as well, so that the causes are judged alone.
     let kept = campaign.select(|_, reading| !found.outliers.contains(&reading.row));
     let asked = estimation::Settings { only, ..estimation::Settings::default() };
     let plain = calibrate(model, &kept, &vec![false; kept.readings.len()], &asked, &mut |_| {})?;
@@ -181,13 +181,13 @@ impl Examined {
             && causes.iter().all(|cause| self.named.iter().take(wanted).any(|named| named.holds(&cause.effect)))
     }
 
-    /// Whether all true effects were told at their sites.
+    /// Whether all true effects were named at their sites.
     pub fn is_at_site(&self) -> bool {
         self.is_hit()
             && self.truth.causes.iter().all(|c| self.named.iter().any(|named| named.is_at(&c.effect, &c.site)))
     }
 
-    /// Whether what there is to say was said right: hits of known kinds, silence on others.
+    /// Whether the answer is right: hits of known kinds, no cause named for others.
     pub fn is_right(&self) -> bool {
         match self.truth.kind.as_str() {
             "null" | "unknown" => self.named.is_empty(),
@@ -201,7 +201,7 @@ impl Examined {
 pub struct Class {
     /// Campaigns.
     pub count: usize,
-    /// Right answers: hits; silence on nulls and unknowns.
+    /// Right answers: hits; no cause named for nulls and unknowns.
     pub right: usize,
     /// Right sites as well.
     pub sites: usize,
@@ -222,7 +222,7 @@ pub struct Score {
     pub coverage: f64,
     /// Campaigns where something was named.
     pub named: usize,
-    /// Wrong readings: true, found of these, found in all.
+    /// Outliers: true, found of these, found in all.
     pub outliers: [usize; 3],
 }
 
@@ -261,19 +261,19 @@ pub fn score(all: &[Examined]) -> Score {
     }
     classes.sort_keys();
     confusion.sort_keys();
-    let told: Vec<&Examined> = all.iter().filter(|one| !one.named.is_empty()).collect();
+    let named: Vec<&Examined> = all.iter().filter(|one| !one.named.is_empty()).collect();
     let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let inside = |one: &&Examined| one.promised_ci95.is_some_and(|[low, high]| (low..=high).contains(&one.realised));
     Score {
         classes,
         confusion,
-        group: mean(told.iter().flat_map(|one| one.named.iter().map(|n| n.group() as f64)).collect()),
+        group: mean(named.iter().flat_map(|one| one.named.iter().map(|n| n.group() as f64)).collect()),
         shrinkage: [
-            mean(told.iter().map(|one| one.promised).collect()),
-            mean(told.iter().map(|one| one.realised).collect()),
+            mean(named.iter().map(|one| one.promised).collect()),
+            mean(named.iter().map(|one| one.realised).collect()),
         ],
-        coverage: mean(told.iter().map(|one| f64::from(u8::from(inside(one)))).collect()),
-        named: told.len(),
+        coverage: mean(named.iter().map(|one| f64::from(u8::from(inside(one)))).collect()),
+        named: named.len(),
         outliers,
     }
 }

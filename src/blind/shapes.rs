@@ -1,10 +1,11 @@
-//! What withheld causes do, in shapes that are not the catalogue's.
+//! What withheld causes do, in shapes that are not the catalogue's: joints turn (rad), the base moves (m, rad), points are
+//! displaced (m), each by a unit of the shape; a size multiplies it.
 
 use nalgebra::Vector3;
 
 use crate::parameter::Slot;
 
-/// What a joint is in when a reading is taken.
+/// The state of the machine when a reading is taken.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a> {
     /// Variables as commanded, rad and m.
@@ -34,11 +35,11 @@ pub enum Shape {
     Ratio { variable: usize, zero: f64 },
     /// A joint turns with another one.
     Follows { variable: usize, other: usize },
-    /// A joint winds up under load, beside its spring: saturating.
+    /// A joint winds up under load in addition to its spring: saturating.
     WindUp { variable: usize, soft: f64 },
-    /// A joint gives way to load, a little less at greater loads.
-    Gives { variable: usize, less: f64 },
-    /// A spring between the links of a joint, whose joint gives by `compliance`: anchors at `a` from the axis on the
+    /// A joint deflects under load, a little less at greater loads.
+    Compliant { variable: usize, less: f64 },
+    /// A spring between the links of a joint, whose joint has a `compliance`, rad/(N.m): anchors at `a` from the axis on the
     /// link before, at `b` on the link behind, and the angle between them at joint zero.
     Spring { variable: usize, compliance: f64, a: f64, b: f64, angle: f64, free: f64, rate: f64 },
     /// What comes after a frame tilts by the moment across its axis, unequally about its own x and y.
@@ -51,19 +52,19 @@ pub enum Shape {
     Growth(Vec<Slot>),
     /// The base wanders: knots of a smooth curve, or a jump.
     Wanders { knots: Vec<[f64; 6]>, jump: bool },
-    /// The wrench is greater than said.
+    /// The wrench is greater than stated.
     Gain,
     /// All lengths are measured too long.
     Scale,
-    /// Single readings are wrong: reading, displacement in multiples of the noise.
-    Wrong(Vec<(usize, Vector3<f64>)>),
-    /// A joint turns with the product of two others' angles; times its load where `yields`.
-    Product { variable: usize, of: [usize; 2], yields: bool },
-    /// Hoses pull at a joint as the first and fourth turn; times its load where `yields`.
-    Hoses { variable: usize, of: [usize; 2], yields: bool },
+    /// Outliers: reading, displacement in multiples of the noise.
+    Outliers(Vec<(usize, Vector3<f64>)>),
+    /// A joint turns with the product of two others' angles; times its load where `by_load`.
+    Product { variable: usize, of: [usize; 2], by_load: bool },
+    /// Hoses pull at a joint as the first and fourth turn; times its load where `by_load`.
+    Hoses { variable: usize, of: [usize; 2], by_load: bool },
     /// The point is displaced by a smooth random function of the configuration: frequencies, phase, direction.
     Smooth { waves: Vec<(Vec<f64>, f64, Vector3<f64>)>, by_force: bool },
-    /// One marker has slipped from some moment on, along its frame's axes.
+    /// One marker has slipped from some time on, along its frame's axes.
     Slip { marker: usize, at: f64, by: Vector3<f64> },
 }
 
@@ -90,7 +91,7 @@ impl Shape {
                 let x = share(variable, soft);
                 (variable, x / (1.0 + x.abs()))
             }
-            Self::Gives { variable, less } => {
+            Self::Compliant { variable, less } => {
                 let x = share(variable, 1.0);
                 (variable, x * (1.0 - less * x.abs()))
             }
@@ -104,13 +105,13 @@ impl Shape {
                 let with = compliance / (1.0 + compliance * stiffness).max(0.2);
                 (variable, (with - compliance) * s.load[variable])
             }
-            Self::Product { variable, of, yields } => {
+            Self::Product { variable, of, by_load } => {
                 let product = s.q[of[0]] * s.q[of[1]];
-                (variable, product * if yields { share(variable, 1.0) } else { 1.0 })
+                (variable, product * if by_load { share(variable, 1.0) } else { 1.0 })
             }
-            Self::Hoses { variable, of, yields } => {
+            Self::Hoses { variable, of, by_load } => {
                 let pull = (s.q[of[0]] + 0.4).cos() * (0.8 * s.q[of[1]]).sin() + 0.3 * (s.q[of[0]] - s.q[of[1]]).sin();
-                (variable, pull * if yields { share(variable, 1.0) } else { 1.0 })
+                (variable, pull * if by_load { share(variable, 1.0) } else { 1.0 })
             }
             _ => return None,
         })

@@ -1,4 +1,4 @@
-//! `base-compliance`: the pedestal rocks or yields under load.
+//! `base-compliance`: the pedestal tilts and sinks under load.
 
 use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::criterion::{Target, join};
 use super::place::Station;
 
-/// A station with what it tells (p x rows).
+/// A station with the whitened rows of its readings (p x rows).
 #[derive(Clone)]
 pub struct Candidate {
     pub station: Station,
@@ -25,8 +25,8 @@ pub struct Design {
 
 /// Least gain (of a loss, a logarithm) that is worth an exchange.
 pub const WORTH: f64 = 1e-4;
-/// Rounds of exchanges.
-const ROUNDS: usize = 6;
+/// Most passes of exchanges over all stations.
+const PASSES: usize = 6;
 
 impl Design {
     pub fn information(&self) -> DMatrix<f64> {
@@ -42,13 +42,13 @@ impl Design {
         m
     }
 
-    /// Whether a station may stand beside all chosen but one.
+    /// Whether a station may be added to all chosen but one.
     pub fn admits(&self, station: &Station, but: usize) -> bool {
         let others = self.chosen.iter().enumerate().filter(|(k, _)| *k != but).map(|(_, chosen)| &chosen.station);
         others.chain(&self.before).all(|other| station.goes_with(other, self.apart))
     }
 
-    /// The best of the candidates beside all chosen but one, and its loss.
+    /// The best candidate to add to all chosen but one, and its loss.
     pub fn best(&self, target: &Target, m: &DMatrix<f64>, pool: &[Candidate], but: usize) -> Option<(usize, f64)> {
         let allowed: Vec<bool> = pool.iter().map(|candidate| self.admits(&candidate.station, but)).collect();
         let blocks: Vec<&DMatrix<f64>> = pool.iter().map(|candidate| &candidate.block).collect();
@@ -69,7 +69,7 @@ impl Design {
     /// Exchanges chosen stations for candidates while that helps; the loss at the end.
     pub fn exchange(&mut self, target: &Target, pool: &[Candidate]) -> f64 {
         let mut loss = target.loss(&self.information());
-        for _ in 0..ROUNDS {
+        for _ in 0..PASSES {
             let before = loss;
             for k in 0..self.chosen.len() {
                 if let Some((better, new)) = self.best(target, &self.without(k), pool, k)

@@ -1,10 +1,11 @@
-//! What each station tells: rows of its readings by the identifiable parameters, made comparable by those of a pool.
+//! Information of each station: rows of its readings by the identifiable parameters, made comparable by those of a pool.
 
 use nalgebra::DMatrix;
 
-use super::criterion::Target;
+use super::criterion::{Optimality, Target};
+use super::error::PlanningError;
 use super::place::Station;
-use super::{Optimality, PlanningError, Request};
+use super::request::Request;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
@@ -79,8 +80,8 @@ impl<'a> Information<'a> {
         let r = scaled.qr().r() / (pool.len() as f64).sqrt();
         let inverse = r.try_inverse().ok_or(PlanningError::NothingSeen)?;
         let unwhiten = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]);
-        let told = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
-        let known = told.tr_mul(&told) + DMatrix::identity(p, p) * RIDGE;
+        let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
+        let known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * RIDGE;
         Ok(Self { model, values, blank, repeats, slots, identifiability, unwhiten, known })
     }
 

@@ -1,29 +1,10 @@
 //! Where one can measure: limits, workspace, line of sight.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use super::Request;
+use super::request::Request;
 use crate::kinematics::{Geometry, Placements};
 use crate::simulation::{draw_errors, generator, within_limits};
-
-/// An instrument that sees a reflector only from the side to which it opens.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
-    /// The instrument, m, in the robot's base frame.
-    pub instrument: Point3<f64>,
-    /// Half opening of a reflector's cone, rad.
-    pub cone: f64,
-    /// Axis of the cone in the frame that carries the reflector, a unit vector.
-    pub facing: Vector3<f64>,
-}
-
-impl Sight {
-    /// Whether a reflector at `point` (m, base frame) whose cone opens along `axis` is seen.
-    pub fn sees(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> bool {
-        let towards = self.instrument - point;
-        towards.norm() > 0.0 && axis.angle(&towards) <= self.cone
-    }
-}
 
 /// A configuration to measure at, under a load.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,14 +48,14 @@ impl<'a> Rules<'a> {
         Self { request, geometry, disturbed: (0..count).filter_map(off).collect() }
     }
 
-    /// The same for configurations that are not measured: line of sight and workspace left aside.
+    /// The same for configurations that are not measured: without line of sight and workspace.
     pub fn seen_from_anywhere(&self, q: &[f64], placements: &Placements) -> bool {
         within_limits(self.geometry.model, placements) && self.is_sturdy(q)
     }
 
     fn is_sturdy(&self, q: &[f64]) -> bool {
-        let mut room = Placements::default();
-        self.disturbed.iter().all(|geometry| geometry.place(q, &mut room).is_ok())
+        let mut placements = Placements::default();
+        self.disturbed.iter().all(|geometry| geometry.place(q, &mut placements).is_ok())
     }
 
     /// What can be measured at placed frames; nothing where a rule is broken.

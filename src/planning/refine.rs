@@ -7,12 +7,11 @@ use super::criterion::Target;
 use super::exchange::{Candidate, Design, WORTH};
 use super::information::Information;
 use super::place::Rules;
-
 use crate::kinematics::Placements;
 
 /// Steps as parts of the box.
 const STEPS: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
-/// Directions drawn beside those of single variables.
+/// Directions drawn in addition to those of single variables.
 const DRAWN: usize = 6;
 /// Moves of one station before the next has its turn.
 const MOVES: usize = 3;

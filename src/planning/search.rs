@@ -1,135 +1,36 @@
-//! The search as a whole, and what it buys.
+//! The search: candidates drawn, exchanged (Fedorov 1972) and refined, and compared with random ones. SI, base frame.
 
 use nalgebra::DMatrix;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
-use super::Request;
 use super::criterion::{Target, join};
+use super::error::PlanningError;
 use super::exchange::{Candidate, Design};
 use super::information::Information;
 use super::place::{Rules, Station};
 use super::refine::refine;
+use super::request::Request;
+use super::result::{Bought, Planned, SETS};
 use crate::description::campaign::Campaign;
-use crate::estimation::CalibrationError;
-use crate::identifiability::Identifiability;
-use crate::kinematics::{AssemblyError, Geometry, Placements};
+use crate::kinematics::{Geometry, Placements};
 use crate::math::median;
 use crate::model::Model;
-use crate::parameter::Slot;
-use crate::prediction::PredictionError;
 use crate::simulation::{Loaded, draw_in_box, generator};
 
-/// Configurations drawn to choose from.
+/// Configurations drawn to choose from (three for each asked for, if that is more). Refinement moves their joints, so that they
+/// need not be dense.
 const DRAWN: usize = 300;
-/// Random sets from which the exchange starts beside the greedy one.
+/// Random designs from which the exchange starts in addition to the greedy one: it ends in local optima.
 const STARTS: u64 = 8;
-/// Most rounds of moving the joints and exchanging again.
-const ROUNDS: u32 = 8;
+/// Most refinements of the joints, each with an exchange after it; the search ends by [`LEAST_REFINEMENT`] before.
+const REFINEMENTS: u32 = 8;
+/// A refinement that lowers the loss (a logarithm: this share of the error) by less is the last.
+const LEAST_REFINEMENT: f64 = 1e-3;
 /// Test poses drawn where none are given.
 const TESTS: usize = 100;
-/// Random sets with which a planned one is compared.
-pub const SETS: u64 = 20;
 
-/// Why nothing is planned.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanningError {
-    /// The parameters cannot be estimated from any such readings.
-    #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-    /// A configuration cannot be predicted.
-    #[error(transparent)]
-    Prediction(#[from] PredictionError),
-    /// Nothing can be assembled in the box.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
-    /// A test configuration cannot be assembled.
-    #[error("test pose {row}: {source}")]
-    Test {
-        /// Counted from 1.
-        row: usize,
-        /// Why.
-        source: AssemblyError,
-    },
-    /// The rules leave too little room.
-    #[error("only {found} of {tried} configurations drawn keep the limits, the workspace and the line of sight")]
-    NoRoom {
-        /// How many were found.
-        found: usize,
-        /// How many were drawn.
-        tried: usize,
-    },
-    /// The box of the test poses holds none that the robot can take.
-    #[error("none of {tried} test poses drawn can be taken")]
-    NoTest {
-        /// How many were drawn.
-        tried: usize,
-    },
-    /// No parameter shows in the readings.
-    #[error("no parameter shows in such readings")]
-    NothingSeen,
-    /// The least distance leaves no room for so many.
-    #[error("only {found} of {count} configurations find room {apart} m apart")]
-    TooNear {
-        /// How many found room.
-        found: usize,
-        /// How many were asked for.
-        count: usize,
-        /// Least distance, m.
-        apart: f64,
-    },
-    /// Too few to tell the parameters apart.
-    #[error("{count} configurations cannot tell {parameters} parameters apart; it takes at least {least}")]
-    TooFew {
-        /// How many were asked for.
-        count: usize,
-        /// Number of identifiable parameters.
-        parameters: usize,
-        /// Least number that would do.
-        least: usize,
-    },
-}
-
-/// What a number of configurations buys.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bought {
-    /// Number of configurations added.
-    pub count: usize,
-    /// Root mean square position error at the test poses when they are planned, m.
-    pub planned: f64,
-    /// The same when they are drawn at random: median of [`SETS`] sets.
-    pub random: f64,
-}
-
-/// A plan.
-#[derive(Debug, Clone)]
-pub struct Planned {
-    /// Stations in the order in which they should be measured.
-    pub stations: Vec<Station>,
-    /// The campaign that they make.
-    pub campaign: Campaign,
-    /// Parameters by column, and what of them can be told apart by any such readings.
-    pub slots: Vec<Slot>,
-    /// Reduction on the planned (and already made) readings alone.
-    pub identifiability: Identifiability,
-    /// Kept parameters and one sigma of each, SI.
-    pub deviations: Vec<(Slot, f64)>,
-    /// Root mean square position error at the test poses that the parameters' covariance leaves, m: with what is measured
-    /// already alone (where that tells them apart), and with the plan.
-    pub before: Option<f64>,
-    /// With the plan.
-    pub error: f64,
-    /// What other numbers of configurations would buy.
-    pub bought: Vec<Bought>,
-    /// How many random configurations (median of [`SETS`] sets) do as well; none if more than there are candidates.
-    pub random_equal: Option<usize>,
-    /// Fewest configurations that tell the parameters apart.
-    pub least: usize,
-    /// Candidates that the rules left.
-    pub candidates: usize,
-}
-
-/// Plans measurements. `progress` hears the share that is done.
+/// Plans measurements. `progress` is called with the share that is done.
 ///
 /// # Errors
 /// [`PlanningError`].
@@ -142,87 +43,179 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let tests = tests(&rules, &loads)?;
     let information = Information::new(model, request, &stations)?;
     let weight = information.tests(&request.markers, &tests)?;
-    let errors = Target::Trace(weight.clone());
-    let target = information.target(request.criterion, &weight);
     let blocks = information.blocks(&stations)?;
-    let pool: Vec<Candidate> =
-        stations.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect();
-
-    let before = match &request.measured {
-        Some(measured) => already(&rules, measured)?,
-        None => Vec::new(),
+    let measured = request.measured.as_ref();
+    let before = measured.map_or(Ok(Vec::new()), |measured| measured_before(&rules, measured))?;
+    let search = Search {
+        request,
+        pool: stations.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect(),
+        empty: Design { known: information.known.clone(), chosen: Vec::new(), before, apart: request.apart },
+        target: information.target(request.criterion, &weight),
+        errors: Target::Trace(weight),
+        parameters: information.identifiability.kept.len(),
     };
-    let empty = Design { known: information.known.clone(), chosen: Vec::new(), before, apart: request.apart };
-
-    let least = least(&empty, &pool);
-    let parameters = information.identifiability.kept.len();
-    let count = request.count;
-    let least = match least {
-        Some(least) if count >= least => least,
-        Some(least) => return Err(PlanningError::TooFew { count, parameters, least }),
-        None => {
-            // Either the distance leaves too little room, or the candidates all together tell too little.
-            if request.apart > 0.0 {
-                let mut room = empty.clone();
-                room.grow(&Target::Determinant, &pool, count);
-                if room.chosen.len() < count {
-                    return Err(PlanningError::TooNear { found: room.chosen.len(), count, apart: request.apart });
-                }
-            }
-            let least = parameters.div_ceil(pool.iter().map(|c| c.block.ncols()).max().unwrap_or(1));
-            return Err(PlanningError::TooFew { count, parameters, least: least.max(pool.len() + 1) });
-        }
-    };
-    let others = counts(count, least, pool.len());
+    let least = search.least()?;
+    let others = counts(request.count, least, search.pool.len());
     let steps = (others.len() + 6) as f64;
-    let mut bought = Vec::new();
+    let mut bought = Vec::with_capacity(others.len() + 1);
     for (k, &other) in others.iter().enumerate() {
-        let (design, _) = chosen(&empty, &pool, &target, other, 0, request.seed);
-        let planned = errors.loss(&design.information()).exp();
-        bought.push(Bought { count: other, planned, random: random(&empty, &pool, &errors, other, request.seed) });
+        let (design, _) = search.chosen(other, 0);
+        let planned = search.errors.loss(&design.information()).exp();
+        bought.push(Bought { count: other, planned, random: search.random(other) });
         progress((k + 1) as f64 / steps);
     }
-    let (mut design, mut loss) = chosen(&empty, &pool, &target, count, STARTS, request.seed);
-    if design.chosen.len() < count {
-        return Err(PlanningError::TooNear { found: design.chosen.len(), count, apart: request.apart });
-    }
     let mut within = |part: f64| progress(((others.len() as f64 + part) / steps).min(1.0));
-    within(1.0);
-    let mut drawn = generator(request.seed ^ 0x5EED);
-    for round in 0..ROUNDS {
-        let refined = refine(&rules, &information, &target, &mut design, &mut drawn);
-        within(2.0 + 4.0 * f64::from(round + 1) / f64::from(ROUNDS));
-        let gained = loss - refined;
-        loss = design.exchange(&target, &pool);
-        if gained < 1e-3 {
-            break;
-        }
-    }
-    in_order(&mut design);
+    let design = search.best(&rules, &information, &mut within)?;
     let m = design.information();
     if !Information::is_whole(&m) {
-        return Err(PlanningError::TooFew { count, parameters, least: count + 1 });
+        return Err(search.too_few(request.count + 1));
     }
-    let error = errors.loss(&m).exp();
-    let before = Information::is_whole(&empty.known).then(|| errors.loss(&empty.known).exp());
-    let random_here = random(&empty, &pool, &errors, count, request.seed);
-    bought.push(Bought { count, planned: error, random: random_here });
+    let error = search.errors.loss(&m).exp();
+    let known = &search.empty.known;
+    bought.push(Bought { count: request.count, planned: error, random: search.random(request.count) });
     bought.sort_by_key(|bought| bought.count);
-    let chosen: Vec<Station> = design.chosen.into_iter().map(|chosen| chosen.station).collect();
-    let campaign = information.campaign(&chosen);
+    let stations: Vec<Station> = design.chosen.into_iter().map(|chosen| chosen.station).collect();
+    let campaign = information.campaign(&stations);
     Ok(Planned {
         identifiability: information.reduced(request, &campaign)?,
         slots: information.slots.clone(),
         deviations: information.kept().zip(information.deviations(&m)).collect(),
         campaign,
-        stations: chosen,
-        before,
+        stations,
+        before: Information::is_whole(known).then(|| search.errors.loss(known).exp()),
         error,
         bought,
-        random_equal: random_equal(&empty, &pool, &errors, count, error, request.seed),
+        random_equal: search.random_equal(error),
         least,
         candidates,
     })
+}
+
+/// The problem that all searches share.
+struct Search<'a> {
+    request: &'a Request,
+    pool: Vec<Candidate>,
+    /// Nothing chosen yet.
+    empty: Design,
+    /// The criterion asked for.
+    target: Target,
+    /// The error at the test poses.
+    errors: Target,
+    /// Number of identifiable parameters.
+    parameters: usize,
+}
+
+impl Search<'_> {
+    fn too_few(&self, least: usize) -> PlanningError {
+        PlanningError::TooFew { count: self.request.count, parameters: self.parameters, least }
+    }
+
+    fn too_near(&self, found: usize) -> PlanningError {
+        PlanningError::TooNear { found, count: self.request.count, apart: self.request.apart }
+    }
+
+    /// Fewest configurations that separate the parameters; an error where more are needed than asked for.
+    fn least(&self) -> Result<usize, PlanningError> {
+        let count = self.request.count;
+        match fewest(&self.empty, &self.pool) {
+            Some(least) if count >= least => Ok(least),
+            Some(least) => Err(self.too_few(least)),
+            None => {
+                // Either the distance excludes too many, or all candidates together do not separate the parameters.
+                if self.request.apart > 0.0 {
+                    let mut spread = self.empty.clone();
+                    spread.grow(&Target::Determinant, &self.pool, count);
+                    if spread.chosen.len() < count {
+                        return Err(self.too_near(spread.chosen.len()));
+                    }
+                }
+                let rows = self.pool.iter().map(|candidate| candidate.block.ncols()).max().unwrap_or(1);
+                Err(self.too_few(self.parameters.div_ceil(rows).max(self.pool.len() + 1)))
+            }
+        }
+    }
+
+    /// The best design: exchanged from several starts, its joints moved, and ordered.
+    fn best(
+        &self,
+        rules: &Rules,
+        information: &Information,
+        within: &mut dyn FnMut(f64),
+    ) -> Result<Design, PlanningError> {
+        let (mut design, mut loss) = self.chosen(self.request.count, STARTS);
+        if design.chosen.len() < self.request.count {
+            return Err(self.too_near(design.chosen.len()));
+        }
+        within(1.0);
+        let mut drawn = generator(self.request.seed ^ 0x5EED);
+        for refinement in 0..REFINEMENTS {
+            let refined = refine(rules, information, &self.target, &mut design, &mut drawn);
+            within(2.0 + 4.0 * f64::from(refinement + 1) / f64::from(REFINEMENTS));
+            let gained = loss - refined;
+            loss = design.exchange(&self.target, &self.pool);
+            if gained < LEAST_REFINEMENT {
+                break;
+            }
+        }
+        in_order(&mut design);
+        Ok(design)
+    }
+
+    /// The best stations found by exchange from a greedy start and from random ones, and their loss.
+    fn chosen(&self, count: usize, starts: u64) -> (Design, f64) {
+        let mut best = self.empty.clone();
+        best.grow(&self.target, &self.pool, count);
+        let mut least = best.exchange(&self.target, &self.pool);
+        for start in 0..starts {
+            let mut design = self.empty.clone();
+            for k in self.shuffled(start) {
+                if design.chosen.len() < count && design.admits(&self.pool[k].station, usize::MAX) {
+                    design.chosen.push(self.pool[k].clone());
+                }
+            }
+            let loss = design.exchange(&self.target, &self.pool);
+            if design.chosen.len() >= best.chosen.len() && loss < least {
+                (best, least) = (design, loss);
+            }
+        }
+        (best, least)
+    }
+
+    /// Candidates in the random order of a draw.
+    fn shuffled(&self, draw: u64) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.pool.len()).collect();
+        order.shuffle(&mut generator(self.request.seed.wrapping_add(1 + draw)));
+        order
+    }
+
+    /// Error at the test poses with random stations: median of [`SETS`] sets.
+    fn random(&self, count: usize) -> f64 {
+        let one = |set: u64| {
+            let mut m: DMatrix<f64> = self.empty.known.clone();
+            for &k in self.shuffled(set).iter().take(count) {
+                join(&mut m, &self.pool[k].block);
+            }
+            self.errors.loss(&m).exp()
+        };
+        let mut found: Vec<f64> = (0..SETS).into_par_iter().map(one).collect();
+        median(&mut found)
+    }
+
+    /// Fewest random stations that do as well as `error`, by bisection.
+    fn random_equal(&self, error: f64) -> Option<usize> {
+        let (mut few, mut enough) = (self.request.count, self.pool.len());
+        if self.random(enough) > error {
+            return None;
+        }
+        if self.random(few) <= error {
+            return Some(few);
+        }
+        while enough - few > 1 {
+            let middle = usize::midpoint(few, enough);
+            if self.random(middle) <= error { enough = middle } else { few = middle }
+        }
+        Some(enough)
+    }
 }
 
 /// Candidates: every configuration drawn under every load.
@@ -264,7 +257,7 @@ fn tests(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Loaded>, PlanningError
 }
 
 /// Where readings have been made.
-fn already(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, PlanningError> {
+fn measured_before(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, PlanningError> {
     let mut placements = Placements::default();
     let mut stations: Vec<Station> = Vec::new();
     for (index, reading) in measured.readings.iter().enumerate() {
@@ -278,8 +271,8 @@ fn already(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, PlanningE
     Ok(stations)
 }
 
-/// Fewest stations that tell the parameters apart: chosen for that alone.
-fn least(empty: &Design, pool: &[Candidate]) -> Option<usize> {
+/// Fewest stations that separate the parameters: chosen for that alone.
+fn fewest(empty: &Design, pool: &[Candidate]) -> Option<usize> {
     let mut design = empty.clone();
     let mut m = design.known.clone();
     loop {
@@ -301,70 +294,6 @@ fn counts(count: usize, least: usize, most: usize) -> Vec<usize> {
     all.sort_unstable();
     all.dedup();
     all
-}
-
-/// The best stations found by exchange from a greedy start and from random ones, and their loss.
-fn chosen(empty: &Design, pool: &[Candidate], target: &Target, count: usize, starts: u64, seed: u64) -> (Design, f64) {
-    let mut best = empty.clone();
-    best.grow(target, pool, count);
-    let mut least = best.exchange(target, pool);
-    for start in 0..starts {
-        let mut design = empty.clone();
-        let mut order: Vec<usize> = (0..pool.len()).collect();
-        order.shuffle(&mut generator(seed.wrapping_add(1 + start)));
-        for k in order {
-            if design.chosen.len() < count && design.admits(&pool[k].station, usize::MAX) {
-                design.chosen.push(pool[k].clone());
-            }
-        }
-        let loss = design.exchange(target, pool);
-        if design.chosen.len() >= best.chosen.len() && loss < least {
-            (best, least) = (design, loss);
-        }
-    }
-    (best, least)
-}
-
-/// Error at the test poses with random stations: median of [`SETS`] sets.
-fn random(empty: &Design, pool: &[Candidate], errors: &Target, count: usize, seed: u64) -> f64 {
-    let one = |set: u64| {
-        let mut order: Vec<usize> = (0..pool.len()).collect();
-        order.shuffle(&mut generator(seed.wrapping_add(1 + set)));
-        let mut m: DMatrix<f64> = empty.known.clone();
-        for &k in order.iter().take(count) {
-            join(&mut m, &pool[k].block);
-        }
-        errors.loss(&m).exp()
-    };
-    let mut found: Vec<f64> = (0..SETS).into_par_iter().map(one).collect();
-    median(&mut found)
-}
-
-/// Fewest random stations that do as well as `error`, by bisection.
-fn random_equal(
-    empty: &Design,
-    pool: &[Candidate],
-    errors: &Target,
-    count: usize,
-    error: f64,
-    seed: u64,
-) -> Option<usize> {
-    let (mut few, mut enough) = (count, pool.len());
-    if random(empty, pool, errors, enough, seed) > error {
-        return None;
-    }
-    if random(empty, pool, errors, few, seed) <= error {
-        return Some(few);
-    }
-    while enough - few > 1 {
-        let middle = usize::midpoint(few, enough);
-        if random(empty, pool, errors, middle, seed) <= error {
-            enough = middle;
-        } else {
-            few = middle;
-        }
-    }
-    Some(enough)
 }
 
 /// Neighbours in the first joints follow each other, so that the robot (and the reflector) moves little.

@@ -40,7 +40,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     times.dedup();
     survey.times = times;
     let varies = |all: &[f64]| all.iter().any(|v| (v - all[0]).abs() > 1e-9);
-    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64);
+    let mean = |all: &[f64]| varies(all).then(|| all.iter().sum::<f64>() / all.len() as f64).filter(|v| v.is_finite());
     let conditions = &campaign.conditions;
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
     survey.mean_temperatures = temperatures.collect();

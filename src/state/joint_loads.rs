@@ -90,7 +90,7 @@ fn driven_joint(model: &Model, variable: usize) -> Option<FrameIndex> {
 }
 
 /// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
-fn masses(model: &Model, values: &[f64]) -> Vec<(FrameIndex, f64, Vector3<f64>)> {
+pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(FrameIndex, f64, Vector3<f64>)> {
     let structure = &model.structure;
     let bodies = structure.masses.iter().map(|mass| {
         let v = &values[mass.slot..mass.slot + 4];

@@ -22,5 +22,6 @@ mod joint_loads;
 mod mechanics;
 
 pub use frame_twists::{FrameTwistPlan, FrameTwists};
+pub(crate) use joint_loads::masses;
 pub use joint_loads::{JointLoadPlan, JointLoads};
 pub use mechanics::{ColumnMotion, LoadedPoint, Loads, Mechanics, State, StateError};

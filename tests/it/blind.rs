@@ -1,6 +1,6 @@
 //! Withheld effects: a dozen sealed campaigns, modest floors.
 
-use elastogeo::blind::{Drawn, Kind, draw, examine, score, seal};
+use elastogeo::blind::{Design, Drawn, Kind, draw, examine, score, seal};
 use elastogeo::files::Reader;
 use elastogeo::simulation::generator;
 use rayon::prelude::*;
@@ -15,10 +15,10 @@ fn withheld_effects_are_found_and_nulls_left_alone() {
         .into_par_iter()
         .map(|k| {
             let mut random = generator(5_000 + k as u64);
-            let (deflection, poses) = if k % 3 == 1 { (true, 20) } else { (false, 45) };
+            let (is_deflection, poses) = if k % 3 == 1 { (true, 20) } else { (false, 45) };
+            let design = Design { model: &robot.model, robot: "kuka-kr270", is_deflection, poses };
             let Drawn { campaign, fresh, truth } =
-                draw(&robot.model, "kuka-kr270", "sealed", kinds[k % 4], deflection, poses, &mut random)
-                    .expect("a campaign");
+                draw(&design, "sealed", kinds[k % 4], &mut random).expect("a campaign");
             assert!((1.0..12.0).contains(&truth.gap), "{truth:?}");
             examine(&robot.model, &campaign, &fresh, 1).expect("a diagnosis").open(truth)
         })

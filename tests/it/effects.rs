@@ -44,16 +44,18 @@ fn every_effect_has_its_section() {
         let name = if kind == "actuator" { "name" } else { "n" };
         let said = if is_named { format!("Site: `{kind}:<{name}>`") } else { format!("Site: `{kind}`") };
         assert!(section.contains(&said), "{}: {said}", effect.name());
-        for part in ["* Looks like:", "* Told from", "* On the machine:"] {
+        for part in ["* Pattern:", "* Separate from", "* On the machine:"] {
             assert!(section.contains(part), "{}: {part}", effect.name());
         }
         for parameter in effect.nonlinear_parameters() {
-            let NonlinearParameter { name, kind, .. } = parameter;
-            assert!(section.contains(&format!("`{name}`")), "{}: {name}", effect.name());
-            if let NonlinearKind::Choice(words) = kind {
-                for word in *words {
-                    assert!(section.contains(&format!("`{name}: {word}`")), "{}: {name}: {word}", effect.name());
+            let keys: Vec<String> = match parameter.kind {
+                NonlinearKind::Choice(words) => {
+                    words.iter().map(|word| format!("{}: {word}", parameter.name)).collect()
                 }
+                _ => vec![parameter.name.to_string()],
+            };
+            for key in keys {
+                assert!(section.contains(&format!("`{key}`")), "{}: {key}", effect.name());
             }
         }
     }

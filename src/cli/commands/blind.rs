@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::simulate::csv;
 use crate::Error;
-use crate::blind::{Drawn, Examined, Kind, Truth, draw, examine, score, seal};
+use crate::blind::{Design, Drawn, Examined, Kind, Truth, draw, examine, score, seal};
 use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
@@ -46,8 +46,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
             };
             let name = format!("sealed-{:03}", k + 1);
             let plan = &plans[k / command.kinds.len() % plans.len()];
-            draw(&plan.robot.model, &plan.name, &name, kind, plan.deflection, plan.poses, &mut random)
-                .map_err(|error| format!("{name}: {error}"))
+            draw(&plan.design(), &name, kind, &mut random).map_err(|error| format!("{name}: {error}"))
         })
         .collect();
     let mut files = Vec::new();
@@ -103,6 +102,11 @@ struct Plan {
 }
 
 impl Plan {
+    fn design(&self) -> Design<'_> {
+        let Self { robot, name, deflection, poses, .. } = self;
+        Design { model: &robot.model, robot: name, is_deflection: *deflection, poses: *poses }
+    }
+
     fn new(session: &Session, name: &str, deflection: bool, poses: usize) -> Result<Self, Error> {
         let without: Vec<String> = session.reader.robot(name)?.raw.springs.keys().cloned().collect();
         let robot = session.reader.robot_leaving_out(name, &without.iter().map(String::as_str).collect::<Vec<_>>())?;

@@ -1,15 +1,17 @@
 //! What a campaign's readings say that can hardly be meant.
 
+use indexmap::IndexMap;
+
 use super::Campaign;
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
-use crate::description::robot::Robot;
+use crate::description::robot::{Robot, Variable};
 use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
 
-/// Configurations of one name that differ by more than this (rad or m) are two.
-const ANOTHER: f64 = 1e-3;
+/// Variables of one configuration agree to this, rad or m: rounding in a file, and less than a joint moves on purpose.
+const SAME_CONFIGURATION: f64 = 1e-3;
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(campaign: &Campaign, units: &Units, locate: Locate, robot: &Robot, tables: &[Table]) -> Vec<Diagnostic> {
@@ -39,54 +41,32 @@ fn one_name_for_two(
     place: &impl Fn(usize, &str) -> Option<Place>,
 ) -> Option<Diagnostic> {
     let mut first: Vec<Option<usize>> = vec![None; campaign.poses.len()];
-    let mut told = vec![false; campaign.poses.len()];
-    let mut found: Option<(usize, usize, usize)> = None;
+    // By configuration: a reading that differs from the first one, and the variable in which it does.
+    let mut differing: IndexMap<usize, (usize, usize)> = IndexMap::new();
     for (index, reading) in campaign.readings.iter().enumerate() {
-        let Some(before) = first[reading.pose] else {
-            first[reading.pose] = Some(index);
-            continue;
-        };
+        let before = *first[reading.pose].get_or_insert(index);
         let (here, there) = (campaign.configuration(index), campaign.configuration(before));
-        if let Some(variable) = here.iter().zip(there).position(|(a, b)| (a - b).abs() > ANOTHER)
-            && !told[reading.pose]
-        {
-            told[reading.pose] = true;
-            found = found.or(Some((before, index, variable)));
+        if let Some(variable) = here.iter().zip(there).position(|(a, b)| (a - b).abs() > SAME_CONFIGURATION) {
+            differing.entry(reading.pose).or_insert((index, variable));
         }
     }
-    let (before, index, variable) = found?;
-    let more = told.iter().filter(|told| **told).count() - 1;
-    let Variable { name, unit, factor } = Variable::of(robot, variable, units);
-    let value = |reading: usize| format!("{:.4}", campaign.configuration(reading)[variable] / factor);
-    let pose = &campaign.poses[campaign.readings[index].pose];
-    let rest = if more > 0 { format!("; so have {more} more") } else { String::new() };
+    let (&pose, &(index, variable)) = differing.first()?;
+    let before = first[pose]?;
+    let Variable { name, is_angle, .. } = &robot.variables[variable];
+    let (unit, factor) = if *is_angle {
+        (units.angle.symbol(), units.angle.factor())
+    } else {
+        (units.length.symbol(), units.length.factor())
+    };
+    let [here, there] = [index, before].map(|reading| campaign.configuration(reading)[variable] / factor);
+    let more = if differing.len() > 1 { format!("; so have {} more", differing.len() - 1) } else { String::new() };
+    let pose = &campaign.poses[pose];
     let message = format!(
-        "the pose `{pose}` has rows with different joints: `{name}` is {} {unit}, and {} {unit} before{rest}",
-        value(index),
-        value(before)
+        "the pose `{pose}` has rows with different joints: `{name}` is {here:.4} {unit}, and {there:.4} {unit} before{more}"
     );
     let diagnostic =
         Diagnostic::warning(message).at(place(index, name)).related(place(before, name), "first given here");
     Some(diagnostic.remedy("give each configuration a name of its own: readings of one name count as taken together"))
-}
-
-/// A variable as the campaign writes it.
-struct Variable<'a> {
-    name: &'a str,
-    unit: &'static str,
-    factor: f64,
-}
-
-impl<'a> Variable<'a> {
-    fn of(robot: &'a Robot, index: usize, units: &Units) -> Self {
-        let variable = &robot.variables[index];
-        let (unit, factor) = if variable.is_angle {
-            (units.angle.symbol(), units.angle.factor())
-        } else {
-            (units.length.symbol(), units.length.factor())
-        };
-        Self { name: &variable.name, unit, factor }
-    }
 }
 
 /// Where a reading's column stands, by its index through all tables.

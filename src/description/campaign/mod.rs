@@ -2,8 +2,10 @@
 
 mod conditions;
 mod doubts;
+mod faults;
 pub mod raw;
 mod read;
+mod rows;
 mod write;
 
 use indexmap::IndexMap;
@@ -11,7 +13,8 @@ use nalgebra::Vector3;
 
 use crate::observation::{Noise, Observes, Rows};
 pub use conditions::{ConditionColumn, Conditions};
-pub use read::{expected_columns, faults, resolve};
+pub use faults::faults;
+pub use read::{expected_columns, resolve};
 pub use write::csv;
 
 /// Columns of the applied wrench: force and moment, base axes.

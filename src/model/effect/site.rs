@@ -32,6 +32,21 @@ pub struct Site {
     pub frame: FrameIndex,
     /// The variable that moves the joint, or the actuator's.
     pub variable: usize,
-    /// The actuator, by index in [`Model::actuators`].
+    /// The actuator, by index in [`crate::model::Model::actuators`].
     pub actuator: usize,
+}
+
+impl SiteKind {
+    /// How a description writes a site of this kind: `joint:<name>`, `base`.
+    pub fn written(self) -> &'static str {
+        match self {
+            Self::Frame => "frame:<name>",
+            Self::Joint => "joint:<name>",
+            Self::Link => "link:<name>",
+            Self::Actuator => "actuator:<name>",
+            Self::Base => "base",
+            Self::Tool => "tool",
+            Self::Instrument => "instrument",
+        }
+    }
 }

@@ -128,13 +128,30 @@ impl Model {
         let at = raw.site.as_deref().ok_or_else(|| lacks(format!("effect `{name}` lacks its `site`")))?;
         let sites = effect.sites(self);
         let Some(site) = sites.iter().find(|known| known.name == at) else {
-            let known: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
-            let known = if known.is_empty() { "nowhere on this robot".into() } else { known.join(", ") };
-            let diagnostic = Diagnostic::error(format!("`{name}` cannot sit at `{at}`"));
-            return Err(Fault::new(&["site"], diagnostic.remedy(format!("it can sit at: {known}"))));
+            return Err(Fault::new(&["site"], self.unknown_site(effect.as_ref(), at, &sites)));
         };
         let (nonlinear, amounts) = self.stated(effect.as_ref(), site, &raw.parameters)?;
         Ok(EffectEntry { effect: effect.clone(), site: site.clone(), nonlinear, amounts })
+    }
+
+    /// Why an effect cannot sit at a site, its `sites` being others.
+    fn unknown_site(&self, effect: &dyn Effect, at: &str, sites: &[Site]) -> Diagnostic {
+        let written = effect.sits_at().written();
+        let (kind, owner) = at.split_once(':').unwrap_or((at, ""));
+        let cannot = Diagnostic::error(format!("effect `{}` cannot sit at `{at}`", effect.name()));
+        if kind != written.split(':').next().unwrap_or(written) {
+            return cannot.remedy(format!("write `{written}`"));
+        }
+        let (what, owners): (_, Vec<&str>) = match effect.sits_at() {
+            SiteKind::Actuator => ("actuator", self.actuators.iter().map(|actuator| actuator.name.as_str()).collect()),
+            _ => ("frame", self.frames.iter().skip(1).map(|frame| frame.name.as_str()).collect()),
+        };
+        if at.contains(':') && !owners.contains(&owner) {
+            return Diagnostic::error(format!("unknown {what} `{owner}`")).suggest(owner, owners);
+        }
+        let known: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
+        let known = if known.is_empty() { "nowhere on this robot".into() } else { known.join(", ") };
+        cannot.remedy(format!("it can sit at: {known}"))
     }
 
     /// Nonlinear values and amounts that an entry states, all known and possible.

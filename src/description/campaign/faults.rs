@@ -1,0 +1,73 @@
+//! Faults and doubts of a campaign file alone, before its tables are read.
+
+use super::raw::{RawCampaign, RawInstrument, RawSigma};
+use crate::description::resolve::{Explained, GREATEST, Locate};
+use crate::description::units::Units;
+use crate::diagnostic::Diagnostic;
+use crate::observation::{FAMILY, Observes, POSITION};
+
+/// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
+const LEAST_NOISE: f64 = 1e-15;
+
+/// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list.
+pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Explained) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    if raw.observes.is_none() && !explained(&["observes"]) {
+        let diagnostic =
+            Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
+        let others: Vec<&str> = FAMILY.iter().filter(|kind| **kind != POSITION).map(|kind| kind.name()).collect();
+        diagnostics.push(diagnostic.remedy(format!("add `observes: position` (or {})", others.join(", "))));
+    }
+    for (position, effect) in raw.calibrate.iter().enumerate() {
+        if !effects.contains(&effect.as_str()) {
+            let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
+                .at(locate(&["calibrate", &position.to_string()]));
+            diagnostics.push(diagnostic.suggest(effect, effects.iter().copied()));
+        }
+    }
+    for (name, at) in &raw.anchors {
+        if let Some(bad) = at.iter().find(|v| !(0.0..=GREATEST).contains(&(v.abs() * raw.units.length.factor()))) {
+            let diagnostic = Diagnostic::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
+            diagnostics.push(diagnostic.at(locate(&["anchors", name])));
+        }
+    }
+    if let Some(instrument) = &raw.instrument {
+        let observes = raw.observes.unwrap_or(POSITION);
+        diagnostics.extend(noise_by_axis(instrument, observes, locate));
+        diagnostics.extend(impossible_noise(instrument, &raw.units, locate));
+    }
+    diagnostics
+}
+
+/// A single length has no noise by axis.
+fn noise_by_axis(instrument: &RawInstrument, observes: Observes, locate: Locate) -> Option<Diagnostic> {
+    match instrument.sigma {
+        Some(RawSigma::ByAxis { x, y, z }) if observes.length_rows() == 1 && (x != y || y != z) => {
+            let message = format!("the noise of a {} is one number, not one by axis", observes.name());
+            let diagnostic = Diagnostic::error(message).at(locate(&["instrument", "sigma"]));
+            Some(diagnostic.remedy("give `sigma:` as one number, that of the length itself"))
+        }
+        _ => None,
+    }
+}
+
+/// Noises that are zero, negative or not finite.
+fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -> Vec<Diagnostic> {
+    let [length, angle] = [units.length.factor(), units.angle.factor()];
+    let mut stated: Vec<(Vec<&str>, f64, f64)> = Vec::new();
+    match instrument.sigma {
+        Some(RawSigma::All(value)) => stated.push((vec!["sigma"], value, length)),
+        Some(RawSigma::ByAxis { x, y, z }) => {
+            stated.extend([("x", x), ("y", y), ("z", z)].map(|(axis, value)| (vec!["sigma", axis], value, length)));
+        }
+        None => {}
+    }
+    stated.extend(instrument.orientation.map(|value| (vec!["orientation"], value, angle)));
+    stated.retain(|(_, value, factor)| !(LEAST_NOISE..=GREATEST).contains(&(value * factor)));
+    let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
+        let message = format!("the instrument's noise is {value}, and must be a finite number above 0");
+        let diagnostic = Diagnostic::error(message).at(locate(&[&["instrument"], &path[..]].concat()));
+        diagnostic.remedy("give one sigma; leave it out to have it estimated from the residuals")
+    };
+    stated.into_iter().map(fault).collect()
+}
