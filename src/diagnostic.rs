@@ -331,6 +331,10 @@ impl<'a> IntoIterator for &'a Diagnostics {
 }
 
 /// The valid name most like `found`, if any is like it at all; two names of which every letter differs never are.
+///
+/// ```
+/// assert_eq!(elastogeo::diagnostic::nearest("antecdent", ["antecedent", "actuator"]), Some("antecedent"));
+/// ```
 pub fn nearest<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     valid
         .into_iter()

@@ -11,9 +11,10 @@
 //!     // A quarter of the configurations is held out, to judge the calibration by.
 //!     let held_out = split(campaign, 0.25, 1);
 //!     let found = calibrate(model, campaign, &held_out, &Settings::default(), &mut |_| ())?;
-//!     for estimate in found.estimates.iter().filter(|estimate| estimate.identifiable) {
+//!     for estimate in &found.estimates {
+//!         let Some(ci95) = estimate.ci95 else { continue }; // dropped: not identifiable
 //!         let name = &model.registry[estimate.slot].name;
-//!         println!("{name:12} {:+.6} ± {:.6}", estimate.value - estimate.nominal, estimate.ci95); // m or rad
+//!         println!("{name:12} {:+.6} ± {ci95:.6}", estimate.value - estimate.nominal); // m or rad
 //!     }
 //!     let rms = |figures: &elastogeo::estimation::Figures| 1e3 * figures.check.distance[1];
 //!     println!("held-out readings: {:.3} mm rms before, {:.3} mm after", rms(&found.before), rms(&found.after));

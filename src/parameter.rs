@@ -96,6 +96,15 @@ pub struct Parameter {
 
 impl Parameter {
     /// A value as it is reported: its inverse where it is [`Parameter::inverted`].
+    ///
+    /// ```
+    /// let model = elastogeo::files::load_robot("kuka-ir663")?.model;
+    /// let spring = &model.registry[model.registry.slot("joint2.kar").expect("a spring")];
+    /// // Declared as a stiffness, computed with as a compliance.
+    /// assert!((spring.shown(spring.nominal) - 1.72e6).abs() < 1.0); // N.m/rad
+    /// assert_eq!(spring.shown_kind().unit(), "N.m/rad");
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn shown(&self, value: f64) -> f64 {
         if self.inverted { 1.0 / value } else { value }
     }
@@ -139,6 +148,14 @@ impl Registry {
     }
 
     /// Slot of a name.
+    ///
+    /// ```
+    /// let model = elastogeo::files::load_robot("kuka-kr270")?.model;
+    /// let slot = model.registry.slot("3.d").expect("the length of the lower arm");
+    /// assert!((model.registry[slot].nominal - 1.25).abs() < 1e-12); // m
+    /// assert_eq!(model.registry.nominal()[slot], model.registry[slot].nominal);
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn slot(&self, name: &str) -> Option<Slot> {
         self.slots.get(name).copied()
     }

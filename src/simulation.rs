@@ -98,6 +98,17 @@ pub fn draw_in_box(
 ///
 /// # Errors
 /// The last assembly error if hardly any configuration can be assembled.
+///
+/// ```
+/// use elastogeo::kinematics::Geometry;
+/// use elastogeo::simulation::{draw_configurations, generator};
+///
+/// let model = elastogeo::files::load_robot("kuka-kr270")?.model;
+/// let geometry = Geometry::nominal(&model)?;
+/// let drawn = draw_configurations(&geometry, 5, 0.5, &mut generator(1))?;
+/// assert_eq!(drawn, draw_configurations(&geometry, 5, 0.5, &mut generator(1))?); // the same for a seed
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn draw_configurations(
     geometry: &Geometry,
     count: usize,
@@ -124,7 +135,7 @@ pub fn draw_configurations_in(
 }
 
 /// Values with every parameter that calibration frees off by its tolerance times a normal number, the geometry's times
-/// `geometry`, those of what gives times `elastic`.
+/// `geometry`, those of springs times `elastic`.
 pub fn draw_errors(model: &Model, geometry: f64, elastic: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut values = model.registry.nominal();
     let all = model.free_slots().into_iter().map(|slot| (slot, geometry));
@@ -185,6 +196,30 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
 ///
 /// # Errors
 /// A configuration that cannot be assembled, or a structure that can move without force.
+///
+/// ```
+/// use elastogeo::kinematics::Geometry;
+/// use elastogeo::observation::POSITION;
+/// use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
+///
+/// let model = elastogeo::files::load_robot("universal-ur5")?.model;
+/// let mut random = generator(7);
+/// let truth = draw_errors(&model, 1.0, 0.0, &mut random);
+/// let plan = Plan {
+///     configurations: draw_configurations(&Geometry::nominal(&model)?, 20, 0.8, &mut random)?,
+///     markers: vec![None],
+///     repeats: 1,
+///     wrenches: Vec::new(),
+///     conditions: false,
+///     observes: POSITION,
+///     sigma: 3e-5, // m
+///     sigma_orientation: 0.0,
+///     estimate: [true, true],
+/// };
+/// let campaign = simulate(&model, &truth, &plan, &mut random)?;
+/// assert_eq!(campaign.readings.len(), 20);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn simulate(
     model: &Model,
     values: &[f64],

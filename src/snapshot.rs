@@ -12,6 +12,13 @@ use crate::simulation::{draw_configurations, generator};
 ///
 /// # Errors
 /// What keeps the robot from being assembled.
+///
+/// ```
+/// let model = elastogeo::files::load_robot("universal-ur5")?.model;
+/// let text = elastogeo::snapshot::snapshot(&model).expect("assembled");
+/// assert!(text.starts_with(&model.name) && text.lines().count() > 20);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
     let geometry = Geometry::nominal(model)?;
     let configurations = draw_configurations(&geometry, 60, 0.8, &mut generator(1))?;

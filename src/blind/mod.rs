@@ -21,6 +21,11 @@ pub use shapes::{Shape, Situation};
 use sha2::{Digest, Sha256};
 
 /// SHA-256 of a text, in hexadecimal digits.
+///
+/// ```
+/// let seal = elastogeo::blind::seal("backlash at joint:2");
+/// assert_eq!(seal.len(), 64); // SHA-256, in hexadecimal digits
+/// ```
 pub fn seal(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

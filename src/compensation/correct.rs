@@ -7,10 +7,10 @@ use crate::kinematics::{Transform, beyond_limits};
 use crate::model::Model;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 
-/// Steps after which a point is given up.
+/// Most steps for a point; one that needs more is refused.
 const MOST: usize = 40;
-/// A step that leaves more of the error than this is followed by new derivatives, those of the deflection included.
-/// Before, the rigid robot's serve: they leave about what the arm deflects over its length, a thousandth.
+/// After a step that leaves more of the error than this, derivatives are computed anew, with those of the deflection. Until
+/// then the rigid robot's suffice: their error is about the deflection over the reach, a thousandth.
 const SLOW: f64 = 0.05;
 /// Greatest condition number of a point that is not singular.
 const WORST_CONDITION: f64 = 1e3;
@@ -62,7 +62,7 @@ pub fn correct(
     let (mut iterations, mut is_new) = (0, false);
     while !met(&error) {
         let mut share = 1.0;
-        let mut left = f64::INFINITY;
+        let mut remaining = f64::INFINITY;
         while share > 1e-2 {
             steps.step(&held, &work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
             // A trial that cannot be assembled is too long a step.
@@ -70,7 +70,7 @@ pub fn correct(
             if let Ok(found) = reached {
                 let now = held.of(&found.to(target));
                 if now.norm() < error.norm() {
-                    left = now.norm() / error.norm();
+                    remaining = now.norm() / error.norm();
                     (seen, error) = (found, now);
                     q.copy_from_slice(&trial);
                     break;
@@ -79,14 +79,14 @@ pub fn correct(
             share *= 0.5;
         }
         iterations += 1;
-        if iterations == MOST || left.is_infinite() && is_new {
+        if iterations == MOST || remaining.is_infinite() && is_new {
             let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
             return Err(Refusal::Stuck { position, orientation, iterations });
         }
-        is_new = left > SLOW && !met(&error);
+        is_new = remaining > SLOW && !met(&error);
         if is_new {
             predictor.place(&q, work)?;
-            seen = if left.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
+            seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
             predictor.differentiate(index, wrench, &seen, true, work);
             steps = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?.0;
         }

@@ -10,7 +10,7 @@ use super::Refusal;
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::{Process, Push};
 
-/// Steps after which the search is given up.
+/// Most steps of the search.
 const MOST: usize = 60;
 /// A gap below this counts as closed, m.
 const CLOSED: f64 = 1e-12;
@@ -24,7 +24,7 @@ pub struct Balance {
     pub wrench: [f64; 6],
 }
 
-/// The reading `index` at the configuration just placed, in equilibrium with a process beside a given wrench (N and N.m,
+/// The reading `index` at the configuration just placed, in equilibrium with a process and a given wrench (N and N.m,
 /// base axes), reached by travelling in a direction; sought from a point (m, base frame).
 ///
 /// # Errors

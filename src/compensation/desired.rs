@@ -28,7 +28,7 @@ pub struct Controller<'a> {
 
 impl Controller<'_> {
     /// Pose of a marker (none: the tool centre point) at commands, base frame; axes of the tool. What a controller that
-    /// takes poses must be told for these commands.
+    /// takes poses must be given for these commands.
     ///
     /// # Errors
     /// The loops cannot be closed there.

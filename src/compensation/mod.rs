@@ -2,7 +2,7 @@
 //!
 //! The inverse of the calibrated elasto-geometric model: the point that is predicted with geometry errors, own weight,
 //! applied wrench and effects ([`crate::prediction::SinglePredictor`]) is brought to its target by Newton's steps on
-//! analytic derivatives, and the residual that is told is the prediction's at the commands found. A process that pushes
+//! analytic derivatives, and the residual reported is the prediction's at the commands found. A process that pushes
 //! back as the tool moves is brought to equilibrium with the arm ([`settle`]).
 
 mod correct;
@@ -104,9 +104,9 @@ pub enum Refusal {
         orientation.to_degrees()
     )]
     Stuck {
-        /// Distance left, m.
+        /// Remaining distance, m.
         position: f64,
-        /// Angle left, rad.
+        /// Remaining angle, rad.
         orientation: f64,
         /// Iterations done.
         iterations: usize,
@@ -120,7 +120,7 @@ pub enum Refusal {
     /// No balance between arm and process.
     #[error("no equilibrium of arm and process: {:.4} mm stay open", gap * 1e3)]
     Unsettled {
-        /// Gap left, m.
+        /// Remaining gap, m.
         gap: f64,
     },
     /// The balance tips over.

@@ -12,8 +12,8 @@ use crate::model::{Condition, Model};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::Process;
 
-/// Rounds after which sides of approach are taken as they are.
-const ROUNDS: usize = 5;
+/// Most passes over the path: each derives the sides of approach from the commands of the one before.
+const MOST_PASSES: usize = 5;
 /// A variable that moves by less (rad or m) keeps its side.
 const STANDS: f64 = 1e-6;
 
@@ -48,7 +48,7 @@ pub enum Sides {
     Given,
     /// The way the corrected commands go.
     Derived,
-    /// As derived; but corrections turn some back and forth, and the last round was taken.
+    /// As derived; but corrections turn some back and forth, and those of the last pass are taken.
     Unsettled,
 }
 
@@ -57,6 +57,27 @@ pub enum Sides {
 ///
 /// # Errors
 /// The model cannot be assembled with these values.
+///
+/// ```
+/// use elastogeo::compensation::{Asked, Controller, Settings, compensate, desire};
+/// use elastogeo::files::Reader;
+/// use elastogeo::kinematics::{Geometry, Transform};
+///
+/// let reader = Reader::default();
+/// let robot = reader.robot("kuka-ir663")?;
+/// let model = &robot.model;
+/// let path = reader.path("ir663-strip", &robot, robot.raw.units)?;
+/// let geometry = Geometry::nominal(model)?;
+/// let controller = Controller { geometry: &geometry, markers: &[] };
+/// let asked = Asked { joints: false, position: true, orientation: true };
+/// let desired = desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
+/// let values = model.registry.nominal();
+/// let found = compensate(model, &values, &path.campaign, &desired, None, &Settings::new(6))?;
+/// let first = found.points[0].as_ref().expect("reachable");
+/// // Own weight alone: 1.8 mm are corrected to less than 0.1 um.
+/// assert!(first.before.is_some_and(|deviation| deviation.all.norm() > 1e-3) && first.corrected.position <= 1e-7);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn compensate(
     model: &Model,
     values: &[f64],
@@ -72,9 +93,9 @@ pub fn compensate(
         desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let mut sides = if derived { Sides::Derived } else { Sides::Given };
     let travel = travel(desired);
-    let mut round = 0;
+    let mut pass = 0;
     loop {
-        round += 1;
+        pass += 1;
         if derived {
             derive_sides(&commands, &own, &mut path);
         }
@@ -94,13 +115,13 @@ pub fn compensate(
             points.iter().map(|p| p.as_ref().ok().map(|p| p.corrected.joints.clone())).collect();
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
-        // Only an effect that looks at the side makes another round worth while.
+        // Only an effect that looks at the side needs another pass.
         let settled =
             !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
                 derive_sides(&found, &own, &mut path);
                 path.conditions == before
             };
-        if settled || round == ROUNDS {
+        if settled || pass == MOST_PASSES {
             sides = if settled { sides } else { Sides::Unsettled };
             return Ok(Outcome { points, sides, left_out });
         }

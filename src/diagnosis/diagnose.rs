@@ -16,6 +16,22 @@ use crate::model::Model;
 ///
 /// # Errors
 /// As [`crate::estimation::calibrate`]: readings that cannot be predicted, or too few of them.
+///
+/// ```
+/// use elastogeo::diagnosis::{Settings, Verdict, diagnose};
+/// use elastogeo::estimation::split;
+///
+/// // A KR-270 whose description has joint 1 rigid.
+/// let loaded = elastogeo::files::load_campaign("kr270-rigid-joint-1", None)?;
+/// let held_out = split(&loaded.campaign, 0.25, 1);
+/// let settings = Settings::new(&loaded.campaign, 1);
+/// let found = diagnose(&loaded.robot.model, &loaded.campaign, &held_out, &settings, &mut |_| {})?;
+/// assert_eq!(found.verdict, Verdict::Explained);
+/// let cause = &found.causes[0];
+/// assert_eq!((cause.effect.as_str(), cause.site.as_str()), ("joint-compliance", "joint:1"));
+/// assert!(cause.rms_after < 0.1 * cause.rms_before);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn diagnose(
     model: &Model,
     campaign: &Campaign,

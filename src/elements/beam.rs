@@ -193,6 +193,15 @@ impl ElasticElement for Beam {
 
 /// Local axes (columns) of a beam from one point to another, and its length. Where the normal is along the beam, as it
 /// should not be, any other serves.
+///
+/// ```
+/// use elastogeo::elements::beam_axes;
+/// use nalgebra::Vector3;
+///
+/// let (axes, length) = beam_axes(&Vector3::zeros(), &Vector3::new(0.0, 2.0, 0.0), &Vector3::z());
+/// assert_eq!(length, 2.0);
+/// assert!((axes.column(0) - Vector3::y()).norm() < 1e-15); // its own x runs along it
+/// ```
 pub fn axes(from: &Vector3<f64>, to: &Vector3<f64>, normal: &Vector3<f64>) -> (Matrix3<f64>, f64) {
     let along = to - from;
     let length = along.norm();

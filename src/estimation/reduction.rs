@@ -24,6 +24,17 @@ pub struct Reduction {
 ///
 /// # Errors
 /// As [`super::calibrate`].
+///
+/// ```
+/// use elastogeo::estimation::observe;
+/// use elastogeo::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+///
+/// let loaded = elastogeo::files::load_campaign("ir663-paper-poses", None)?;
+/// let criterion = Criterion::Relative(DEFAULT_TOLERANCE);
+/// let found = observe(&loaded.robot.model, &loaded.campaign, &[], Scaling::Norm, criterion, None)?.identifiability;
+/// assert_eq!((found.columns, found.rank, found.kept.len()), (43, 39, 37)); // as in the IR663 paper
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn observe(
     model: &Model,
     campaign: &Campaign,

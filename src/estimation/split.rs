@@ -12,6 +12,14 @@ const MOST: f64 = 0.9;
 
 /// Whether each reading is held out to check: as the campaign marks them, else a seeded share (0 to 0.9) of the
 /// configurations. The readings of one configuration are never split. With fewer than 8 configurations none is held out.
+///
+/// ```
+/// let campaign = elastogeo::files::load_campaign("kr270-simulated", None)?.campaign;
+/// let held_out = elastogeo::estimation::split(&campaign, 0.25, 1);
+/// // The file marks 12 of the 30 configurations, with 9 readings each.
+/// assert_eq!(held_out.iter().filter(|held_out| **held_out).count(), 108);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn split(campaign: &Campaign, share: f64, seed: u64) -> Vec<bool> {
     if campaign.readings.iter().any(|reading| reading.check.is_some()) {
         return campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();

@@ -19,6 +19,21 @@ pub struct Errors {
 }
 
 /// Errors of the readings for which `among` holds, from residuals as [`crate::prediction::Linearised::residual`].
+///
+/// ```
+/// use elastogeo::estimation::errors_of;
+/// use elastogeo::prediction::{Linearised, Predictor};
+///
+/// let loaded = elastogeo::files::load_campaign("ir663-simulated", None)?;
+/// let model = &loaded.robot.model;
+/// let mut found = Linearised::default();
+/// let predictor = Predictor::new(model, &loaded.campaign, Vec::new())?;
+/// predictor.linearise(&model.registry.nominal(), false, &mut found)?;
+/// let errors = errors_of(&loaded.campaign, &found.residual, |_| true);
+/// assert_eq!(errors.readings, 43);
+/// assert!((0.5e-3..1.5e-3).contains(&errors.distance[1])); // not calibrated yet
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) -> bool) -> Errors {
     let components = campaign.components();
     let chosen: Vec<&[f64]> =

@@ -40,6 +40,14 @@ impl Reader {
 ///
 /// # Errors
 /// Every fault found, located.
+///
+/// ```
+/// let loaded = elastogeo::files::load_campaign("kr270-simulated", None)?;
+/// let campaign = &loaded.campaign;
+/// assert_eq!((campaign.poses.len(), campaign.readings.len()), (30, 270)); // 3 markers, 3 repeats
+/// assert_eq!(campaign.configuration(0).len(), loaded.robot.model.variables.len());
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
     Reader::default().campaign(file, robot)
 }

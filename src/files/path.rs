@@ -58,6 +58,15 @@ impl Reader {
     ///
     /// # Errors
     /// Every fault found, located.
+    ///
+    /// ```
+    /// let reader = elastogeo::files::Reader::default();
+    /// let robot = reader.robot("kuka-ir663")?;
+    /// let path = reader.path("ir663-strip", &robot, robot.raw.units)?;
+    /// assert_eq!(path.campaign.readings.len(), 26);
+    /// assert!(path.position && path.orientation && !path.joints);
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn path(&self, name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
         Ok(read(&table(self, name, robot, &[])?, &robot.robot, units)?)
     }

@@ -17,6 +17,10 @@ pub(super) static PROCESSES: Dir = include_dir!("$CARGO_MANIFEST_DIR/processes")
 const MOST_BYTES: u64 = 20 << 20;
 
 /// Names of the bundled robots.
+///
+/// ```
+/// assert!(elastogeo::files::bundled_robots().contains(&"kuka-kr270".to_string()));
+/// ```
 pub fn bundled_robots() -> Vec<String> {
     let mut names: Vec<String> = ROBOTS
         .files()

@@ -41,6 +41,14 @@ impl Reader {
     ///
     /// # Errors
     /// Every fault found, located.
+    ///
+    /// ```
+    /// let reader = elastogeo::files::Reader::default();
+    /// let whole = reader.robot("kuka-kr270")?.model;
+    /// let without = reader.robot_leaving_out("kuka-kr270", &["compensator"])?.model;
+    /// assert!(without.registry.all().len() < whole.registry.all().len());
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn robot_leaving_out(&self, name: &str, without: &[&str]) -> Result<LoadedRobot, Diagnostics> {
         let names = without.iter().map(|name| ((*name).to_string(), None)).collect();
         Ok(read_robot(self, &find_robot(name, None)?, &Without { names, own: None })?)
@@ -50,6 +58,22 @@ impl Reader {
     ///
     /// # Errors
     /// Every fault found, located.
+    ///
+    /// ```
+    /// use std::path::Path;
+    ///
+    /// let text = "
+    /// units: {length: mm, angle: deg}
+    /// frames:
+    ///   1: {antecedent: 0, joint: revolute, variable: q1}
+    ///   E: {antecedent: 1, d: 400}
+    /// tool: {frame: E}
+    /// ";
+    /// let robot = elastogeo::files::Reader::default().robot_text(Path::new("arm.yaml"), text)?;
+    /// let length = robot.model.registry.slot("E.d").map(|slot| robot.model.registry[slot].nominal);
+    /// assert_eq!(length, Some(0.4)); // m
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn robot_text(&self, path: &Path, text: &str) -> Result<LoadedRobot, Diagnostics> {
         Ok(from_yaml(self, &Place::Disk(path.into()), text, &Without::default())?)
     }
@@ -59,6 +83,13 @@ impl Reader {
 ///
 /// # Errors
 /// Every fault found, located.
+///
+/// ```
+/// let robot = elastogeo::files::load_robot("kuka-ir663")?;
+/// let names: Vec<&str> = robot.model.variables.iter().map(|variable| variable.name.as_str()).collect();
+/// assert_eq!(names, ["q1", "stroke2", "stroke8", "q4", "q5", "q7"]);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn load_robot(name: &str) -> Result<LoadedRobot, Diagnostics> {
     Reader::default().robot(name)
 }

@@ -16,6 +16,11 @@ use crate::model::Model;
 
 /// Membership of `x` in a strong triangular partition: the lower of the two sets that share it, and the weight of the
 /// upper one.
+///
+/// ```
+/// // Between the sets about 10 and 20, a quarter of the way up.
+/// assert_eq!(elastogeo::fuzzy::membership(&[0.0, 10.0, 20.0], 12.5), (1, 0.25));
+/// ```
 pub fn membership(modes: &[f64], x: f64) -> (usize, f64) {
     let above = modes.partition_point(|mode| *mode <= x);
     match above {
@@ -44,6 +49,14 @@ pub fn firing(modes: &[Vec<f64>], x: &[f64], each: &mut dyn FnMut(usize, f64)) {
 }
 
 /// A component's value, m or rad per N or N.m, at inputs in rad or m.
+///
+/// ```
+/// use elastogeo::description::fuzzy::Component;
+///
+/// // x by fx: 1 um/N up to 0 rad, 3 um/N from 1 rad on, linear between.
+/// let component = Component { at: [0, 0], modes: vec![vec![0.0, 1.0]], conclusions: vec![1e-6, 3e-6] };
+/// assert!((elastogeo::fuzzy::value(&component, &[0.25]) - 1.5e-6).abs() < 1e-18);
+/// ```
 pub fn value(component: &Component, x: &[f64]) -> f64 {
     let mut sum = 0.0;
     firing(&component.modes, x, &mut |rule, weight| sum += weight * component.conclusions[rule]);

@@ -23,6 +23,19 @@ pub struct Sensitivity {
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
+///
+/// ```
+/// use elastogeo::identifiability::sensitivities;
+/// use elastogeo::kinematics::Geometry;
+///
+/// let loaded = elastogeo::files::load_campaign("ir663-paper-poses", None)?;
+/// let model = &loaded.robot.model;
+/// let slots = model.registry.slot("1.r").into_iter().collect::<Vec<_>>();
+/// let found = sensitivities(&Geometry::nominal(model)?, &loaded.campaign, &slots)?;
+/// // A higher first axis lifts the tool by as much, and turns it by nothing.
+/// assert!((found[0].position[0] - 1.0).abs() < 1e-12 && found[0].orientation[1] < 1e-12);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn sensitivities(
     geometry: &Geometry,
     campaign: &Campaign,

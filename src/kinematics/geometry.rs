@@ -62,6 +62,19 @@ impl<'m> Geometry<'m> {
     ///
     /// # Errors
     /// [`AssemblyError`] if a loop or an actuator cannot close there, or `q` is not finite.
+    ///
+    /// ```
+    /// use elastogeo::kinematics::{Geometry, Placements};
+    ///
+    /// let robot = elastogeo::files::load_robot("kuka-ir663")?;
+    /// let geometry = Geometry::nominal(&robot.model)?;
+    /// let mut placements = Placements::default();
+    /// // q1, stroke2, stroke8, q4, q5, q7: rad and m. The loop is closed on its declared branch.
+    /// geometry.place(&[0.0, 0.8, 0.75, 0.0, 90f64.to_radians(), 0.0], &mut placements)?;
+    /// let tool = placements.frames[robot.model.tool.0] * geometry.tool();
+    /// assert!((tool.translation.x - 1.6190831).abs() < 1e-7);
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn place(&self, q: &[f64], out: &mut Placements) -> Result<(), AssemblyError> {
         self.joints(q, out)?;
         let frames = &self.model.frames;

@@ -13,6 +13,10 @@ pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {
 }
 
 /// Median; NaN for none.
+///
+/// ```
+/// assert_eq!(elastogeo::math::median(&mut [3.0, 1.0, 2.0]), 2.0);
+/// ```
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     match values.len() {

@@ -284,6 +284,12 @@ impl Model {
     }
 
     /// Marker by name.
+    ///
+    /// ```
+    /// let model = elastogeo::files::load_robot("kuka-kr270")?.model;
+    /// assert_eq!((model.marker("m2"), model.marker("m9")), (Some(1), None));
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn marker(&self, name: &str) -> Option<usize> {
         self.markers.iter().position(|marker| marker.name == name)
     }
@@ -316,6 +322,12 @@ impl Model {
     }
 
     /// Slots of the geometry that the description's rule frees.
+    ///
+    /// ```
+    /// let model = elastogeo::files::load_robot("kuka-ir663")?.model;
+    /// assert_eq!(model.free_slots().len(), 43); // as the IR663 paper counts them
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn free_slots(&self) -> Vec<Slot> {
         self.free_where(|group| group != Group::Elastic)
     }

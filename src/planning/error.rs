@@ -26,7 +26,7 @@ pub enum PlanningError {
     },
     /// Too few configurations keep the rules.
     #[error("only {found} of {tried} configurations drawn keep the limits, the workspace and the line of sight")]
-    NoRoom {
+    TooFewAllowed {
         /// How many were found.
         found: usize,
         /// How many were drawn.
@@ -42,7 +42,7 @@ pub enum PlanningError {
     #[error("no parameter shows in such readings")]
     NothingSeen,
     /// The least distance excludes so many.
-    #[error("only {found} of {count} configurations find room {apart} m apart")]
+    #[error("only {found} of {count} configurations are {apart} m apart")]
     TooNear {
         /// How many keep the distance.
         found: usize,
@@ -52,7 +52,7 @@ pub enum PlanningError {
         apart: f64,
     },
     /// Too few to separate the parameters.
-    #[error("{count} configurations cannot tell {parameters} parameters apart; it takes at least {least}")]
+    #[error("{count} configurations cannot separate {parameters} parameters; at least {least} are needed")]
     TooFew {
         /// How many were asked for.
         count: usize,

@@ -26,7 +26,7 @@ pub struct Planned {
     pub stations: Vec<Station>,
     /// The campaign that they make.
     pub campaign: Campaign,
-    /// Parameters by column, and what of them can be told apart by any such readings.
+    /// Parameters by column.
     pub slots: Vec<Slot>,
     /// Reduction on the planned (and already made) readings alone.
     pub identifiability: Identifiability,
@@ -41,8 +41,8 @@ pub struct Planned {
     pub bought: Vec<Bought>,
     /// How many random configurations (median of [`SETS`] sets) do as well; none if more than there are candidates.
     pub random_equal: Option<usize>,
-    /// Fewest configurations that tell the parameters apart.
+    /// Fewest configurations that separate the parameters.
     pub least: usize,
-    /// Candidates that the rules left.
+    /// Candidates that keep the rules.
     pub candidates: usize,
 }

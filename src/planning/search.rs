@@ -34,6 +34,43 @@ const TESTS: usize = 100;
 ///
 /// # Errors
 /// [`PlanningError`].
+///
+/// ```
+/// use elastogeo::estimation::What;
+/// use elastogeo::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
+/// use elastogeo::observation::POSITION;
+/// use elastogeo::planning::{Optimality, Request, plan};
+/// use elastogeo::simulation::joint_box;
+///
+/// let model = elastogeo::files::load_robot("universal-ur5")?.model;
+/// let request = Request {
+///     count: 12,
+///     what: What { geometric: true, elastic: false },
+///     observes: POSITION,
+///     markers: vec![None],
+///     loads: Vec::new(),
+///     repeats: 1,
+///     sigma: 3e-5, // m
+///     sigma_orientation: 0.0,
+///     estimate: [true, true],
+///     criterion: Optimality::TestError,
+///     sight: None,
+///     within: joint_box(&model, 1.0),
+///     workspace: None,
+///     apart: 0.0,
+///     tests: Vec::new(),
+///     tested_within: joint_box(&model, 0.5),
+///     measured: None,
+///     hold: Vec::new(),
+///     scaling: Scaling::Norm,
+///     tolerance: Criterion::Relative(DEFAULT_TOLERANCE),
+///     seed: 1,
+/// };
+/// let planned = plan(&model, &request, &mut |_| {})?;
+/// assert_eq!(planned.stations.len(), 12);
+/// assert!(planned.error < 2e-4); // m, at test poses
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<Planned, PlanningError> {
     let geometry = Geometry::nominal(model)?;
     let loads = if request.loads.is_empty() { vec![[0.0; 6]] } else { request.loads.clone() };
@@ -229,7 +266,7 @@ fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError
             Some(error) if drawn.is_empty() && request.sight.is_none() && request.workspace.is_none() => {
                 Err(error.into())
             }
-            _ => Err(PlanningError::NoRoom { found: drawn.len(), tried: 1000 * wanted }),
+            _ => Err(PlanningError::TooFewAllowed { found: drawn.len(), tried: 1000 * wanted }),
         };
     }
     let mut placements = Placements::default();
@@ -298,19 +335,19 @@ fn counts(count: usize, least: usize, most: usize) -> Vec<usize> {
 
 /// Neighbours in the first joints follow each other, so that the robot (and the reflector) moves little.
 fn in_order(design: &mut Design) {
-    let mut left = std::mem::take(&mut design.chosen);
-    left.sort_by(|a, b| a.station.q.partial_cmp(&b.station.q).unwrap_or(std::cmp::Ordering::Equal));
-    if left.is_empty() {
+    let mut waiting = std::mem::take(&mut design.chosen);
+    waiting.sort_by(|a, b| a.station.q.partial_cmp(&b.station.q).unwrap_or(std::cmp::Ordering::Equal));
+    if waiting.is_empty() {
         return;
     }
-    let mut ordered = vec![left.remove(0)];
-    while let Some(last) = ordered.last().filter(|_| !left.is_empty()) {
+    let mut ordered = vec![waiting.remove(0)];
+    while let Some(last) = ordered.last().filter(|_| !waiting.is_empty()) {
         let away = |candidate: &Candidate| {
             let by = candidate.station.q.iter().zip(&last.station.q).map(|(a, b)| (a - b).abs());
             by.fold(0.0, f64::max)
         };
-        let next = (0..left.len()).min_by(|&a, &b| away(&left[a]).total_cmp(&away(&left[b]))).unwrap_or(0);
-        ordered.push(left.remove(next));
+        let next = (0..waiting.len()).min_by(|&a, &b| away(&waiting[a]).total_cmp(&away(&waiting[b]))).unwrap_or(0);
+        ordered.push(waiting.remove(next));
     }
     design.chosen = ordered;
 }

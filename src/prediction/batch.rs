@@ -80,6 +80,24 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// The first configuration (in the order of rows) that cannot be assembled.
+    ///
+    /// ```
+    /// use elastogeo::prediction::{Linearised, Predictor};
+    ///
+    /// let loaded = elastogeo::files::load_campaign("ir663-paper-poses", None)?;
+    /// let model = &loaded.robot.model;
+    /// let slot = model.registry.slot("3.d").expect("a length");
+    /// let predictor = Predictor::new(model, &loaded.campaign, vec![slot])?.with_sag();
+    /// let mut values = model.registry.nominal();
+    /// let (mut at, mut moved) = (Linearised::default(), Linearised::default());
+    /// predictor.linearise(&values, true, &mut at)?;
+    /// values[slot] += 1e-6; // m
+    /// predictor.linearise(&values, false, &mut moved)?;
+    /// // Residuals are measurement less prediction.
+    /// let difference = (at.residual[0] - moved.residual[0]) / 1e-6;
+    /// assert!((difference - at.jacobian[0]).abs() < 1e-4);
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn linearise(&self, values: &[f64], derivatives: bool, out: &mut Linearised) -> Result<(), PredictionError> {
         let slots: &[Slot] = if derivatives { &self.slots } else { &[] };
         let batch = Batch::new(self, values, slots)?;

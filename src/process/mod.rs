@@ -80,6 +80,16 @@ impl Process {
     ///
     /// # Errors
     /// [`ProcessError`].
+    ///
+    /// ```
+    /// use nalgebra::Vector3;
+    ///
+    /// let (process, _) = elastogeo::files::Reader::default().process("ir663-strip")?;
+    /// // 25 mm into the strip, 400 mm from its clamp; the strip pushes the tool up, and 920 N hang on it.
+    /// let push = process.push(&Vector3::new(1.83, 0.0, 1.4), &Vector3::zeros())?;
+    /// assert!(push.force.z > -920.0);
+    /// # Ok::<(), elastogeo::Error>(())
+    /// ```
     pub fn push(&self, at: &Vector3<f64>, travel: &Vector3<f64>) -> Result<Push, ProcessError> {
         let mut all = Push { force: self.carried, gradient: Matrix3::zeros() };
         if let Some(strip) = &self.strip {

@@ -25,7 +25,7 @@ fn record(name: &str) -> PathBuf {
 }
 
 /// Compares findings of a test, a line for each, with the record `docs/figures/NAME.txt`: words alike, numbers to 0.1 % or to
-/// half of the last digit. With `ELASTOGEO_FIGURES=write` in the environment the record is written instead.
+/// the rounding of the digits written. With `ELASTOGEO_FIGURES=write` in the environment the record is written instead.
 pub fn recorded(name: &str, command: &str, lines: &[String]) {
     let now = format!("$ {command}\n{}\n", lines.join("\n"));
     let path = record(&format!("{name}.txt"));
@@ -33,7 +33,9 @@ pub fn recorded(name: &str, command: &str, lines: &[String]) {
         return std::fs::write(&path, now).expect("written");
     }
     let then = text(&path);
-    let alike = |a: &Number, b: &Number| (a.value - b.value).abs() <= (1e-3 * b.value.abs()).max(b.half_digit());
+    let alike = |a: &Number, b: &Number| {
+        (a.value - b.value).abs() <= (1e-3 * b.value.abs()).max(a.half_digit() + b.half_digit())
+    };
     let (a, b) = (numbers(&now), numbers(&then));
     assert!(
         a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| alike(a, b)),

@@ -156,7 +156,7 @@ fn twenty_planned_do_as_well_as_forty_random() {
         assert!(planned <= random, "{}: {planned} against {random}", model.name);
         assert!((0.75..1.25).contains(&(planned / promised)), "{}: {planned}, promised {promised}", model.name);
         let [planned, random] = [planned, random].map(|error| 1e3 * error);
-        lines.push(format!("{}: {planned:.4} mm at 20 planned, {random:.4} mm at 40 random", model.name));
+        lines.push(format!("{}: {planned:.5} mm at 20 planned, {random:.5} mm at 40 random", model.name));
     }
     recorded("twenty-planned", "cargo test twenty_planned", &lines);
 }

@@ -194,7 +194,9 @@ fn check(command: &Plan) -> Result<(), Error> {
 fn refused(error: PlanningError) -> Error {
     let remedy = match &error {
         PlanningError::TooFew { least, .. } => format!("give --poses {least} or more, or hold parameters with --hold"),
-        PlanningError::NoRoom { .. } => "widen --cone, --workspace, --range or --share, or move the instrument".into(),
+        PlanningError::TooFewAllowed { .. } => {
+            "widen --cone, --workspace, --range or --share, or move the instrument".into()
+        }
         PlanningError::NoTest { .. } => "widen --test-range, or give poses with --test".into(),
         PlanningError::TooNear { .. } => "lower --apart, or ask for fewer".into(),
         PlanningError::NothingSeen => "load the robot with --wrench, or plan other readings".into(),

@@ -69,7 +69,7 @@ pub struct Reading {
     pub anchor: usize,
     /// Force and torque applied on the tool at the marker, base axes.
     pub wrench: [f64; 6],
-    /// Whether the reading was set aside to check, if the file says so.
+    /// Whether the reading is held out to check, if the file says so.
     pub check: Option<bool>,
 }
 

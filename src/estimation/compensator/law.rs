@@ -30,6 +30,14 @@ impl Triangle {
     }
 
     /// Length of the spring at joint angle `q`, m.
+    ///
+    /// ```
+    /// use elastogeo::estimation::compensator::Triangle;
+    ///
+    /// // Mounting of the KR-270's compensator (Table V of its paper).
+    /// let triangle = Triangle { lever: 0.18472, ax: 0.68593, ay: 0.1233 };
+    /// assert!((triangle.length(0.0) - 0.7522).abs() < 1e-3); // m
+    /// ```
     pub fn length(&self, q: f64) -> f64 {
         let (a, l) = (self.base(), self.lever);
         (a * a + l * l + 2.0 * a * l * (self.phase() + q).cos()).max(0.0).sqrt()

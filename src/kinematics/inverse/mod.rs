@@ -106,6 +106,21 @@ const SAME: f64 = 1e-4;
 ///
 /// # Errors
 /// [`InverseError`] if the input is unsound, the mechanism cannot be put together or no start reaches the target.
+///
+/// ```
+/// use elastogeo::kinematics::{Geometry, InverseSettings, Placements, Target, solve};
+///
+/// let robot = elastogeo::files::load_robot("universal-ur5")?;
+/// let geometry = Geometry::nominal(&robot.model)?;
+/// let mut placements = Placements::default();
+/// geometry.place(&[0.3, -1.2, 1.3, 0.4, 0.9, 0.2], &mut placements)?;
+/// let tool = placements.frames[robot.model.tool.0] * geometry.tool();
+/// let target = Target { position: tool.translation.vector.into(), rotation: Some(tool.rotation) };
+/// let branches = solve(&geometry, &target, &InverseSettings::default())?;
+/// assert_eq!(branches.len(), 8);
+/// assert!(branches.iter().all(|solution| solution.position_error < 1e-9 && solution.self_motions == 0));
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
 pub fn solve(geometry: &Geometry, target: &Target, settings: &InverseSettings) -> Result<Vec<Solution>, InverseError> {
     check(geometry, target, settings)?;
     let first = settings.from.clone().unwrap_or_else(|| geometry.model.middle());
