@@ -1,9 +1,9 @@
-//! Snapshots that guard robot descriptions.
+//! Snapshots that guard robot descriptions: positions in m, rank and kept parameters of the geometric calibration.
 
 use std::fmt::Write;
 
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
-use crate::kinematics::{By, ErrorColumns, Geometry, Placements, Rates};
+use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates};
 use crate::model::Model;
 use crate::simulation::{draw_configurations, generator};
 
@@ -12,14 +12,13 @@ use crate::simulation::{draw_configurations, generator};
 ///
 /// # Errors
 /// What keeps the robot from being assembled.
-pub fn snapshot(model: &Model) -> Result<String, String> {
-    let told = |error: crate::kinematics::AssemblyError| error.to_string();
-    let geometry = Geometry::nominal(model).map_err(told)?;
-    let configurations = draw_configurations(&geometry, 60, 0.8, &mut generator(1)).map_err(told)?;
+pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
+    let geometry = Geometry::nominal(model)?;
+    let configurations = draw_configurations(&geometry, 60, 0.8, &mut generator(1))?;
     let mut out = format!("{}\n", model.name);
     let mut placements = Placements::default();
     for q in configurations.iter().take(3) {
-        geometry.place(q, &mut placements).map_err(told)?;
+        geometry.place(q, &mut placements)?;
         let _ = writeln!(out, "\nat {}", numbers(q));
         for (frame, placed) in model.frames.iter().zip(&placements.frames).skip(1) {
             let r = placed.rotation.matrix();
@@ -40,7 +39,7 @@ pub fn snapshot(model: &Model) -> Result<String, String> {
     let mut columns = vec![[0.0; 6]; slots.len()];
     let mut matrix = Vec::new();
     for q in &configurations {
-        geometry.place(q, &mut placements).map_err(told)?;
+        geometry.place(q, &mut placements)?;
         rates.evaluate(&geometry, q, &placements);
         plan.evaluate(&geometry, &placements, &rates, &mut columns);
         (0..6).for_each(|row| matrix.extend(columns.iter().map(|column| column[row])));

@@ -29,8 +29,8 @@ pub fn beyond<'a>(
             }
         }
     }
-    let told = variables.iter().zip(found).filter_map(|(variable, found)| Some((variable, found?)));
-    told.map(|(variable, (count, row, value))| {
+    let found = variables.iter().zip(found).filter_map(|(variable, found)| Some((variable, found?)));
+    found.map(|(variable, (count, row, value))| {
         let (kind, unit, factor) = if variable.is_angle {
             ("angles", units.angle.symbol(), units.angle.factor())
         } else {

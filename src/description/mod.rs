@@ -1,7 +1,7 @@
 //! Reading and writing of the files: robot descriptions, campaigns and measurements, every fault located.
 //!
-//! A description goes through three ages: [`raw`] (the file), [`robot`] (SI, names resolved by [`resolve`]) and the
-//! compiled [`crate::model::Model`].
+//! A description is read into [`raw`] (the file, in its units), resolved by [`resolve`] into [`robot`] (SI, names as
+//! indices), and compiled into [`crate::model::Model`]. Its numbers are listed once, in `parameters`.
 
 pub mod campaign;
 pub mod coupling;

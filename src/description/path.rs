@@ -75,8 +75,8 @@ pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Diag
     match resolve(&raw, &|_| None, robot, std::slice::from_ref(table)) {
         Ok((campaign, _)) if diagnostics.is_empty() => Ok(Path { campaign, joints, position, orientation }),
         Ok(_) => Err(diagnostics),
-        Err(mut said) => {
-            diagnostics.append(&mut said);
+        Err(more) => {
+            diagnostics.extend(more);
             Err(diagnostics)
         }
     }

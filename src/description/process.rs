@@ -81,77 +81,90 @@ pub struct RawAnchored {
 const FARTHEST: f64 = 100.0;
 /// A strip softer than this (Pa) is no strip.
 const SOFTEST: f64 = 1e6;
+/// Greatest length of a strip (m), modulus (Pa) and stiffness of a spring (N/m) that are taken for one.
+const LONGEST: f64 = 1e3;
+const HARDEST: f64 = 1e13;
+const STIFFEST: f64 = 1e12;
 
 /// Values that no process has, and (as warnings) those that come of undeclared units.
 pub fn faults(raw: &RawProcess, locate: Locate) -> Vec<Diagnostic> {
-    let mut diagnostics = Vec::new();
-    let mut tell = |path: &[&str], message: String, remedy: &str| {
-        diagnostics.push(Diagnostic::error(message).at(locate(path)).remedy(remedy));
-    };
-    let finite = |v: &[f64], factor: f64| v.iter().all(|v| (v * factor).abs() <= GREATEST);
+    let mut faults = Faults { locate, diagnostics: Vec::new() };
     if raw.carried.is_none() && raw.strip.is_none() && raw.springs.is_empty() {
-        tell(&[], "the process does nothing to the tool".into(), "give `strip`, `springs` or `carried`");
+        faults.add(&[], "the process does nothing to the tool", "give `strip`, `springs` or `carried`");
     }
-    if raw.carried.is_some_and(|carried| !finite(&carried, raw.units.force.factor())) {
-        tell(&["carried"], "the force carried is not finite, or too great".into(), "give three components");
+    if raw.carried.is_some_and(|carried| !within(&carried, raw.units.force.factor())) {
+        faults.add(&["carried"], "the force carried is not finite, or too great", "give three components");
     }
-    let length = raw.units.length.factor();
     if let Some(strip) = &raw.strip {
-        let pressure = raw.units.pressure.factor();
-        for (key, value, factor) in [
-            ("length", strip.length, length),
-            ("width", strip.width, length),
-            ("height", strip.height, length),
-            ("young", strip.young, pressure),
+        faults.strip(strip, &raw.units);
+    }
+    for (index, spring) in raw.springs.iter().enumerate() {
+        let index = index.to_string();
+        if !within(&spring.at, raw.units.length.factor()) {
+            faults.add(&["springs", &index, "at"], "`at` is not finite, or too far", "give three coordinates");
+        }
+        if !spring.stiffness.iter().all(|k| (k * raw.units.stiffness.factor()).abs() <= STIFFEST) {
+            let path = ["springs", &index, "stiffness"];
+            faults.add(&path, "the stiffness is no number that a spring has", "give three");
+        }
+    }
+    faults.diagnostics.extend(doubtful_units(raw, locate));
+    faults.diagnostics
+}
+
+/// Whether all are finite numbers that a length or a force can be.
+fn within(values: &[f64], factor: f64) -> bool {
+    values.iter().all(|v| (v * factor).abs() <= GREATEST)
+}
+
+struct Faults<'a> {
+    locate: Locate<'a>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Faults<'_> {
+    fn add(&mut self, path: &[&str], message: impl Into<String>, remedy: &str) {
+        self.diagnostics.push(Diagnostic::error(message).at((self.locate)(path)).remedy(remedy));
+    }
+
+    fn strip(&mut self, strip: &RawStrip, units: &Units) {
+        let (length, pressure) = (units.length.factor(), units.pressure.factor());
+        for (key, value, factor, greatest) in [
+            ("length", strip.length, length, LONGEST),
+            ("width", strip.width, length, LONGEST),
+            ("height", strip.height, length, LONGEST),
+            ("young", strip.young, pressure, HARDEST),
         ] {
-            let greatest = if key == "young" { 1e13 } else { 1e3 };
             if !(value > 0.0 && value * factor <= greatest) {
                 let message = format!("`{key}` of the strip is {value}, and must be a number above 0 that a strip has");
-                tell(&["strip", key], message, "check the value and `units:`");
+                self.add(&["strip", key], message, "check the value and `units:`");
             }
         }
         if strip.height > 0.2 * strip.length {
             let message = format!("the strip is {} high and {} long: no slender strip", strip.height, strip.length);
-            tell(&["strip", "height"], message, "beam theory holds for a height below a fifth of the length");
+            self.add(&["strip", "height"], message, "beam theory holds for a height below a fifth of the length");
         }
         if !(0.0..=2.0).contains(&strip.friction) {
             let message = format!("`friction` is {}, and must be from 0 to 2", strip.friction);
-            tell(&["strip", "friction"], message, "leave it out for none");
+            self.add(&["strip", "friction"], message, "leave it out for none");
         }
-        if !finite(&strip.clamp, length) {
-            tell(&["strip", "clamp"], "`clamp` is not finite, or too far".into(), "give three coordinates");
+        if !within(&strip.clamp, length) {
+            self.add(&["strip", "clamp"], "`clamp` is not finite, or too far", "give three coordinates");
         }
         let unit = |v: [f64; 3]| {
             let v = nalgebra::Vector3::from(v);
             (v.norm().is_finite() && v.norm() > 0.0).then(|| v.normalize())
         };
-        match (unit(strip.along), unit(strip.push)) {
-            (None, _) => {
-                tell(&["strip", "along"], "`along` is no direction".into(), "give three components, not all 0")
-            }
-            (_, None) => tell(&["strip", "push"], "`push` is no direction".into(), "give three components, not all 0"),
-            (Some(along), Some(push)) if along.dot(&push).abs() > 0.99 => {
-                let remedy = "the tool pushes across the strip";
-                tell(&["strip", "push"], "`push` is parallel to `along`".into(), remedy);
-            }
-            _ => {}
+        let (along, push) = (unit(strip.along), unit(strip.push));
+        let remedy = "give three components, not all 0";
+        if along.is_none() {
+            self.add(&["strip", "along"], "`along` is no direction", remedy);
+        } else if push.is_none() {
+            self.add(&["strip", "push"], "`push` is no direction", remedy);
+        } else if along.zip(push).is_some_and(|(along, push)| along.dot(&push).abs() > 0.99) {
+            self.add(&["strip", "push"], "`push` is parallel to `along`", "the tool pushes across the strip");
         }
     }
-    for (index, spring) in raw.springs.iter().enumerate() {
-        let index = index.to_string();
-        if !finite(&spring.at, length) {
-            tell(&["springs", &index, "at"], "`at` is not finite, or too far".into(), "give three coordinates");
-        }
-        if !spring.stiffness.iter().all(|k| (k * raw.units.stiffness.factor()).abs() <= 1e12) {
-            tell(
-                &["springs", &index, "stiffness"],
-                "the stiffness is no number that a spring has".into(),
-                "give three",
-            );
-        }
-    }
-    diagnostics.extend(doubtful_units(raw, locate));
-    diagnostics
 }
 
 /// Coordinates that no robot reaches, and a strip softer than any solid.

@@ -64,6 +64,12 @@ pub struct Units {
 }
 
 impl Units {
+    /// SI units in the file's unit of a compliance, by row (x, y, z, rx, ry, rz) and column (fx, .., mz).
+    pub fn compliance(&self, [row, column]: [usize; 2]) -> f64 {
+        let displacement = if row < 3 { self.length.factor() } else { self.angle.factor() };
+        displacement / if column < 3 { self.force.factor() } else { self.torque.factor() }
+    }
+
     /// SI units in one of the file's units of a kind of quantity.
     pub fn of(&self, kind: Kind) -> f64 {
         match kind {

@@ -11,10 +11,6 @@ use crate::math::independent;
 use crate::model::Model;
 use crate::parameter::Slot;
 
-/// A hypothesis whose parameters, of their common size, change all readings together by less than this many sigmas does
-/// not show. Rounding of predictions is below 1e-9, what can be measured above 1e-2.
-const SHOWN: f64 = 1e-6;
-
 /// An effect at a site with values of its nonlinear parameters, and its columns in the linear problem.
 #[derive(Clone)]
 pub struct Hypothesis {
@@ -51,11 +47,6 @@ impl Hypothesis {
     /// Effect and site by name.
     pub fn named(&self) -> EffectAtSite {
         EffectAtSite { effect: self.effect.name().into(), site: self.site.name.clone() }
-    }
-
-    /// Whether it changes any reading.
-    pub fn shows(&self) -> bool {
-        self.columns.column_iter().zip(&self.parameters).any(|(column, own)| column.norm() * own.scale > SHOWN)
     }
 
     /// Leaves out the constants whose columns the nuisance or its own other columns reproduce entirely. The parameters of

@@ -80,15 +80,11 @@ impl LinearProblem {
         })
     }
 
-    /// Without the columns, and the hypotheses, that the nuisance reproduces entirely. Hypotheses that change no reading
-    /// count as tried, with columns of zero in place of rounding.
+    /// Without the columns, and the hypotheses, that the nuisance reproduces entirely.
     pub fn pruned(mut self) -> Self {
         let basis = orthonormal(&self.nuisance, None);
         self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.prune(&basis));
         self.hypotheses.retain(|hypothesis| !hypothesis.parameters.is_empty());
-        for hypothesis in self.hypotheses.iter_mut().filter(|hypothesis| !hypothesis.shows()) {
-            hypothesis.columns.fill(0.0);
-        }
         self
     }
 

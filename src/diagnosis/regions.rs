@@ -45,10 +45,14 @@ impl Limit {
     }
 }
 
-/// Variables, load and conditions.
+/// Conditions, variables and load: a limit of the side of approach says more than one of a joint that divides alike.
 fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let count = campaign.readings.len();
     let mut features: Vec<Feature> = Vec::new();
+    for (condition, values) in campaign.conditions.columns() {
+        let name = condition.column(|variable| model.variables[variable].name.as_str());
+        features.push(Feature { name, unit: condition.unit(), size: 1.0, values: values.clone() });
+    }
     for (k, variable) in model.variables.iter().enumerate() {
         let (unit, size) = if variable.is_angle { ("deg", 1f64.to_radians()) } else { ("mm", 1e-3) };
         let values = (0..count).map(|i| campaign.configuration(i)[k]).collect();
@@ -57,16 +61,12 @@ fn features(model: &Model, campaign: &Campaign) -> Vec<Feature> {
     let force = |w: &[f64; 6]| (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]).sqrt();
     let values = campaign.readings.iter().map(|reading| force(&reading.wrench)).collect();
     features.push(Feature { name: "|f|".into(), unit: "N", size: 1.0, values });
-    for (condition, values) in campaign.conditions.columns() {
-        let name = condition.column(|variable| model.variables[variable].name.as_str());
-        features.push(Feature { name, unit: condition.unit(), size: 1.0, values: values.clone() });
-    }
     features
 }
 
 /// The limit, among those with enough readings on either side, for which `contrast` of the sums over the readings below
 /// and above is greatest: how different they are, and whether those below are greater. Where limits of two features divide
-/// the readings alike, that of the later one is taken: a condition before a joint value.
+/// the readings alike, that of the earlier one is taken.
 fn best_limit(
     features: &[Feature],
     inside: &[usize],
@@ -91,7 +91,7 @@ fn best_limit(
             let mut high = total;
             add(&mut high, low, -1.0);
             if let Some((contrast, is_below)) = contrast(&low, &high)
-                && best.as_ref().is_none_or(|known| contrast > known.0 * (1.0 - TIE))
+                && best.as_ref().is_none_or(|known| contrast > known.0 * (1.0 + TIE))
             {
                 let threshold = 0.5 * (values[pair[0]] + values[pair[1]]);
                 best = Some((contrast, Limit { feature, threshold, is_below }));

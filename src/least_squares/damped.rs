@@ -12,7 +12,8 @@ use crate::math::linear::Svd;
 /// With the decomposition of `a` at hand `|z(mu)|` costs n operations; Newton's method on `1 / |z(mu)|`, which is nearly
 /// straight, is kept inside a bracket.
 pub(super) fn damped(a: &Svd, b: &DVector<f64>, radius: f64) -> (f64, DVector<f64>) {
-    let along: Vec<f64> = (0..a.values.len()).map(|i| a.values[i] * a.left.column(i).dot(b)).collect();
+    let sum = |i: usize| a.left.column(i).iter().zip(b).map(|(u, b)| u * b).sum::<f64>();
+    let along: Vec<f64> = (0..a.values.len()).map(|i| a.values[i] * sum(i)).collect();
     let norm = |mu: f64| -> (f64, f64) {
         let terms = along.iter().zip(&a.values).map(|(c, s)| {
             let stiffness = s * s + mu;

@@ -8,7 +8,7 @@ use crate::parameter::Kind;
 /// Part of a value by which it may lie outside its bounds: what is left of changing units there and back.
 const ROUNDING: f64 = 1e-9;
 
-/// Entries of `calibration.bounds` that a declared value contradicts, worded in the file's units.
+/// Entries of `calibration.bounds` that a declared value contradicts, in the file's units.
 #[must_use]
 pub fn contradictions(raw: &RawRobot, model: &Model) -> Vec<Fault> {
     let mut faults = Vec::new();

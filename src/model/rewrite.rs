@@ -1,8 +1,9 @@
 //! A description with other values: calibrated robots go back to the file they came from.
 
 use super::Model;
-use crate::description::parameters::{Owner, parameters};
+use crate::description::parameters::{Key, MARKER, Owner, parameters};
 use crate::description::raw::{JointKind, RawFuzzy, RawFuzzyComponent, RawRobot};
+use crate::parameter::Slot;
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
 /// The zero of a joint goes to `offset`, so that couplings and loops see it when the file is read again.
@@ -14,9 +15,7 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         (value != model.registry[slot].nominal).then_some(value)
     };
     for key in parameters(raw) {
-        let Some((slot, value)) = model.registry.slot(&key.name).and_then(|slot| Some((slot, changed(slot)?))) else {
-            continue;
-        };
+        let Some((slot, value)) = slot_of(model, &key).and_then(|slot| Some((slot, changed(slot)?))) else { continue };
         if let Owner::Frame(name) = key.owner
             && let Some(of) = model.frame(name).map(|index| &model.frames[index])
             && of.moves()
@@ -45,6 +44,13 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
     written
 }
 
+/// Slot of a parameter. A marker may have the name of a body (`body6`): its slots are known to the model.
+fn slot_of(model: &Model, key: &Key) -> Option<Slot> {
+    let Owner::Marker(name) = key.owner else { return model.registry.slot(&key.name) };
+    let component = MARKER.iter().position(|row| row.symbol == key.symbol)?;
+    Some(model.markers[model.marker(name)?].slot + component)
+}
+
 /// The description with the model's fuzzy compliance put in, in the file's units.
 #[must_use]
 pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
@@ -59,10 +65,7 @@ pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
         };
         let inputs: Vec<(String, f64)> = fuzzy.inputs.iter().map(named).collect();
         let component = |component: &Component| {
-            let unit = |k: usize, first: f64, second: f64| if k < 3 { first } else { second };
-            let [row, column] = component.at;
-            let factor = unit(row, units.length.factor(), units.angle.factor())
-                / unit(column, units.force.factor(), units.torque.factor());
+            let factor = units.compliance(component.at);
             let modes = component.modes.iter().zip(&inputs);
             let raw = RawFuzzyComponent {
                 modes: modes.map(|(list, (_, size))| list.iter().map(|mode| mode / size).collect()).collect(),

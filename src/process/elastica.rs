@@ -1,8 +1,8 @@
-//! The elastica: a thin strip bent in its plane as far as one likes, inextensible, moment in proportion to curvature.
+//! The elastica: a thin strip bent in its plane as far as one likes, inextensible, bending moment in proportion to curvature.
 //!
 //! Seen from its loaded tip the strip obeys psi'' = -n (cos psi - f sin psi), counted along the strip towards the clamp,
 //! with psi the angle against the tangent at the tip, n = N/EI the force across the tip and f n the force along it
-//! (Euler 1744; Love 1927, sec. 262). Integrated by Runge and Kutta's rule of fourth order, its derivative by n beside it.
+//! (Euler 1744; Love 1927, sec. 262). Integrated by Runge and Kutta's rule of fourth order, its derivative by n along with it.
 
 /// Steps of the integration: the error at the greatest bends of the published tables is below 1e-8 of the length.
 const STEPS: usize = 100;

@@ -76,7 +76,7 @@ impl Process {
         }
     }
 
-    /// What it does to the tool at a point (m) reached by travelling in a direction (any length; zero: at rest).
+    /// What it does to the tool at a point (m) reached by travelling in a direction (any length; zero: without travel).
     ///
     /// # Errors
     /// [`ProcessError`].
@@ -87,8 +87,8 @@ impl Process {
             all.force += push.force;
             all.gradient += push.gradient;
         }
-        for (rest, stiffness) in &self.springs {
-            all.force -= stiffness.component_mul(&(at - rest));
+        for (unloaded, stiffness) in &self.springs {
+            all.force -= stiffness.component_mul(&(at - unloaded));
             all.gradient -= Matrix3::from_diagonal(stiffness);
         }
         Ok(all)

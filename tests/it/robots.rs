@@ -1,10 +1,12 @@
 //! Every description under `robots/`, found by itself: a snapshot of its meaning, and its way back to files.
 
+use elastogeo::description::raw::RawRobot;
+use elastogeo::description::resolve::resolve;
 use elastogeo::description::{urdf, yaml};
+use elastogeo::effects::Catalogue;
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
-use elastogeo::model::Model;
-use elastogeo::model::with_values;
+use elastogeo::model::{Model, build, with_values};
 use elastogeo::simulation::{draw_configurations, draw_errors, generator};
 use elastogeo::snapshot::snapshot;
 
@@ -92,4 +94,27 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
             assert!(away < 1e-12, "{name} as URDF: {away:e}");
         }
     }
+}
+
+/// Parameters are told apart by their owner: a marker may be called as the mass of a body is, and a calibration that
+/// names the two alike is refused.
+#[test]
+fn a_marker_and_a_body_of_one_name_stay_two_things() {
+    let text = "frames: {6: {antecedent: 0, joint: revolute, variable: q, d: 1}}\n\
+                bodies: {6: {mass: 2, com: [0.1, 0.2, 0.3]}}\n\
+                markers: {body6: {at: [1, 2, 3]}}\n";
+    let raw: RawRobot = yaml::read("robot.yaml", text).0.expect("readable");
+    let robot = resolve(&raw, &|_| None).0.expect("resolved");
+    let model = build(&robot, Catalogue::standard()).expect("compiled");
+    let mut values = model.registry.nominal();
+    values[model.markers[0].slot + 1] = 7.0;
+    let written = with_values(&raw, &model, &values);
+    assert_eq!(written.markers["body6"].at, Some([1.0, 7.0, 3.0]));
+    assert_eq!(written.bodies["6"].com, Some([0.1, 0.2, 0.3]));
+
+    let mut raw = raw;
+    raw.calibration.free.push("body6.x".into());
+    let (refused, diagnostics) = resolve(&raw, &|_| None);
+    assert!(refused.is_none());
+    assert!(diagnostics[0].message.contains("names two parameters"), "{}", diagnostics[0]);
 }

@@ -16,7 +16,7 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
     if let Some(path) = &command.snapshot {
-        let new = snapshot(&loaded.model).map_err(Error::Impossible)?;
+        let new = snapshot(&loaded.model)?;
         let old = old(path)?;
         let shown = path.display();
         let agrees = old.as_ref().is_none_or(|old| *old == new);

@@ -1,4 +1,4 @@
-//! What gives and what weighs: bodies, sections, nodes, beams, springs, and the fuzzy compliance in their place.
+//! Elasticity and mass: bodies, sections, nodes, beams, springs, and the fuzzy compliance in their place.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -89,7 +89,7 @@ raw! {
         at: Option<String>,
         /// Where it lies in that frame, if not at the origin, in the length unit.
         point: Option<[f64; 3]>,
-        /// How the ground holds it, beside what the joints do.
+        /// How the ground holds it, in addition to the joints.
         support: Option<Support>,
     }
 }
@@ -257,7 +257,7 @@ raw! {
     /// A Takagi-Sugeno model (order zero) of the compliance of a point of the tool: strong triangular partitions that
     /// saturate outside, product conjunction.
     pub struct RawFuzzy {
-        /// File that holds all the rest, relative to this file and in its units; nothing stands beside it then.
+        /// File that holds the model, relative to this file and in its units; no other key is given with it.
         file: Option<String>,
         /// Joints (by frame) or variables that the compliance depends on.
         #[schemars(schema_with = "names")]

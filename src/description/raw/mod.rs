@@ -1,4 +1,4 @@
-//! First age of a robot description: the image of the YAML file, in the file's own units, nothing checked beyond its
+//! A raw robot description: the image of the YAML file, in the file's own units, nothing checked beyond its
 //! shape. Every field may be absent, so that one fault does not hide the next; [`super::resolve`] says what is missing.
 
 use indexmap::IndexMap;

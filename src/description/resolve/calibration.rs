@@ -10,10 +10,13 @@ use super::collector::Collector;
 pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let given = &raw.calibration;
-    let valid = by_name(raw, diagnostics);
+    let (valid, ambiguous) = by_name(raw);
     let mut known = |path: &[&str], name: &str| {
-        if !valid.contains_key(name) {
-            diagnostics.unknown(path, "parameter", name, valid.keys().map(String::as_str));
+        diagnostics.known(path, "parameter", name, valid.keys().map(String::as_str));
+        if let Some(other) = ambiguous.iter().find(|key| key.name == name) {
+            let message = format!("`{name}` names two parameters; here is one owner, and another has the same name");
+            let first = valid.get(name).map_or_else(Vec::new, |key| key.owner.path());
+            diagnostics.conflict(&other.owner.path(), message, (first, "the other owner"), "rename one of them");
         }
     };
     for (key, list) in [("free", &given.free), ("fixed", &given.fixed)] {
@@ -71,17 +74,16 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
 /// Tolerances below this (m or rad) are nothing but zero.
 const LEAST_TOLERANCE: f64 = 1e-15;
 
-/// Parameters by name; two of one name could not be told apart.
-fn by_name<'r>(raw: &'r RawRobot, diagnostics: &mut Collector) -> IndexMap<String, Key<'r>> {
+/// Declared parameters by name, and those whose name an earlier one has (a marker `body6` and the body of frame `6`).
+fn by_name(raw: &RawRobot) -> (IndexMap<String, Key<'_>>, Vec<Key<'_>>) {
     let mut keys: IndexMap<String, Key> = IndexMap::new();
+    let mut ambiguous = Vec::new();
     for key in parameters(raw).into_iter().filter(|key| key.declared) {
-        if let Some(first) = keys.get(&key.name) {
-            let message = format!("`{}` names a parameter of this entry and one of another", key.name);
-            let first = (first.owner.path(), "the other");
-            diagnostics.conflict(&key.owner.path(), message, first, "give one of them another name");
+        if keys.contains_key(&key.name) {
+            ambiguous.push(key);
         } else {
             keys.insert(key.name.clone(), key);
         }
     }
-    keys
+    (keys, ambiguous)
 }

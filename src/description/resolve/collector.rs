@@ -80,9 +80,16 @@ impl<'a> Collector<'a> {
         &mut self.diagnostics[last]
     }
 
+    /// Files an error unless a name is one of the valid ones.
+    pub fn known<'n>(&mut self, path: &[&str], kind: &str, name: &str, valid: impl Iterator<Item = &'n str> + Clone) {
+        if !valid.clone().any(|known| known == name) {
+            self.unknown(path, kind, name, valid);
+        }
+    }
+
     /// An unknown name, with the nearest valid one.
     ///
-    /// Says nothing of a name whose declaration is there and faulty.
+    /// Files nothing about a name whose declaration is there and faulty.
     pub fn unknown<'n>(&mut self, path: &[&str], kind: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
         let sections: &[&str] = match kind {
             "frame" | "joint" => &["frames"],
@@ -103,7 +110,7 @@ impl<'a> Collector<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Whether a section, or the entry under exactly this name in it, was set aside as faulty.
+    /// Whether a section, or the entry under exactly this name in it, was left out as faulty.
     fn is_faulty(&self, section: &str, name: &str) -> bool {
         self.explained(&[section]) || self.explained(&[section, name])
     }

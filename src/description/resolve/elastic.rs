@@ -1,89 +1,101 @@
 //! The elastic keys of a description: names, ranges and completeness.
 
 use super::super::elastic::own_axis;
-use super::super::parameters::{JOINT, MATERIAL, PEDESTAL, POISSON, SECTION, section_symbols};
-use super::super::raw::{JointKind, RawRobot, RawSection, RawStiffness, SectionShape};
+use super::super::parameters::{AXIAL, JOINT, MATERIAL, PEDESTAL, POISSON, SECTION, section_symbols};
+use super::super::raw::{JointKind, RawBeam, RawMaterial, RawRobot, RawSection, RawStiffness, SectionShape};
 use super::collector::Collector;
 
+/// Checks the elastic keys of a description whose frames are known.
 pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
-    let is_frame = |name: &str| frames.iter().any(|known| known == name);
-    let frame = |diagnostics: &mut Collector, path: &[&str], name: &str| {
-        if !is_frame(name) {
-            diagnostics.unknown(path, "frame", name, frames.iter().map(String::as_str));
-        }
-    };
     if let Some(gravity) = raw.gravity {
         diagnostics.vector(&["gravity"], Some(gravity), 1.0);
     }
-    for (name, body) in &raw.bodies {
-        frame(diagnostics, &["bodies", name], name);
-        let path = ["bodies", name.as_str(), "mass"];
-        match body.mass {
-            None => {
-                diagnostics.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
-            }
-            Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
-                diagnostics.error(&path, format!("mass `{mass}` must be 0 or more"));
-            }
-            Some(_) => {}
-        }
-        diagnostics.vector(&["bodies", name, "com"], body.com, 1.0);
-    }
-    for (name, material) in &raw.materials {
-        for row in MATERIAL.iter().filter(|row| row.symbol != POISSON.symbol) {
-            positive(diagnostics, &["materials", name, row.symbol], row.symbol, (row.get)(material));
-        }
-        if material.young.is_none() {
-            diagnostics.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
-        }
-        match (material.poisson, material.shear) {
-            (Some(nu), None) if !(nu > -1.0 && nu <= 0.5) => {
-                diagnostics
-                    .error(&["materials", name, "poisson"], format!("Poisson's ratio `{nu}` is outside (-1, 0.5]"));
-            }
-            (Some(_), None) | (None, Some(_)) => {}
-            _ => {
-                diagnostics
-                    .error(&["materials", name], format!("material `{name}` needs one of `poisson` and `shear`"));
-            }
-        }
-    }
-    for (name, section) in &raw.sections {
-        validate_section(diagnostics, name, section);
-    }
+    bodies(raw, frames, diagnostics);
+    raw.materials.iter().for_each(|(name, material)| validate_material(diagnostics, name, material));
+    raw.sections.iter().for_each(|(name, section)| validate_section(diagnostics, name, section));
     for (name, node) in &raw.nodes {
         match &node.body {
-            Some(body) => frame(diagnostics, &["nodes", name, "body"], body),
+            Some(body) => diagnostics.known(&["nodes", name, "body"], "frame", body, names(frames)),
             None => {
                 diagnostics.lacking(&["nodes", name], "body", format!("node `{name}` lacks `body`"));
             }
         }
         if let Some(at) = &node.at {
-            frame(diagnostics, &["nodes", name, "at"], at);
+            diagnostics.known(&["nodes", name, "at"], "frame", at, names(frames));
         }
         diagnostics.vector(&["nodes", name, "point"], node.point, raw.units.length.factor());
     }
-    beams(raw, frames, diagnostics);
+    raw.beams.iter().for_each(|(name, beam)| validate_beam(raw, frames, name, beam, diagnostics));
+    joints(raw, frames, diagnostics);
+    if let Some(base) = &raw.base_stiffness {
+        for row in &PEDESTAL {
+            stiffness(diagnostics, &["base_stiffness", row.symbol], (row.get)(base), Also::Rigid);
+        }
+    }
+    for (name, actuator) in &raw.actuators {
+        stiffness(diagnostics, &["actuators", name, AXIAL.symbol], (AXIAL.get)(actuator), Also::Rigid);
+    }
+    springs(raw, frames, diagnostics);
+}
+
+fn names(names: &[String]) -> impl Iterator<Item = &str> + Clone {
+    names.iter().map(String::as_str)
+}
+
+/// Names of nodes; that of a frame stands for its origin.
+fn nodes<'r>(raw: &'r RawRobot, frames: &'r [String]) -> impl Iterator<Item = &'r str> + Clone {
+    raw.nodes.keys().map(String::as_str).chain(names(frames))
+}
+
+fn bodies(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
+    for (name, body) in &raw.bodies {
+        diagnostics.known(&["bodies", name], "frame", name, names(frames));
+        match body.mass {
+            None => {
+                diagnostics.lacking(&["bodies", name], "mass", format!("body `{name}` has no `mass`"));
+            }
+            Some(mass) if !(mass >= 0.0 && mass.is_finite()) => {
+                diagnostics.error(&["bodies", name, "mass"], format!("mass `{mass}` must be 0 or more"));
+            }
+            Some(_) => {}
+        }
+        diagnostics.vector(&["bodies", name, "com"], body.com, 1.0);
+    }
+}
+
+fn validate_material(diagnostics: &mut Collector, name: &str, material: &RawMaterial) {
+    for row in MATERIAL.iter().filter(|row| row.symbol != POISSON.symbol) {
+        positive(diagnostics, &["materials", name, row.symbol], row.symbol, (row.get)(material));
+    }
+    if material.young.is_none() {
+        diagnostics.lacking(&["materials", name], "young", format!("material `{name}` lacks `young`"));
+    }
+    match (material.poisson, material.shear) {
+        (Some(nu), None) if !(nu > -1.0 && nu <= 0.5) => {
+            let message = format!("Poisson's ratio `{nu}` is outside (-1, 0.5]");
+            diagnostics.error(&["materials", name, "poisson"], message);
+        }
+        (Some(_), None) | (None, Some(_)) => {}
+        _ => {
+            let message = format!("material `{name}` needs one of `poisson` and `shear`");
+            diagnostics.error(&["materials", name], message);
+        }
+    }
+}
+
+fn joints(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
     for (joint, springs) in &raw.joint_stiffness {
-        frame(diagnostics, &["joint_stiffness", joint], joint);
-        if raw.frames.get(joint).is_some_and(|frame| frame.joint.is_none() || frame.joint == Some(JointKind::Fixed))
-            && !diagnostics.explained(&["frames", joint, "joint"])
-        {
-            let path = ["joint_stiffness", joint.as_str()];
-            diagnostics.reject(
-                &path,
-                format!("frame `{joint}` is fixed, and has no joint to be stiff"),
-                "name a frame that moves, or lay a beam",
-            );
-        }
-        if let Some(at) = &springs.at
-            && !raw.nodes.contains_key(at)
-            && !is_frame(at)
-        {
-            let nodes = raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
-            diagnostics.unknown(&["joint_stiffness", joint, "at"], "node", at, nodes);
-        }
+        let path = ["joint_stiffness", joint.as_str()];
+        diagnostics.known(&path, "frame", joint, names(frames));
         let frame = raw.frames.get(joint);
+        let fixed = frame.is_some_and(|frame| matches!(frame.joint, None | Some(JointKind::Fixed)));
+        if fixed && !diagnostics.explained(&["frames", joint, "joint"]) {
+            let message = format!("frame `{joint}` is fixed, and has no joint to be stiff");
+            diagnostics.reject(&path, message, "name a frame that moves, or lay a beam");
+        }
+        if let Some(at) = &springs.at {
+            diagnostics.known(&["joint_stiffness", joint, "at"], "node", at, nodes(raw, frames));
+        }
         let driven = raw.actuators.values().any(|of| of.joint.as_deref() == Some(joint) && of.axial.is_some());
         let held = frame.is_some_and(|frame| frame.passive) || driven;
         let axis = own_axis(frame.and_then(|frame| frame.joint).unwrap_or(JointKind::Revolute));
@@ -92,86 +104,60 @@ pub fn validate(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) 
             stiffness(diagnostics, &["joint_stiffness", joint, row.symbol], (row.get)(springs), also);
         }
     }
-    if let Some(base) = &raw.base_stiffness {
-        for row in &PEDESTAL {
-            stiffness(diagnostics, &["base_stiffness", row.symbol], (row.get)(base), Also::Rigid);
-        }
-    }
-    for (name, actuator) in &raw.actuators {
-        stiffness(diagnostics, &["actuators", name, "axial"], actuator.axial.as_ref(), Also::Rigid);
-    }
-    springs(raw, frames, diagnostics);
 }
 
-fn beams(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
-    let nodes = || raw.nodes.keys().map(String::as_str).chain(frames.iter().map(String::as_str));
-    for (name, beam) in &raw.beams {
-        for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
-            match node {
-                None => {
-                    diagnostics.lacking(&["beams", name], key, format!("beam `{name}` lacks `{key}`"));
-                }
-                Some(node) if !nodes().any(|known| known == node) => {
-                    diagnostics.unknown(&["beams", name, key], "node", node, nodes());
-                }
-                Some(_) => {}
-            }
-        }
-        let body = |node: &Option<String>| {
-            let node = node.as_ref()?;
-            let body = raw.nodes.get(node).map_or(Some(node.clone()), |node| node.body.clone());
-            body.filter(|body| frames.contains(body))
-        };
-        let neighbours = |a: &str, b: &str| {
-            let frame = |name: &str| !raw.nodes.contains_key(name);
-            let carries = |a: &str, b: &str| raw.frames.get(b).is_some_and(|f| f.antecedent.as_deref() == Some(a));
-            frame(a) && frame(b) && (carries(a, b) || carries(b, a))
-        };
-        if let (Some(first), Some(second)) = (body(&beam.from), body(&beam.to))
-            && rigid_root(raw, &first) != rigid_root(raw, &second)
-            && !beam.from.as_deref().zip(beam.to.as_deref()).is_some_and(|(from, to)| neighbours(from, to))
-        {
-            let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
-            diagnostics.reject(
-                &["beams", name],
-                message,
-                "declare both nodes on the body that the beam is (`body:`, with `at:` for where)",
-            );
-        }
-        if beam.from.is_some() && beam.from == beam.to {
-            diagnostics.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
-        }
-        let sections: Vec<&str> = raw.sections.keys().map(String::as_str).collect();
-        for (key, section) in [("section", &beam.section), ("section_to", &beam.section_to)] {
-            match section {
-                Some(section) if !raw.sections.contains_key(section) => {
-                    diagnostics.unknown(&["beams", name, key], "section", section, sections.iter().copied());
-                }
-                None if key == "section" => {
-                    diagnostics.lacking(&["beams", name], "section", format!("beam `{name}` lacks `section`"));
-                }
-                _ => {}
-            }
-        }
-        match &beam.material {
+fn validate_beam(raw: &RawRobot, frames: &[String], name: &str, beam: &RawBeam, diagnostics: &mut Collector) {
+    for (key, node) in [("from", &beam.from), ("to", &beam.to)] {
+        match node {
+            Some(node) => diagnostics.known(&["beams", name, key], "node", node, nodes(raw, frames)),
             None => {
-                diagnostics.lacking(&["beams", name], "material", format!("beam `{name}` lacks `material`"));
+                diagnostics.lacking(&["beams", name], key, format!("beam `{name}` lacks `{key}`"));
             }
-            Some(material) if !raw.materials.contains_key(material) => {
-                let path = ["beams", name.as_str(), "material"];
-                diagnostics.unknown(&path, "material", material, raw.materials.keys().map(String::as_str));
-            }
-            Some(_) => {}
-        }
-        if let Some(normal) = &beam.normal
-            && !frames.contains(normal)
-        {
-            diagnostics.unknown(&["beams", name, "normal"], "frame", normal, frames.iter().map(String::as_str));
-        }
-        if beam.elements == Some(0) || beam.elements.is_some_and(|n| n > 1000) {
-            diagnostics.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
         }
     }
+    if let Some((first, second)) = two_bodies(raw, frames, beam) {
+        let message = format!("beam `{name}` joins nodes of two bodies, `{first}` and `{second}`");
+        let remedy = "declare both nodes on the body that the beam is (`body:`, with `at:` for where)";
+        diagnostics.reject(&["beams", name], message, remedy);
+    }
+    if beam.from.is_some() && beam.from == beam.to {
+        diagnostics.error(&["beams", name, "to"], format!("beam `{name}` ends where it begins"));
+    }
+    let sections = raw.sections.keys().map(String::as_str);
+    let materials = raw.materials.keys().map(String::as_str);
+    if let Some(section) = &beam.section {
+        diagnostics.known(&["beams", name, "section"], "section", section, sections.clone());
+    } else {
+        diagnostics.lacking(&["beams", name], "section", format!("beam `{name}` lacks `section`"));
+    }
+    if let Some(section) = &beam.section_to {
+        diagnostics.known(&["beams", name, "section_to"], "section", section, sections);
+    }
+    if let Some(material) = &beam.material {
+        diagnostics.known(&["beams", name, "material"], "material", material, materials);
+    } else {
+        diagnostics.lacking(&["beams", name], "material", format!("beam `{name}` lacks `material`"));
+    }
+    if let Some(normal) = &beam.normal {
+        diagnostics.known(&["beams", name, "normal"], "frame", normal, names(frames));
+    }
+    if beam.elements.is_some_and(|n| !(1..=1000).contains(&n)) {
+        diagnostics.error(&["beams", name, "elements"], "a beam is cut into 1 to 1000 elements");
+    }
+}
+
+/// The two bodies whose nodes a beam joins, unless they are one, or those of neighbouring frames.
+fn two_bodies<'r>(raw: &'r RawRobot, frames: &[String], beam: &'r RawBeam) -> Option<(&'r str, &'r str)> {
+    let body = |node: &'r str| {
+        let body = raw.nodes.get(node).map_or(Some(node), |node| node.body.as_deref());
+        body.filter(|body| names(frames).any(|known| known == *body))
+    };
+    let (from, to) = (beam.from.as_deref()?, beam.to.as_deref()?);
+    let (first, second) = (body(from)?, body(to)?);
+    let carries = |a: &str, b: &str| raw.frames.get(b).is_some_and(|f| f.antecedent.as_deref() == Some(a));
+    let neighbours =
+        ![from, to].iter().any(|name| raw.nodes.contains_key(*name)) && (carries(from, to) || carries(to, from));
+    (rigid_root(raw, first) != rigid_root(raw, second) && !neighbours).then_some((first, second))
 }
 
 /// The frame that moves a body: fixed frames belong to the body of their antecedent.
@@ -218,7 +204,7 @@ fn positive(diagnostics: &mut Collector, path: &[&str], key: &str, value: Option
     }
 }
 
-/// What a stiffness may be beside a finite number above 0.
+/// What a stiffness may be other than a finite number above 0.
 #[derive(Clone, Copy, PartialEq)]
 enum Also {
     /// Rigid.

@@ -28,8 +28,8 @@ pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Diagnostic
     resolve_explained(raw, locate, &|_| false)
 }
 
-/// As [`resolve`], of a description some entries of which were set aside as faulty: what is missing through them is not
-/// told again.
+/// As [`resolve`], of a description some entries of which were left out as faulty: what is missing through them is not
+/// reported again.
 pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Diagnostic>) {
     let mut diagnostics = Collector::new(locate, explained);
     let tree = tree::resolve(raw, &mut diagnostics);

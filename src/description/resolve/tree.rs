@@ -63,7 +63,7 @@ fn base_frame() -> Frame {
     }
 }
 
-/// Names of the frames, each after its antecedent, otherwise in the file's order; circles and unknown names told.
+/// Names of the frames, each after its antecedent, otherwise in the file's order; circles and unknown names reported.
 fn antecedents_first(raw: &RawRobot, diagnostics: &mut Collector) -> Vec<String> {
     for (name, frame) in &raw.frames {
         match frame.antecedent.as_deref() {
@@ -112,20 +112,20 @@ fn antecedents_first(raw: &RawRobot, diagnostics: &mut Collector) -> Vec<String>
 
 /// Each circle among the frames that wait for each other, once.
 fn report_circles(raw: &RawRobot, waiting: &[&String], diagnostics: &mut Collector) {
-    let mut told: Vec<String> = Vec::new();
+    let mut reported: Vec<String> = Vec::new();
     for start in waiting {
         let mut walk: Vec<&str> = vec![start];
         while let Some(next) = raw.frames[walk[walk.len() - 1]].antecedent.as_deref() {
             if let Some(at) = walk.iter().position(|name| *name == next) {
                 let circle = &walk[at..];
-                if !told.iter().any(|name| name == next) {
+                if !reported.iter().any(|name| name == next) {
                     let shown: Vec<&str> = circle.iter().copied().chain([next]).take(12).collect();
                     diagnostics.reject(
                         &["frames", circle[0], "antecedent"],
                         format!("antecedents go in a circle: {}", shown.join(" <- ")),
                         "one frame of the chain must be placed in `0` or in a frame that is",
                     );
-                    told.extend(circle.iter().map(ToString::to_string));
+                    reported.extend(circle.iter().map(ToString::to_string));
                 }
                 break;
             }

@@ -31,7 +31,7 @@ impl<R: Read> Source<R> {
         Self { inner, kept, base: 0, row: 0, started: false, ahead, wide: false, too_long: false }
     }
 
-    /// Tells where the current row starts; what stands before it may be forgotten.
+    /// Notes where the current row starts; what stands before it may be dropped.
     pub fn row_starts(&mut self, at: u64) {
         self.row = at;
         let gone = usize::try_from(at.saturating_sub(self.base)).unwrap_or(0).min(self.kept.len());

@@ -20,10 +20,10 @@ const REACH: f64 = 10.0;
 /// Each frame becomes a link and a joint of its name; the base becomes the link `base_link`. The joint's axis is z, or -z
 /// where the controller counts the other way (`direction: -1`), so that URDF joint values are the controller's; a calibrated
 /// `offset` is part of the origin. A joint that follows one other joint gets a `<mimic>`. The tool (when it is not simply a
-/// frame's origin) and the markers become fixed links. An element `elastogeo` tells [`import`](super::import) to take the
+/// frame's origin) and the markers become fixed links. An element `elastogeo` makes [`import`](super::import) take the
 /// link frames for the description's frames as they are; other readers pass over it. Inertia tensors are written as zero: a description has none.
 ///
-/// With the text come warnings about what a URDF cannot say: closed loops, actuators beside the joint, joints that follow
+/// With the text come warnings about what a URDF cannot say: closed loops, actuators away from their joint, joints that follow
 /// several others, elasticity.
 ///
 /// # Errors
@@ -214,9 +214,9 @@ impl<'a> Writer<'a> {
         let only = self.only_leaf();
         let tool = robot.tool.frame.as_deref().or(only).unwrap_or("0");
         let at = Isometry::from_parts(self.position(robot.tool.at), self.rotation(robot.tool.rotation));
-        // Among several ends a link with the name of a tool tells which it is.
-        let told = tool != "0" && (only != Some(tool) || !robot.markers.is_empty());
-        if at != Isometry::identity() || told {
+        // Among several ends a link with the name of a tool shows which it is.
+        let named = tool != "0" && (only != Some(tool) || !robot.markers.is_empty());
+        if at != Isometry::identity() || named {
             let name = self.free_name("tool0");
             self.fixed_link(&mut out, &name, tool, &at);
         }

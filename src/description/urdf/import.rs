@@ -71,7 +71,7 @@ pub fn import(file: &str, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec
     }
 }
 
-/// The text with blanks for what is no business of ours, so that it cannot stop the model reader.
+/// The text with blanks for elements that are not read, so that they cannot stop the model reader.
 fn blanked(text: &str, ranges: &[Range<usize>]) -> String {
     let mut ranges = ranges.to_vec();
     ranges.sort_by_key(|range| range.start);

@@ -40,7 +40,7 @@ impl Constants {
 /// * Parallel axes (sine of the angle up to 5e-13): alpha is 0 or 180 degrees exactly, b = 0, gamma and d give the offset.
 /// * Nearly parallel axes (sine up to 0.05): their common normal may be kilometres off, so b = 0, d is the distance from
 ///   the antecedent's origin to the axis, and a small beta gives the tilt that is left. Where beta cannot (the axis lies
-///   off along y, which it turns about), beta is 90 degrees and the rest is well conditioned.
+///   off along y, which it turns about), beta is 90 degrees and the remaining constants are well conditioned.
 /// * Otherwise beta = 0 and the constants follow from the common normal.
 ///
 /// Angles within round-off of a multiple of 15 degrees, and numbers within round-off of one of twelve decimals, are given
@@ -58,8 +58,8 @@ pub fn khalil_kleinfinger(t: &Isometry) -> Constants {
             // The sense with cos(gamma) > 0.
             let along = if along.x < 0.0 { -along } else { along };
             if along.x < WITHIN_REACH {
-                let rest = about_y(-FRAC_PI_2) * t;
-                return Constants { beta: FRAC_PI_2, ..crossed(&rest) };
+                let remainder = about_y(-FRAC_PI_2) * t;
+                return Constants { beta: FRAC_PI_2, ..crossed(&remainder) };
             }
             let axis = axis_of(t);
             let beta = (-along.z).atan2(along.x);

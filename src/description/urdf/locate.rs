@@ -46,7 +46,7 @@ pub(super) struct Survey<'a> {
     pub(super) joints: Vec<Joint<'a>>,
     /// Whether the link frames are to be kept: see [`KEPT`].
     pub(super) kept: bool,
-    /// Bytes that are no business of ours, to be blanked before the model reader sees the file.
+    /// Bytes of elements that are not read, to be blanked before the model reader sees the file.
     pub(super) blank: Vec<Range<usize>>,
 }
 
@@ -159,9 +159,9 @@ impl<'a> Reader<'_, '_, 'a> {
         let mut joint =
             Joint { name, parent: None, child: None, mimic: None, fixed: kind == Some("fixed"), limited: false };
         let moving = matches!(kind, Some("revolute" | "continuous" | "prismatic"));
-        let aside = ["calibration", "dynamics", "safety_controller"];
+        let unread = ["calibration", "dynamics", "safety_controller"];
         let read = ["origin", "parent", "child", "axis", "limit", "mimic"];
-        let known: Vec<&str> = read.into_iter().chain(aside).collect();
+        let known: Vec<&str> = read.into_iter().chain(unread).collect();
         let (mut has_parent, mut has_child, mut has_limit) = (false, false, false);
         for child in self.children(node, &known, &read, blank) {
             match child.tag_name().name() {

@@ -83,9 +83,9 @@ pub(super) fn parse<'a>(source: &Source<'a>) -> Result<Document<'a>, Box<Diagnos
         }
         let whole = matches!(error, Error::NoRootNode | Error::DtdDetected | Error::NodesLimitReached);
         let pos = error.pos();
-        let said = error.to_string();
-        let said = said.strip_suffix(&format!(" at {pos}")).unwrap_or(&said).to_owned();
-        let diagnostic = Diagnostic::error(format!("this is not well-formed XML: {said}"));
+        let reason = error.to_string();
+        let reason = reason.strip_suffix(&format!(" at {pos}")).unwrap_or(&reason);
+        let diagnostic = Diagnostic::error(format!("this is not well-formed XML: {reason}"));
         Box::new(diagnostic.at((!whole).then(|| source.place_at(pos.row, pos.col))))
     })
 }

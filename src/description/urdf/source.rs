@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::diagnostic::{Diagnostic, Place};
 
-/// Errors shown of one file; the rest is only counted.
+/// Errors shown of one file; the others are only counted.
 const MOST: usize = 100;
 /// Lines longer than this many bytes are shown around the place only.
 const LONG: usize = 600;
@@ -96,7 +96,7 @@ impl Diagnostics {
         self.errors > 0
     }
 
-    /// Everything said, errors first, with a word on how many more there were.
+    /// All diagnostics, errors first, and how many more there were.
     pub(super) fn finish(mut self) -> Vec<Diagnostic> {
         self.list.sort_by_key(|diagnostic| std::cmp::Reverse(diagnostic.severity));
         let shown = self.list.iter().filter(|diagnostic| diagnostic.is_error()).count();

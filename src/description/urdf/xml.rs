@@ -13,10 +13,10 @@ pub(super) fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> Vector3<f64> {
     let level = m[(0, 0)].hypot(m[(1, 0)]);
     // Any yaw does at a pitch of 90 degrees; roll and pitch are read from what remains once yaw is undone.
     let yaw = if level < 4e-16 { 0.0 } else { clean_angle(m[(1, 0)].atan2(m[(0, 0)])) };
-    let rest = about_z(-yaw) * rotation;
-    let rest = rest.matrix();
-    let pitch = (-rest[(2, 0)]).atan2(rest[(0, 0)]).clamp(-FRAC_PI_2, FRAC_PI_2);
-    let roll = (-rest[(1, 2)]).atan2(rest[(1, 1)]);
+    let unyawed = about_z(-yaw) * rotation;
+    let unyawed = unyawed.matrix();
+    let pitch = (-unyawed[(2, 0)]).atan2(unyawed[(0, 0)]).clamp(-FRAC_PI_2, FRAC_PI_2);
+    let roll = (-unyawed[(1, 2)]).atan2(unyawed[(1, 1)]);
     Vector3::new(clean_angle(roll), clean_angle(pitch), yaw)
 }
 

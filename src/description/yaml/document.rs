@@ -16,7 +16,7 @@ pub struct Document {
     /// Where each line starts.
     lines: Vec<usize>,
     pub(super) index: Index,
-    /// Nodes that were set aside as faulty.
+    /// Nodes that were left out as faulty.
     pub(super) blanked: Vec<usize>,
 }
 
@@ -37,7 +37,7 @@ impl Document {
         self.index.find(path).is_some()
     }
 
-    /// Whether the value at `path` was set aside as faulty, itself or as a part of something: it is in the text, but
+    /// Whether the value at `path` was left out as faulty, itself or as a part of something: it is in the text, but
     /// not in the value that [`super::read`] returns.
     pub fn is_faulty(&self, path: &[&str]) -> bool {
         let mut at = self.index.find(path);
@@ -50,7 +50,7 @@ impl Document {
         false
     }
 
-    /// Whether something at `path`, around it or within it was set aside as faulty.
+    /// Whether something at `path`, around it or within it was left out as faulty.
     pub fn holds_fault(&self, path: &[&str]) -> bool {
         let Some(holder) = self.index.find(path) else { return self.explains_absence(path) };
         let within = |mut at: usize| loop {
@@ -66,7 +66,7 @@ impl Document {
     }
 
     /// Whether the absence of `path` may be no more than the consequence of a fault already reported: the value itself was
-    /// set aside, or an entry next to it whose key reads like a misspelling of it.
+    /// left out, or an entry next to it whose key reads like a misspelling of it.
     pub fn explains_absence(&self, path: &[&str]) -> bool {
         if self.is_faulty(path) {
             return true;

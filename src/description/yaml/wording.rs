@@ -1,11 +1,11 @@
-//! The diagnostics of the YAML crate in plain words.
+//! Errors of the YAML crate as diagnostics.
 
 use super::index::{Index, Kind, Node};
 use crate::diagnostic::{Code, Diagnostic, Place};
 use serde_yaml::{Error, MessageFormatter, UserMessageFormatter};
 use std::ops::Range;
 
-/// What a fault is about, which decides what has to be set aside to read on.
+/// What a fault is about, which decides what has to be left out to read on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum About {
     /// The key that stands there.
@@ -256,7 +256,7 @@ fn number_remedy(text: &str, node: Option<&Node>, ty: &str) -> Option<String> {
         .then(|| format!("write the number alone (`{}`); `units:` says the unit, not `{unit}`", value.trim()))
 }
 
-/// A message that a type of ours, or serde for it, has worded.
+/// A message of one of our own types, or of serde for it.
 fn message(text: &str) -> String {
     if text.starts_with("data did not match any variant of untagged enum") {
         return "the value fits none of the forms that are accepted here".to_owned();
