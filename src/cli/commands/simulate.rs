@@ -8,6 +8,7 @@ use campaign::{Made, delivered};
 
 use indexmap::IndexMap;
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
 
@@ -29,17 +30,7 @@ use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, ge
 
 pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
-    let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
-    if finite.iter().any(|v| !(0.0..=1e6).contains(v))
-        || !(0.0..=1.0).contains(&command.share)
-        || !(0.0..=0.9).contains(&command.check)
-        || !(1..=1000).contains(&command.repeats)
-    {
-        return Err(Error::input(
-            "a number is out of range",
-            "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
-        ));
-    }
+    check(command)?;
     spares_readings(&command.into)?;
     let mut loaded = session.reader.robot(&command.robot)?;
     for text in &command.effect {
@@ -69,46 +60,10 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
         return process::run(&scene, file, session, &mut random);
     }
-    let mut row_loads: Vec<[f64; 6]> = Vec::new();
-    let configurations = match command.poses.parse::<usize>() {
-        Ok(0) => return Err(Error::input("--poses 0", "give at least one configuration")),
-        Ok(count) if count > 100_000 => {
-            return Err(Error::input(format!("--poses {count}"), "at most 100000 configurations"));
-        }
-        Ok(count) => {
-            let (within, said) = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
-            diagnostics.extend(said);
-            draw_configurations_in(&geometry, &within, count, &mut random)?
-        }
-        Err(_) if !command.range.is_empty() => {
-            return Err(Error::input(
-                "--range beside a file of configurations",
-                "leave --range out, or give --poses a number",
-            ));
-        }
-        Err(_) => {
-            let (rows, said) = loaded_configurations(session, &loaded, std::path::Path::new(&command.poses))?;
-            diagnostics.extend(said);
-            if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
-                row_loads = rows.iter().map(|(_, load)| *load).collect();
-            }
-            rows.into_iter().map(|(q, _)| q).collect()
-        }
-    };
+    let (configurations, row_loads, said) = configurations(command, session, &loaded, &geometry, &mut random)?;
+    diagnostics.extend(said);
     let observes = observed(model, command.observes)?;
-    let mut wrenches =
-        command.wrench.iter().map(|text| wrench(&loaded.raw.units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
-    if !row_loads.is_empty() {
-        if !wrenches.is_empty() {
-            return Err(Error::input(
-                format!("`{}` has loads of its own", command.poses),
-                "leave --wrench out, or the columns fx, .., mz",
-            ));
-        }
-        wrenches.clone_from(&row_loads);
-        wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        wrenches.dedup();
-    }
+    let wrenches = wrenches(command, &loaded, &row_loads)?;
     if observes.is_difference() && wrenches.is_empty() {
         return Err(Error::input(
             format!("--observes {}: nothing loads the robot", observes.name()),
@@ -136,6 +91,69 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, None, &mut random)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+fn check(command: &Simulate) -> Result<(), Error> {
+    let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
+    if finite.iter().any(|v| !(0.0..=1e6).contains(v))
+        || !(0.0..=1.0).contains(&command.share)
+        || !(0.0..=0.9).contains(&command.check)
+        || !(1..=1000).contains(&command.repeats)
+    {
+        return Err(Error::input(
+            "a number is out of range",
+            "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
+        ));
+    }
+    Ok(())
+}
+
+/// Configurations, with loads of the rows where they come from a file that has loads, and warnings.
+type Configurations = (Vec<Vec<f64>>, Vec<[f64; 6]>, Vec<Diagnostic>);
+
+fn configurations(
+    command: &Simulate,
+    session: &Session,
+    loaded: &LoadedRobot,
+    geometry: &Geometry,
+    random: &mut ChaCha8Rng,
+) -> Result<Configurations, Error> {
+    match command.poses.parse::<usize>() {
+        Ok(0) => Err(Error::input("--poses 0", "give at least one configuration")),
+        Ok(count) if count > 100_000 => Err(Error::input(format!("--poses {count}"), "at most 100000 configurations")),
+        Ok(count) => {
+            let (within, said) = ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), said))
+        }
+        Err(_) if !command.range.is_empty() => {
+            Err(Error::input("--range and a file of configurations", "leave --range out, or give --poses a number"))
+        }
+        Err(_) => {
+            let (rows, said) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
+            let (configurations, loads): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+            let is_loaded = loads.iter().any(|load| *load != [0.0; 6]);
+            Ok((configurations, if is_loaded { loads } else { Vec::new() }, said))
+        }
+    }
+}
+
+/// The loads of all readings: as asked, or as the rows of the file have them.
+fn wrenches(command: &Simulate, loaded: &LoadedRobot, row_loads: &[[f64; 6]]) -> Result<Vec<[f64; 6]>, Error> {
+    let asked = command.wrench.iter().map(|text| wrench(&loaded.raw.units, text));
+    let asked = asked.collect::<Result<Vec<[f64; 6]>, Error>>()?;
+    if row_loads.is_empty() {
+        return Ok(asked);
+    }
+    if !asked.is_empty() {
+        return Err(Error::input(
+            format!("`{}` has loads of its own", command.poses),
+            "leave --wrench out, or the columns fx, .., mz",
+        ));
+    }
+    let mut wrenches = row_loads.to_vec();
+    wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    wrenches.dedup();
+    Ok(wrenches)
 }
 
 /// Refuses a folder with readings that were not simulated.
