@@ -92,17 +92,26 @@ pub fn correct(
         }
     }
     within_limits(model, &q, work)?;
+    small_enough(model, &desired.nominal, &q, settings, condition)?;
+    let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+    Ok(Corrected { joints: q, position, orientation, iterations, condition })
+}
+
+/// Refuses a correction beyond [`Settings::largest`].
+fn small_enough(model: &Model, nominal: &[f64], q: &[f64], settings: &Settings, condition: f64) -> Result<(), Refusal> {
     for (k, variable) in model.variables.iter().enumerate() {
-        let (moved, scale) = ((q[k] - desired.nominal[k]).abs(), scale(model, k));
-        if moved > settings.largest * scale {
-            let unit = if variable.is_angle { "deg" } else { "mm" };
-            let shown = if variable.is_angle { moved.to_degrees() } else { moved * 1e3 };
-            let by = format!("{shown:.3} {unit}");
+        let moved = (q[k] - nominal[k]).abs();
+        if moved > settings.largest * scale(model, k) {
+            let by = length_or_angle(moved, variable.is_angle);
             return Err(Refusal::TooFar { variable: variable.name.clone(), by, condition });
         }
     }
-    let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
-    Ok(Corrected { joints: q, position, orientation, iterations, condition })
+    Ok(())
+}
+
+/// A value of a variable in mm or deg.
+fn length_or_angle(value: f64, is_angle: bool) -> String {
+    if is_angle { format!("{:.3} deg", value.to_degrees()) } else { format!("{:.3} mm", value * 1e3) }
 }
 
 /// A unit of a variable: 1 rad, or half of what its limits leave it (1 m without).
@@ -116,14 +125,11 @@ fn scale(model: &Model, k: usize) -> f64 {
 
 /// Variables and passive joints at the configuration just placed.
 fn within_limits(model: &Model, q: &[f64], work: &SingleWorkspace) -> Result<(), Refusal> {
-    let shown = |value: f64, is_angle: bool| {
-        if is_angle { format!("{:.3} deg", value.to_degrees()) } else { format!("{:.3} mm", value * 1e3) }
-    };
     let mut beyond = Vec::new();
     for (value, variable) in q.iter().zip(&model.variables) {
         let Some([low, high]) = variable.limits else { continue };
         if !(low..=high).contains(value) {
-            let [value, low, high] = [*value, low, high].map(|v| shown(v, variable.is_angle));
+            let [value, low, high] = [*value, low, high].map(|v| length_or_angle(v, variable.is_angle));
             beyond.push(format!("{} would be {value}, from {low} to {high} are allowed", variable.name));
         }
     }
