@@ -2,58 +2,27 @@
 
 mod args;
 mod commands;
+mod output;
 mod session;
 mod terminal;
 mod values;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Parser;
-use serde::Serialize;
 
 use crate::Error;
-use crate::diagnostic::Diagnostic;
 use crate::effects::Catalogue;
 use crate::files::Reader;
 use crate::render::diagnostics::render;
 use crate::render::table::Screen;
 use args::{Arguments, Command, Format};
+use output::Output;
 use session::Session;
 use terminal::Terminal;
-
-/// What a command found.
-pub struct Output {
-    /// For people.
-    pub text: String,
-    /// For programs.
-    pub json: serde_json::Value,
-    /// Warnings, shown on the error stream.
-    pub diagnostics: Vec<Diagnostic>,
-    /// Other files to write, each whole or not at all.
-    pub files: Vec<(PathBuf, String)>,
-    /// The outcome is a refusal: exit status 1 although there is something to show.
-    pub failed: bool,
-    /// What is printed stays on the screen: `--output` names one of `files`.
-    pub written: bool,
-    /// The text is a file's, not for reading: it is never laid out for the screen.
-    pub verbatim: bool,
-}
-
-impl Output {
-    /// Text and JSON of one result.
-    fn new(text: String, result: &impl Serialize) -> Result<Self, Error> {
-        let json = serde_json::to_value(result)?;
-        let (diagnostics, files) = (Vec::new(), Vec::new());
-        Ok(Self { text, json, diagnostics, files, failed: false, written: false, verbatim: false })
-    }
-
-    fn verbatim(self) -> Self {
-        Self { verbatim: true, ..self }
-    }
-}
 
 /// Runs the command line of this process with the standard effects. Exit status 0 done, 1 not computed, 2 bad input.
 pub fn main() -> ExitCode {

@@ -8,7 +8,7 @@ use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign};
 use crate::description::campaign::{self, Campaign};
-use crate::description::table::{Dialect, read_table};
+use crate::description::table::{Dialect, Table, read_table};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 
@@ -53,7 +53,6 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
 }
 
 fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
-    let path_given = Path::new(file);
     let mut path = PathBuf::from(file);
     if path.is_dir() {
         path.push("campaign.yaml");
@@ -64,28 +63,7 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     } else {
         Place::Disk(path)
     };
-    let text = place.text(reader).map_err(|mut said| {
-        if path_given.is_dir() {
-            if let Some(first) = said.first_mut() {
-                first.remedy.get_or_insert_with(|| format!("`campaign.yaml` is sought there; {}", inside(path_given)));
-            }
-            return said;
-        }
-        if path_given.exists() {
-            return said;
-        }
-        let known: Vec<&str> = CAMPAIGNS.dirs().filter_map(|dir| dir.path().to_str()).collect();
-        if let Some(first) = said.first_mut()
-            && first.remedy.is_none()
-        {
-            first.remedy = Some(match nearest(file, known.iter().copied()) {
-                Some(near) => format!("did you mean the bundled campaign `{near}`?"),
-                None if known.is_empty() => "give a campaign file, or its folder".into(),
-                None => format!("give a campaign file, its folder, or a bundled campaign: {}", known.join(", ")),
-            });
-        }
-        said
-    })?;
+    let text = place.text(reader).map_err(|found| with_remedy(found, file))?;
     let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
     name_schema(&mut diagnostics, "campaign");
     let Some(raw) = raw else { return Err(diagnostics) };
@@ -128,26 +106,7 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
             return Err(diagnostics);
         }
     };
-    let mut tables = Vec::new();
-    let files = table_files(&raw, &place, &document, &mut diagnostics);
-    let expected = campaign::expected_columns(&raw, &robot.robot);
-    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal, of_campaign: true };
-    let most = raw.csv.max_rows.unwrap_or(1_000_000);
-    // With a fault in what says how the files are read, their faults would be echoes.
-    let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));
-    for (path, place) in files {
-        let read = match open(reader, &place) {
-            Ok(bytes) if readable => {
-                read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
-            }
-            Ok(_) => continue,
-            Err(diagnostic) => Err(vec![diagnostic.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>()))]),
-        };
-        match read {
-            Ok(table) => tables.push(table),
-            Err(mut said) => diagnostics.append(&mut said),
-        }
-    }
+    let tables = tables(reader, &raw, &place, &document, &robot, &mut diagnostics);
     let anchors_sound = !document.holds_fault(&["anchors"]);
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
@@ -163,6 +122,58 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
             Err(diagnostics)
         }
     }
+}
+
+/// The diagnostics of a campaign file that could not be read, with what to give instead.
+fn with_remedy(mut found: Vec<Diagnostic>, file: &str) -> Vec<Diagnostic> {
+    let path = Path::new(file);
+    let Some(first) = found.first_mut() else { return found };
+    if path.is_dir() {
+        first.remedy.get_or_insert_with(|| format!("`campaign.yaml` is sought there; {}", inside(path)));
+    } else if !path.exists() && first.remedy.is_none() {
+        let known: Vec<&str> = CAMPAIGNS.dirs().filter_map(|dir| dir.path().to_str()).collect();
+        first.remedy = Some(match nearest(file, known.iter().copied()) {
+            Some(near) => format!("did you mean the bundled campaign `{near}`?"),
+            None if known.is_empty() => "give a campaign file, or its folder".into(),
+            None => format!("give a campaign file, its folder, or a bundled campaign: {}", known.join(", ")),
+        });
+    }
+    found
+}
+
+/// The tables of measurements that can be read.
+fn tables(
+    reader: &Reader,
+    raw: &RawCampaign,
+    place: &Place,
+    document: &Document,
+    robot: &LoadedRobot,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<Table> {
+    let mut tables = Vec::new();
+    let files = table_files(raw, place, document, diagnostics);
+    let expected = campaign::expected_columns(raw, &robot.robot);
+    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal, of_campaign: true };
+    let most = raw.csv.max_rows.unwrap_or(1_000_000);
+    // With a fault in what says how the files are read, their faults would be echoes.
+    let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));
+    for (path, place) in files {
+        let read = match open(reader, &place) {
+            Ok(bytes) if readable => {
+                read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
+            }
+            Ok(_) => continue,
+            Err(diagnostic) => {
+                let path: Vec<&str> = path.iter().map(String::as_str).collect();
+                Err(vec![diagnostic.at(document.place_of_value(&path))])
+            }
+        };
+        match read {
+            Ok(table) => tables.push(table),
+            Err(mut found) => diagnostics.append(&mut found),
+        }
+    }
+    tables
 }
 
 /// The files of measurements and the paths that name them; complains when there are none.

@@ -239,6 +239,22 @@ fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<
     })
 }
 
+/// Leaves out what a campaign leaves out; whether there was any, with warnings of names that the robot does not have.
+fn leave_elements_out(raw: &mut RawRobot, without: &Without, diagnostics: &mut Vec<Diagnostic>) -> bool {
+    let known = elements(raw);
+    let mut reduced = false;
+    for (name, place) in &without.names {
+        if leave_out(raw, name, without.own.as_ref()) {
+            reduced = true;
+        } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
+            let diagnostic =
+                Diagnostic::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
+            diagnostics.push(diagnostic.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
+        }
+    }
+    reduced
+}
+
 fn finish(
     mut raw: RawRobot,
     texts: &Located,
@@ -258,22 +274,11 @@ fn finish(
         diagnostics.extend(doubtful_sizes(&raw, &locate));
     }
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
-    let known = elements(&raw);
-    let mut reduced = false;
-    for (name, place) in &without.names {
-        if leave_out(&mut raw, name, without.own.as_ref()) {
-            reduced = true;
-        } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
-            let diagnostic =
-                Diagnostic::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
-            diagnostics.push(diagnostic.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
-        }
-    }
-    if reduced {
+    if leave_elements_out(&mut raw, without, &mut diagnostics) {
         match resolve_explained(&raw, &locate, &explained) {
             (Some(reduced), _) => robot = reduced,
-            (None, mut said) => {
-                diagnostics.append(&mut said);
+            (None, mut found) => {
+                diagnostics.append(&mut found);
                 return Err(diagnostics);
             }
         }

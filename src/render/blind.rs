@@ -1,18 +1,9 @@
-//! The score of sealed campaigns in words and in JSON.
+//! The score of sealed campaigns as text.
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::table::Screen;
 use crate::blind::{Examined, Score};
-
-/// JSON of `blind score`.
-pub fn score_json(score: &Score, all: &[Examined]) -> Value {
-    let campaigns: Vec<Value> =
-        all.iter().map(|one| json!({"right": one.is_right(), "right_sites": one.is_at_site(), "said": one})).collect();
-    json!({"score": score, "campaigns": campaigns})
-}
 
 /// Text of `blind score`.
 pub fn score_text(score: &Score, all: &[Examined], screen: Screen) -> String {
@@ -44,7 +35,7 @@ pub fn score_text(score: &Score, all: &[Examined], screen: Screen) -> String {
         100.0 * score.coverage
     );
     let [true_ones, found, marked] = score.outliers;
-    let _ = writeln!(text, "wrong readings: {true_ones}, {found} of them found, {marked} marked in all");
+    let _ = writeln!(text, "outliers: {true_ones}, {found} of them found, {marked} marked in all");
     let missed: Vec<&Examined> = all.iter().filter(|one| !one.is_right()).collect();
     if !missed.is_empty() {
         let named = |one: &Examined| {

@@ -1,4 +1,4 @@
-//! What is shown to the user, as text and JSON; computes nothing new.
+//! What is shown to the user, as text and HTML; computes nothing new.
 
 pub mod blind;
 pub mod compensation;
@@ -10,6 +10,8 @@ pub mod html;
 pub mod identification;
 pub mod plan;
 pub mod plots;
+pub mod pose;
 pub mod robot;
+pub mod solve;
 pub mod stiffness;
 pub mod table;

@@ -1,48 +1,14 @@
-//! A robot in words and numbers: what `check` prints.
+//! A robot as text. Lengths in mm, angles in deg, springs in SI.
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::table::Screen;
 use crate::description::raw::{JointKind, RawAmount, RawEffect, RawRobot};
-use crate::description::robot::Motion;
+use crate::description::robot::Variable;
 use crate::model::{Model, Stage};
 use crate::parameter::{Group, Kind, Parameter};
-use crate::results::units::unit;
-
-fn motion(model: &Model, index: usize) -> String {
-    let frame = &model.frames[index];
-    match frame.motion {
-        Motion::Fixed => "fixed".into(),
-        Motion::Variable { index, direction } => {
-            format!("{}{}", if direction < 0.0 { "-" } else { "" }, model.variables[index].name)
-        }
-        Motion::Actuator(which) => {
-            let actuator = &model.actuators[which];
-            format!("{} ({})", actuator.name, model.variables[actuator.variable].name)
-        }
-        Motion::Coupling(which) => {
-            let terms: Vec<String> = model.couplings[which]
-                .iter()
-                .map(|(factor, joint)| format!("{factor} * {}", model.frames[*joint].name))
-                .collect();
-            terms.join(" + ")
-        }
-        Motion::Passive => "passive".into(),
-    }
-}
-
-fn elastic(raw: &RawRobot) -> Vec<(&'static str, Vec<String>)> {
-    let keys = |names: Vec<&String>| names.into_iter().cloned().collect::<Vec<_>>();
-    vec![
-        ("bodies with mass", keys(raw.bodies.keys().collect())),
-        ("beams", keys(raw.beams.keys().collect())),
-        ("joint stiffness", keys(raw.joint_stiffness.keys().collect())),
-        ("springs", keys(raw.springs.keys().collect())),
-        ("effects switched on", raw.effects.iter().filter_map(|e| e.effect.clone()).collect()),
-    ]
-}
+use crate::results::RobotSummary;
+use crate::results::units::{shown, shown_unit, unit};
 
 /// An effect with its site and amounts.
 fn switched_on(entry: &RawEffect) -> Option<String> {
@@ -74,26 +40,47 @@ fn spring(parameter: &Parameter) -> Option<Vec<String>> {
     })
 }
 
-/// What `check` prints.
-pub fn text(model: &Model, raw: &RawRobot, screen: Screen) -> String {
-    let mut out =
-        format!("{}: {} degrees of freedom, {} frames\n\n", model.name, model.variables.len(), model.frames.len() - 1);
-    let variable_row = |variable: &crate::description::robot::Variable| {
-        let (name, factor) =
-            unit(if variable.is_angle { crate::parameter::Kind::Angle } else { crate::parameter::Kind::Length });
-        let limits = variable
-            .limits
-            .map_or("none".into(), |[low, high]| format!("{:.2} .. {:.2} {name}", low / factor, high / factor));
+/// Text of `check`.
+pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) -> String {
+    let (freedoms, frames) = (found.degrees_of_freedom, found.frames.len());
+    let mut out = format!("{}: {freedoms} degrees of freedom, {frames} frames\n\n", found.robot);
+    let variable_row = |variable: &Variable| {
+        let at = |value: f64| shown(value, variable.is_angle);
+        let unit = shown_unit(variable.is_angle);
+        let limits =
+            variable.limits.map_or("none".into(), |[low, high]| format!("{:.2} .. {:.2} {unit}", at(low), at(high)));
         vec![variable.name.clone(), limits]
     };
     out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row));
     out += "\n";
+    out += &frames_table(found, model, screen);
+    for stage in &model.stages {
+        if let Stage::Loops(group) = stage {
+            for plan in &group.loops {
+                let names = |side: usize| {
+                    plan.branches[side].iter().map(|&i| model.frames[i].name.as_str()).collect::<Vec<_>>().join(" ")
+                };
+                let _ = writeln!(out, "\nloop {}: {:?}, branches {} | {}", plan.name, plan.kind, names(0), names(1));
+            }
+        }
+    }
+    let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
+    let _ = writeln!(out, "\ntool: frame {}", found.tool);
+    if !found.markers.is_empty() {
+        let _ = writeln!(out, "markers: {}", found.markers.join(", "));
+    }
+    let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
+    out + &elastic(found, model, raw, screen)
+}
+
+/// Frames with what moves them and their Khalil-Kleinfinger constants.
+fn frames_table(found: &RobotSummary, model: &Model, screen: Screen) -> String {
     let value = |index: usize, k: usize| {
         let parameter = &model.registry[model.frames[index].slots[k]];
         let value = parameter.nominal / unit(parameter.kind).1;
         if value == 0.0 { "0".into() } else { format!("{value:.3}") }
     };
-    out += &screen.table(
+    screen.table(
         &[
             "frame",
             "in",
@@ -107,56 +94,44 @@ pub fn text(model: &Model, raw: &RawRobot, screen: Screen) -> String {
             "theta deg",
             "r mm",
         ],
-        (1..model.frames.len()).map(|index| {
-            let frame = &model.frames[index];
+        found.frames.iter().enumerate().map(|(k, frame)| {
             let joint = match frame.joint {
                 JointKind::Revolute => "revolute",
                 JointKind::Prismatic => "prismatic",
                 JointKind::Fixed => "fixed",
             };
-            let mut row = vec![
-                frame.name.clone(),
-                model.frames[frame.antecedent].name.clone(),
-                joint.into(),
-                motion(model, index),
-            ];
-            row.extend((0..7).map(|k| value(index, k)));
+            let mut row = vec![frame.name.clone(), frame.antecedent.clone(), joint.into(), frame.moved_by.clone()];
+            row.extend((0..7).map(|constant| value(k + 1, constant)));
             row
         }),
-    );
-    for stage in &model.stages {
-        if let Stage::Loops(group) = stage {
-            for plan in &group.loops {
-                let names = |side: usize| {
-                    plan.branches[side].iter().map(|&i| model.frames[i].name.as_str()).collect::<Vec<_>>().join(" ")
-                };
-                let _ = writeln!(out, "\nloop {}: {:?}, branches {} | {}", plan.name, plan.kind, names(0), names(1));
-            }
-        }
-    }
-    let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
-    let _ = writeln!(out, "\ntool: frame {}", model.frames[model.tool.0].name);
-    if !model.markers.is_empty() {
-        let names: Vec<&str> = model.markers.iter().map(|marker| marker.name.as_str()).collect();
-        let _ = writeln!(out, "markers: {}", names.join(", "));
-    }
-    let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
+    )
+}
+
+/// What is elastic, and the effects that are switched on.
+fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) -> String {
+    let mut out = String::new();
     let springs: Vec<Vec<String>> = model.registry.all().iter().filter_map(spring).collect();
     if !springs.is_empty() {
         out += "\n";
         out += &screen.table(&["spring", "stiffness", "unit", "compliance", "unit"], springs);
         out += "\n";
     }
-    for (what, names) in elastic(raw).into_iter().filter(|(what, names)| !names.is_empty() && !what.contains("effects"))
-    {
+    let elastic = &found.elastic;
+    let declared = [
+        ("bodies with mass", &elastic.bodies_with_mass),
+        ("beams", &elastic.beams),
+        ("joint stiffness", &elastic.joint_stiffness),
+        ("springs", &elastic.springs),
+    ];
+    for (what, names) in declared.into_iter().filter(|(_, names)| !names.is_empty()) {
         let _ = writeln!(out, "{what}: {}", names.join(" "));
     }
     let effects: Vec<String> = raw.effects.iter().filter_map(switched_on).collect();
     if !effects.is_empty() {
         let _ = writeln!(out, "effects switched on: {}", effects.join("; "));
     }
-    if let Some(fuzzy) = &raw.fuzzy {
-        let rules = fuzzy.components.iter().map(|(name, component)| format!("{name} {}", component.conclusions.len()));
+    if let Some(fuzzy) = &found.fuzzy {
+        let rules = fuzzy.rules.iter().map(|(name, count)| format!("{name} {count}"));
         let _ = writeln!(
             out,
             "compliance by rules of {} {}: inputs {}; rules of each component: {}",
@@ -167,49 +142,4 @@ pub fn text(model: &Model, raw: &RawRobot, screen: Screen) -> String {
         );
     }
     out
-}
-
-/// The same as JSON, SI.
-pub fn json(model: &Model, raw: &RawRobot) -> Value {
-    let frames: Vec<Value> = (1..model.frames.len())
-        .map(|index| {
-            let frame = &model.frames[index];
-            let constants: serde_json::Map<String, Value> = crate::description::robot::FRAME_SYMBOLS
-                .iter()
-                .zip(frame.slots)
-                .map(|(symbol, slot)| ((*symbol).to_string(), json!(model.registry[slot].nominal)))
-                .collect();
-            json!({"name": frame.name, "antecedent": model.frames[frame.antecedent].name, "joint": frame.joint,
-                   "moved_by": motion(model, index), "constants": constants})
-        })
-        .collect();
-    let variables: Vec<Value> = model
-        .variables
-        .iter()
-        .map(|v| json!({"name": v.name, "unit": if v.is_angle { "rad" } else { "m" }, "limits": v.limits}))
-        .collect();
-    let loops: Vec<&str> = model
-        .stages
-        .iter()
-        .filter_map(|s| if let Stage::Loops(g) = s { Some(&g.loops) } else { None })
-        .flatten()
-        .map(|l| l.name.as_str())
-        .collect();
-    let parameter = |p: &Parameter| json!({"name": p.name, "unit": if p.kind == crate::parameter::Kind::Angle { "rad" } else { "m" }, "nominal": p.nominal, "free": p.free, "tolerance": p.tolerance});
-    let elastic: serde_json::Map<String, Value> =
-        elastic(raw).into_iter().map(|(what, names)| (what.replace(' ', "_"), json!(names))).collect();
-    let fuzzy = raw.fuzzy.as_ref().map(|fuzzy| {
-        let rules = |(name, component): (&String, &crate::description::raw::RawFuzzyComponent)| {
-            (name.clone(), json!(component.conclusions.len()))
-        };
-        let rules: serde_json::Map<String, Value> = fuzzy.components.iter().map(rules).collect();
-        json!({"inputs": fuzzy.inputs, "at": fuzzy.at, "adds": fuzzy.adds, "rules": rules})
-    });
-    let mut told = json!({"robot": model.name, "degrees_of_freedom": model.variables.len(), "variables": variables, "frames": frames, "loops": loops,
-           "tool": model.frames[model.tool.0].name, "markers": model.markers.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(),
-           "parameters": model.registry.all().iter().map(parameter).collect::<Vec<_>>(), "elastic": elastic});
-    if let Some(fuzzy) = fuzzy {
-        told["fuzzy"] = fuzzy;
-    }
-    told
 }

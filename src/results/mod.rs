@@ -6,31 +6,49 @@
 // Fields that need no more than their name, as it stands in the JSON, are not explained one by one.
 #![allow(missing_docs)]
 
+mod blind;
+mod compensation;
+mod compensator;
 mod diagnosis;
 mod errors;
 mod fuzzy;
 mod identifiability;
 mod identification;
 mod plan;
+mod pose;
 mod report;
 mod residuals;
+mod robot;
+mod simulation;
+mod solve;
 mod springs;
+mod stiffness;
 pub mod units;
 mod view;
 
+pub use blind::{BlindScore, ScoredCampaign};
+pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
+pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
 pub use fuzzy::{
     AfterFit, ComponentRules, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
-    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput,
+    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
 };
 pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
 pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
+pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{
     CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StiffnessReview,
     StiffnessSlice, Swept, WaterfallStep, stage_label,
 };
 pub use residuals::{DescriptionResiduals, ReadingResidual};
+pub use robot::{
+    ElasticSummary, FrameSummary, FuzzySummary, ParameterSummary, RobotSummary, SnapshotAgreement, VariableSummary,
+};
+pub use simulation::{PathPoint, Simulation, TrueParameter, Truth};
+pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
+pub use stiffness::Stiffness;
 pub use view::{ScenePart, ToolDeflection, View};

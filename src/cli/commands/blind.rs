@@ -9,12 +9,14 @@ use super::simulate::csv;
 use crate::Error;
 use crate::blind::{Design, Drawn, Examined, Kind, Truth, draw, examine, score, seal};
 use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, bundled_robots};
-use crate::render::blind::{score_json, score_text};
+use crate::render::blind::score_text;
+use crate::results;
 use crate::simulation::generator;
 
 pub fn run(command: &Blind, session: &Session) -> Result<Output, Error> {
@@ -203,5 +205,5 @@ fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
         all.push(answer.open(truth));
     }
     let figures = score(&all);
-    Output::new(score_text(&figures, &all, session.terminal.screen), &score_json(&figures, &all))
+    Output::new(score_text(&figures, &all, session.terminal.screen), &results::BlindScore::new(&figures, &all))
 }

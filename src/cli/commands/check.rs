@@ -1,46 +1,65 @@
 //! `check`: is the description sound, and what does it say?
 
+use std::path::Path;
+
 use crate::Error;
 use crate::cli::args::Check;
-use crate::cli::{Output, Session};
-use crate::render::robot;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
+use crate::render::robot as render;
+use crate::results::{RobotSummary, SnapshotAgreement};
 use crate::snapshot::snapshot;
 
 pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
-    let mut output = Output::new(
-        robot::text(&loaded.model, &loaded.raw, session.terminal.screen),
-        &robot::json(&loaded.model, &loaded.raw),
-    )?;
-    output.diagnostics = loaded.diagnostics;
-    let Some(path) = &command.snapshot else { return Ok(output) };
-    let new = snapshot(&loaded.model)?;
-    match std::fs::read_to_string(path) {
-        Ok(old) if old == new => {
-            output.text = format!("{} agrees with {}\n", command.robot, path.display());
-        }
-        Ok(old) => {
-            let mut text = format!("{} differs from {} (- snapshot, + now):\n", command.robot, path.display());
-            let (old, new): (Vec<&str>, Vec<&str>) = (old.lines().collect(), new.lines().collect());
-            for k in 0..old.len().max(new.len()) {
-                let (before, now) = (old.get(k), new.get(k));
-                if before != now {
-                    before.iter().for_each(|line| text += &format!("- {line}\n"));
-                    now.iter().for_each(|line| text += &format!("+ {line}\n"));
-                }
-            }
-            text += "delete the file and run again to accept what is now\n";
-            output.text = text;
-            output.failed = true;
-        }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            output.text = format!("wrote {}\n", path.display());
-            output.files.push((path.clone(), new));
-        }
-        Err(error) => {
-            return Err(Error::input(format!("`{}` cannot be read: {error}", path.display()), "give another file"));
+    let mut found = RobotSummary::new(&loaded.model, &loaded.raw);
+    let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
+    let mut files = Vec::new();
+    if let Some(path) = &command.snapshot {
+        let new = snapshot(&loaded.model)?;
+        let old = old(path)?;
+        let shown = path.display();
+        let agrees = old.as_ref().is_none_or(|old| *old == new);
+        text = match &old {
+            Some(_) if agrees => format!("{} agrees with {shown}\n", command.robot),
+            Some(old) => format!(
+                "{} differs from {shown} (- snapshot, + now):\n{}delete the file and run again to accept what is now\n",
+                command.robot,
+                difference(old, &new)
+            ),
+            None => format!("wrote {shown}\n"),
+        };
+        found.snapshot = Some(SnapshotAgreement { file: shown.to_string(), agrees });
+        if old.is_none() {
+            files.push((path.clone(), new));
         }
     }
-    output.json["snapshot"] = serde_json::json!({"file": path.display().to_string(), "agrees": !output.failed});
+    let mut output = Output::new(text, &found)?;
+    output.failed = found.snapshot.is_some_and(|snapshot| !snapshot.agrees);
+    output.diagnostics = loaded.diagnostics;
+    output.files = files;
     Ok(output)
+}
+
+/// The text of a snapshot; `None` where there is no such file.
+fn old(path: &Path) -> Result<Option<String>, Error> {
+    match std::fs::read_to_string(path) {
+        Ok(old) => Ok(Some(old)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Error::input(format!("`{}` cannot be read: {error}", path.display()), "give another file")),
+    }
+}
+
+/// Lines that differ, line by line.
+fn difference(old: &str, new: &str) -> String {
+    let (old, new): (Vec<&str>, Vec<&str>) = (old.lines().collect(), new.lines().collect());
+    let mut text = String::new();
+    for k in 0..old.len().max(new.len()) {
+        let (before, now) = (old.get(k), new.get(k));
+        if before != now {
+            before.iter().for_each(|line| text += &format!("- {line}\n"));
+            now.iter().for_each(|line| text += &format!("+ {line}\n"));
+        }
+    }
+    text
 }

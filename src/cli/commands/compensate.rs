@@ -1,12 +1,12 @@
 //! `compensate`: commands under which the real robot passes where it should.
 
 use nalgebra::Rotation3;
-use serde_json::{Value, json};
 
 use crate::Error;
 use crate::cli::args::{Compensate, FrameName, HoldName};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{joints, units_with, wrench};
-use crate::cli::{Output, Session};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
@@ -15,7 +15,8 @@ use crate::files::{LoadedRobot, writable};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::{Condition, Model};
-use crate::render::compensation::Compensation;
+use crate::render::compensation as render;
+use crate::results::Compensation;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
@@ -49,6 +50,62 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         }
         None => None,
     };
+    diagnostics.extend(condition_doubts(model, &path));
+    let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
+    diagnostics.extend(controller.diagnostics.iter().cloned());
+    let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
+    let values = model.registry.nominal();
+    diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
+    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings(command, model))?;
+    let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
+    let poses: Vec<Option<[f64; 6]>> = outcome
+        .points
+        .iter()
+        .zip(&path.campaign.readings)
+        .map(|(point, reading)| {
+            let point = point.as_ref().ok()?;
+            shown.pose(&point.corrected.joints, reading.marker)
+        })
+        .collect();
+    let names: Vec<String> =
+        path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
+    let mut found = Compensation::new(model, &names, &nominal, &poses, &outcome);
+    found.process = process.map(|process| process.name);
+    let all_met = found.refused.is_empty();
+    let mut text = render::compensation(&found, session.terminal.screen);
+    let mut files = Vec::new();
+    if let Some(file) = &command.table {
+        let shown = file.display();
+        if all_met || command.keep_going {
+            files.push((file.clone(), render::csv(&found, &units)?));
+            found.table = Some(shown.to_string());
+            text += &format!("commands, and the controller's poses of them: {shown}\n");
+        } else {
+            text += &format!("{shown} is not written, since points are refused; --keep-going writes the others\n");
+        }
+    }
+    let mut output = Output::new(text, &found)?;
+    output.files = files;
+    output.failed = !all_met;
+    output.diagnostics = diagnostics;
+    Ok(output)
+}
+
+fn settings(command: &Compensate, model: &Model) -> Settings {
+    let mut settings = Settings::new(model.variables.len());
+    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
+        HoldName::Pose => Hold::Pose,
+        HoldName::Axis => Hold::Axis,
+        HoldName::Position => Hold::Position,
+    });
+    settings.residual = command.residual * 1e-3;
+    settings.largest = command.largest.to_radians();
+    settings
+}
+
+/// Warnings of effects that depend on conditions which the path does not give.
+fn condition_doubts(model: &Model, path: &Path) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
     if let Some(effect) = reader(Condition::Temperature)
         && !path.campaign.conditions.has_temperature()
@@ -63,53 +120,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         let text = format!("the description has `{name}`, and one point does not say from which side it is reached");
         diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
     }
-    let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
-    diagnostics.extend(controller.diagnostics.iter().cloned());
-    let mut settings = Settings::new(model.variables.len());
-    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
-        HoldName::Pose => Hold::Pose,
-        HoldName::Axis => Hold::Axis,
-        HoldName::Position => Hold::Position,
-    });
-    settings.residual = command.residual * 1e-3;
-    settings.largest = command.largest.to_radians();
-    let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
-    let values = model.registry.nominal();
-    diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
-    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
-    let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
-    let poses: Vec<Option<[f64; 6]>> = outcome
-        .points
-        .iter()
-        .zip(&path.campaign.readings)
-        .map(|(point, reading)| {
-            let point = point.as_ref().ok()?;
-            shown.pose(&point.corrected.joints, reading.marker)
-        })
-        .collect();
-    let names: Vec<String> =
-        path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
-    let found = Compensation { model, names: &names, nominal: &nominal, outcome: &outcome, poses: &poses };
-    let refused = found.refused().count();
-    let mut output = Output::new(found.text(session.terminal.screen), &found.json())?;
-    if let Some(process) = &process {
-        output.json["process"] = Value::String(process.name.clone());
-    }
-    if let Some(file) = &command.table {
-        if refused == 0 || command.keep_going {
-            output.files.push((file.clone(), found.csv(&units)?));
-            output.text += &format!("commands, and the controller's poses of them: {}\n", file.display());
-        } else {
-            output.text += &format!(
-                "{} is not written, since points are refused; --keep-going writes the others\n",
-                file.display()
-            );
-        }
-    }
-    output.json["table"] = json!(output.files.first().map(|(file, _)| file.display().to_string()));
-    output.failed = refused > 0;
-    output.diagnostics = diagnostics;
-    Ok(output)
+    diagnostics
 }
 
 /// What should be told of how far the description knows the compliance that the path needs.

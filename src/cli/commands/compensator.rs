@@ -7,11 +7,13 @@ use nalgebra::Vector3;
 
 use crate::Error;
 use crate::cli::args::Compensator;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::numbers;
-use crate::cli::{Output, Session};
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
-use crate::render::compensator::{Compensator as Found, compensator_json, compensator_text};
+use crate::render::compensator as render;
+use crate::results::Compensator as Found;
 
 pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
     if command.circle.is_none() && command.mounting.is_none() {
@@ -20,7 +22,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
             "give --circle FILE [--anchor FILE], or --mounting L,AX,AY; and --compliances FILE for its spring",
         ));
     }
-    let mut found = Found::default();
+    let (mut mounted, mut compliances, mut spring) = (None, Vec::new(), None);
     let mut triangle = None;
     if let Some(path) = &command.circle {
         let points = read(session, path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
@@ -28,15 +30,14 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
         let points: Vec<(f64, Vector3<f64>)> =
             angles.iter().zip(positions(&points)).map(|(q, p)| (q.to_radians(), p)).collect();
         let arcs = command.anchor.as_deref().map(|path| arcs(session, path)).transpose()?.unwrap_or_default();
-        let mounted = mounting(&points, &arcs)?;
-        triangle = mounted.anchor.map(|[ax, ay]| Triangle { lever: mounted.lever.value, ax: ax.value, ay: ay.value });
-        found.mounting = Some(mounted);
+        let found = mounting(&points, &arcs)?;
+        triangle = found.anchor.map(|[ax, ay]| Triangle { lever: found.lever.value, ax: ax.value, ay: ay.value });
+        mounted = Some(found);
     }
     if let Some(text) = &command.mounting {
         let given = numbers("--mounting", text, &[3])?;
         triangle = Some(Triangle { lever: given[0] * 1e-3, ax: given[1] * 1e-3, ay: given[2] * 1e-3 });
     }
-    found.triangle = triangle;
     if let Some(path) = &command.compliances {
         let Some(triangle) = triangle else {
             return Err(Error::input(
@@ -47,7 +48,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
         let table = read(session, path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
         let column = |name: &str| table.numbers(name).unwrap_or_default().to_vec();
         let widths = table.has("ci95").then(|| column("ci95"));
-        found.compliances = column("q")
+        compliances = column("q")
             .into_iter()
             .zip(column("k2"))
             .enumerate()
@@ -57,7 +58,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
                 ci95: widths.as_ref().and_then(|w| w.get(row)).map(|w| w * 1e-6),
             })
             .collect();
-        let negative = found.compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0));
+        let negative = compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0));
         if let Some(row) = negative {
             let line = table.line(row).unwrap_or_default();
             return Err(Error::input(
@@ -65,9 +66,10 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
                 "give compliances in 1e-6 rad/(N.m)",
             ));
         }
-        found.elasticity = Some(elasticity(&triangle, &found.compliances)?);
+        spring = Some(elasticity(&triangle, &compliances)?);
     }
-    Output::new(compensator_text(&found, session.terminal.screen), &compensator_json(&found))
+    let found = Found::new(mounted.as_ref(), triangle.as_ref(), &compliances, spring.as_ref());
+    Output::new(render::compensator(&found, session.terminal.screen), &found)
 }
 
 /// Reads columns of numbers (and of the points' names) with whether each must be there.

@@ -3,8 +3,8 @@
 use clap::CommandFactory;
 
 use crate::Error;
-use crate::cli::Output;
 use crate::cli::args::{Arguments, Completions};
+use crate::cli::output::Output;
 
 pub fn run(command: &Completions) -> Result<Output, Error> {
     let mut script = Vec::new();

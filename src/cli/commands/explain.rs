@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::cli::args::Explain;
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The pages, each under a heading of its own that is the word.

@@ -2,8 +2,9 @@
 
 use crate::Error;
 use crate::cli::args::{Identifiability, Reduction as Asked, Scale};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
-use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, observe};
 use crate::identifiability::{Criterion, Scaling};

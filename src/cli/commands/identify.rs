@@ -6,10 +6,11 @@ use super::convert::{can_write, written};
 use super::identifiability::{reduction, what};
 use crate::Error;
 use crate::cli::args::{Identify, LossName, SchemeName, SplitName, WeightsName};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
-use crate::cli::{Output, Session};
 use crate::description::campaign::Campaign;
-use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
+use crate::estimation::{Scheme, Settings, Split, Weights, What, calibrate, compare, split};
 use crate::least_squares::Loss;
 use crate::model::with_values;
 use crate::render::identification as render;
@@ -32,34 +33,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let settings = Settings {
-        what,
-        split: match command.split {
-            SplitName::Prior => Split::Prior,
-            SplitName::MinimumNorm => Split::MinimumNorm,
-        },
-        scheme: match command.scheme {
-            SchemeName::Batch => Scheme::Batch,
-            SchemeName::PoseByPose => Scheme::PoseByPose,
-            SchemeName::Alternating => Scheme::Alternating,
-        },
-        weights: match command.weights {
-            WeightsName::Stated => Weights::Stated,
-            WeightsName::Equal => Weights::Equal,
-            WeightsName::Direction => Weights::Direction,
-        },
-        loss: match command.loss {
-            LossName::Squares => Loss::Squares,
-            LossName::Huber => Loss::Huber(command.loss_scale),
-            LossName::Cauchy => Loss::Cauchy(command.loss_scale),
-            LossName::Tukey => Loss::Tukey(command.loss_scale),
-        },
-        prior: command.prior,
-        scaling,
-        criterion,
-        hold: command.reduction.hold.clone(),
-        ..Settings::default()
-    };
+    let settings = Settings { scaling, criterion, ..settings(command, what) };
     let campaign = match command.train {
         Some(count) => fewer(&loaded.campaign, count, command.check, seed),
         None => loaded.campaign.clone(),
@@ -95,6 +69,36 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         output.files.push((path.clone(), text));
     }
     Ok(output)
+}
+
+/// What the flags ask of the fit, but for the reduction.
+fn settings(command: &Identify, what: Option<What>) -> Settings {
+    Settings {
+        what,
+        split: match command.split {
+            SplitName::Prior => Split::Prior,
+            SplitName::MinimumNorm => Split::MinimumNorm,
+        },
+        scheme: match command.scheme {
+            SchemeName::Batch => Scheme::Batch,
+            SchemeName::PoseByPose => Scheme::PoseByPose,
+            SchemeName::Alternating => Scheme::Alternating,
+        },
+        weights: match command.weights {
+            WeightsName::Stated => Weights::Stated,
+            WeightsName::Equal => Weights::Equal,
+            WeightsName::Direction => Weights::Direction,
+        },
+        loss: match command.loss {
+            LossName::Squares => Loss::Squares,
+            LossName::Huber => Loss::Huber(command.loss_scale),
+            LossName::Cauchy => Loss::Cauchy(command.loss_scale),
+            LossName::Tukey => Loss::Tukey(command.loss_scale),
+        },
+        prior: command.prior,
+        hold: command.reduction.hold.clone(),
+        ..Settings::default()
+    }
 }
 
 /// Refuses a campaign of which all readings, or all that are loaded, are set aside to check.

@@ -3,8 +3,8 @@
 use clap::CommandFactory;
 
 use crate::Error;
-use crate::cli::Output;
 use crate::cli::args::{Arguments, Man};
+use crate::cli::output::Output;
 
 pub fn run(command: &Man) -> Result<Output, Error> {
     let mut whole = Arguments::command();

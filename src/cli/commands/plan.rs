@@ -9,14 +9,17 @@ use super::pose::loaded_configurations;
 use super::simulate::{markers, observed};
 use crate::Error;
 use crate::cli::args::Plan;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{known_parameters, numbers, ranges, wrench};
-use crate::cli::{Output, Session};
+use crate::description::campaign::Campaign;
 use crate::description::campaign::WRENCH;
 use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedRobot, writable};
-use crate::observation::{DEFLECTION, POSITION};
+use crate::model::Model;
+use crate::observation::{DEFLECTION, Observes, POSITION};
 use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::render::plan as render;
 use crate::results;
@@ -41,9 +44,6 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let measured = measured.as_ref().map(|measured| &measured.campaign);
     let length = units.length.factor();
-    let point = |flag: &str, text: &str| -> Result<Vector3<f64>, Error> {
-        Ok(Vector3::from_column_slice(&numbers(flag, text, &[3])?))
-    };
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = match &command.test {
         Some(path) => {
@@ -56,12 +56,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     if command.test.is_some() && tests.is_empty() {
         return Err(Error::input("--test: the file has no rows", "give at least one configuration"));
     }
-    let observes = match (measured, command.observes) {
-        (Some(measured), _) => measured.observes,
-        (None, Some(name)) => observed(model, name)?,
-        (None, None) if asked.is_some_and(|what| what.elastic && !what.geometric) => DEFLECTION,
-        (None, None) => POSITION,
-    };
+    let observes = kind_of_readings(command, model, measured, asked)?;
     let what = asked.unwrap_or_else(|| What::of(observes));
     if observes.is_difference() && loads.is_empty() {
         return Err(Error::input(
@@ -69,37 +64,6 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
             "give --wrench FX,FY,FZ,MX,MY,MZ",
         ));
     }
-    let used = |measured: &crate::description::campaign::Campaign| {
-        let mut used: Vec<Option<usize>> = measured.readings.iter().map(|reading| reading.marker).collect();
-        used.sort_unstable();
-        used.dedup();
-        used
-    };
-    let sight = match &command.instrument {
-        Some(text) => {
-            let facing = command.facing.as_deref().map(|text| point("--facing", text)).transpose()?;
-            let facing = facing.unwrap_or_else(Vector3::z);
-            if facing.norm() == 0.0 {
-                return Err(Error::input("--facing 0,0,0", "give a direction"));
-            }
-            Some(Sight {
-                instrument: Point3::from(point("--instrument", text)? * length),
-                cone: command.cone.to_radians(),
-                facing: facing.normalize(),
-            })
-        }
-        None => None,
-    };
-    let workspace = match &command.workspace {
-        Some(text) => {
-            let n = numbers("--workspace", text, &[6])?;
-            if (0..3).any(|k| n[2 * k] >= n[2 * k + 1]) {
-                return Err(Error::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
-            }
-            Some(std::array::from_fn(|k| [n[2 * k] * length, n[2 * k + 1] * length]))
-        }
-        None => None,
-    };
     let (within, said) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
     diagnostics.extend(said);
     let (tested_within, said) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
@@ -124,8 +88,8 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
             .unwrap_or(command.orientation_noise.to_radians()),
         estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
-        sight,
-        workspace,
+        sight: sight(command, length)?,
+        workspace: workspace(command, length)?,
         apart: command.apart * length,
         tests,
         measured: measured.cloned(),
@@ -134,22 +98,77 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         tolerance,
         seed,
     };
+    let mut output = carry_out(command, session, loaded, &request)?;
+    output.diagnostics = diagnostics;
+    Ok(output)
+}
+
+/// Plans, and writes the configurations.
+fn carry_out(command: &Plan, session: &Session, loaded: &LoadedRobot, request: &Request) -> Result<Output, Error> {
+    let model = &loaded.model;
     let started = Instant::now();
     let bar = session.terminal.bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
-    let mut planned = plan(model, &request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
+    let mut planned = plan(model, request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
     bar.finish_and_clear();
-    if let Some(measured) = measured {
+    if let Some(measured) = &request.measured {
         rename(&mut planned, &measured.poses);
     }
-    let seconds = started.elapsed().as_secs_f64();
-    let result = results::Plan::new(model, &request, &planned, seconds);
+    let result = results::Plan::new(model, request, &planned, started.elapsed().as_secs_f64());
     let mut output = Output::new(render::plan(&result, session.terminal.screen), &result)?;
-    output.diagnostics = diagnostics;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
         output.files.push((path.clone(), csv(loaded, &planned)?));
     }
     Ok(output)
+}
+
+/// What a reading is: as the campaign to which readings are added says, as asked, or as suits what is to be identified.
+fn kind_of_readings(
+    command: &Plan,
+    model: &Model,
+    measured: Option<&Campaign>,
+    asked: Option<What>,
+) -> Result<Observes, Error> {
+    match (measured, command.observes) {
+        (Some(measured), _) => Ok(measured.observes),
+        (None, Some(name)) => observed(model, name),
+        (None, None) if asked.is_some_and(|what| what.elastic && !what.geometric) => Ok(DEFLECTION),
+        (None, None) => Ok(POSITION),
+    }
+}
+
+/// Markers of a campaign's readings.
+fn used(measured: &Campaign) -> Vec<Option<usize>> {
+    let mut used: Vec<Option<usize>> = measured.readings.iter().map(|reading| reading.marker).collect();
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+fn point(flag: &str, text: &str) -> Result<Vector3<f64>, Error> {
+    Ok(Vector3::from_column_slice(&numbers(flag, text, &[3])?))
+}
+
+/// From where reflectors are seen.
+fn sight(command: &Plan, length: f64) -> Result<Option<Sight>, Error> {
+    let Some(text) = &command.instrument else { return Ok(None) };
+    let facing = command.facing.as_deref().map(|text| point("--facing", text)).transpose()?;
+    let facing = facing.unwrap_or_else(Vector3::z);
+    if facing.norm() == 0.0 {
+        return Err(Error::input("--facing 0,0,0", "give a direction"));
+    }
+    let instrument = Point3::from(point("--instrument", text)? * length);
+    Ok(Some(Sight { instrument, cone: command.cone.to_radians(), facing: facing.normalize() }))
+}
+
+/// The box in which measured points stay, m.
+fn workspace(command: &Plan, length: f64) -> Result<Option<[[f64; 2]; 3]>, Error> {
+    let Some(text) = &command.workspace else { return Ok(None) };
+    let n = numbers("--workspace", text, &[6])?;
+    if (0..3).any(|k| n[2 * k] >= n[2 * k + 1]) {
+        return Err(Error::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
+    }
+    Ok(Some(std::array::from_fn(|k| [n[2 * k] * length, n[2 * k + 1] * length])))
 }
 
 /// Names that the campaign does not have, counted on from its own.

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
-use serde_json::{Map, Value, json};
 
 use crate::Error;
 use crate::cli::args::Pose;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
-use crate::cli::{Output, Session};
 use crate::description::campaign::WRENCH;
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
@@ -16,9 +16,9 @@ use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, PointLoad, Response, Statics, equilibrium};
 use crate::files::LoadedRobot;
 use crate::fuzzy;
-use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
-use crate::render::table::Screen;
-use crate::results::units::{deg, mm};
+use crate::kinematics::{Geometry, Placements};
+use crate::render::pose as render;
+use crate::results::{Pose as Found, Poses};
 use crate::simulation::Loaded;
 
 pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
@@ -40,32 +40,23 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     linear(&loaded.model, command.equilibrium)?;
     let geometry = Geometry::nominal(&loaded.model)?;
     let mut placements = Placements::default();
-    let (mut text, mut all) = (String::new(), Vec::new());
+    let mut poses = Vec::new();
     for (row, q) in configurations.iter().enumerate() {
-        geometry.place(q, &mut placements).map_err(|error| {
-            let which = if command.table.is_some() { format!("row {}: ", row + 1) } else { String::new() };
-            Error::Impossible(format!("{which}{error}"))
-        })?;
-        text += &in_words(&geometry, &placements, session.terminal.screen);
-        let mut json = as_json(&geometry, &placements);
-        if let Some(load) = &load {
-            let deflected = deflected(&geometry, q, &placements, load, command.equilibrium)?;
-            text += "\nunder the wrench and own weight\n";
-            text += &session.terminal.screen.table(
-                &["point", "dx mm", "dy mm", "dz mm", "rx deg", "ry deg", "rz deg"],
-                deflected.iter().map(|(name, d)| {
-                    let mut row = vec![name.clone()];
-                    row.extend(d[..3].iter().map(|v| format!("{:.4}", mm(*v))));
-                    row.extend(d[3..].iter().map(|v| format!("{:.5}", deg(*v))));
-                    row
-                }),
-            );
-            json["deflection"] = json!(deflected.into_iter().collect::<BTreeMap<String, [f64; 6]>>());
+        if let Err(error) = geometry.place(q, &mut placements) {
+            let error = Error::from(error);
+            return Err(if command.table.is_some() { error.at(format!("row {}", row + 1)) } else { error });
         }
-        all.push(json);
+        let pose = Found::new(&geometry, &placements);
+        poses.push(match &load {
+            Some(load) => pose.deflected(deflected(&geometry, q, &placements, load, command.equilibrium)?),
+            None => pose,
+        });
     }
-    let json = if command.table.is_some() { json!({"poses": all}) } else { all.pop().unwrap_or(Value::Null) };
-    let mut output = Output::new(text, &json)?;
+    let text = poses.iter().map(|pose| render::pose(pose, session.terminal.screen)).collect();
+    let mut output = match &poses[..] {
+        [pose] if command.table.is_none() => Output::new(text, pose)?,
+        _ => Output::new(text, &Poses { poses })?,
+    };
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }
@@ -175,69 +166,4 @@ fn read(
     let diagnostics =
         beyond(&loaded.model.variables, units, "rows", configurations, |row, variable| table.place(row, variable));
     Ok((rows, diagnostics))
-}
-
-fn joint_values(geometry: &Geometry, placements: &Placements) -> Vec<(String, f64, bool)> {
-    let model = geometry.model;
-    let moving = model.frames.iter().enumerate().filter(|(_, frame)| frame.moves());
-    moving
-        .map(|(index, frame)| {
-            let angle = frame.joint == crate::description::raw::JointKind::Revolute;
-            (frame.name.clone(), placements.joints[index], angle)
-        })
-        .collect()
-}
-
-fn as_json(geometry: &Geometry, placements: &Placements) -> Value {
-    let model = geometry.model;
-    let matrix = |t: &Transform| {
-        let m = t.to_homogeneous();
-        json!((0..4).map(|i| (0..4).map(|j| m[(i, j)]).collect::<Vec<f64>>()).collect::<Vec<_>>())
-    };
-    let joints: Map<String, Value> =
-        joint_values(geometry, placements).into_iter().map(|(name, value, _)| (name, json!(value))).collect();
-    let frames: Map<String, Value> = model
-        .frames
-        .iter()
-        .zip(&placements.frames)
-        .skip(1)
-        .map(|(frame, placed)| (frame.name.clone(), matrix(placed)))
-        .collect();
-    let markers: Map<String, Value> = (0..model.markers.len())
-        .map(|m| {
-            let point = placements.frames[model.markers[m].frame] * geometry.marker(m);
-            (model.markers[m].name.clone(), json!([point.x, point.y, point.z]))
-        })
-        .collect();
-    let tool = placements.frames[model.tool.0] * geometry.tool();
-    json!({"joints": joints, "frames": frames, "markers": markers, "tool": matrix(&tool)})
-}
-
-fn in_words(geometry: &Geometry, placements: &Placements, screen: Screen) -> String {
-    let model = geometry.model;
-    let joint = |(name, value, angle): (String, f64, bool)| {
-        vec![name, if angle { format!("{:.4} deg", deg(value)) } else { format!("{:.4} mm", mm(value)) }]
-    };
-    let mut text = screen.table(&["joint", "value"], joint_values(geometry, placements).into_iter().map(joint));
-    let row = |name: &str, placed: &Transform| {
-        let p = placed.translation.vector;
-        let r = rotation_vector(&placed.rotation);
-        let mut row = vec![name.to_string()];
-        row.extend(p.iter().map(|v| format!("{:.4}", mm(*v))));
-        row.extend(r.iter().map(|v| format!("{:.4}", deg(*v))));
-        row
-    };
-    let mut rows: Vec<Vec<String>> =
-        model.frames.iter().zip(&placements.frames).skip(1).map(|(frame, placed)| row(&frame.name, placed)).collect();
-    rows.push(row("tool", &(placements.frames[model.tool.0] * geometry.tool())));
-    for m in 0..model.markers.len() {
-        let point = placements.frames[model.markers[m].frame] * geometry.marker(m);
-        let mut row = vec![format!("marker {}", model.markers[m].name)];
-        row.extend(point.iter().map(|v| format!("{:.4}", mm(*v))));
-        row.extend(std::iter::repeat_n(String::new(), 3));
-        rows.push(row);
-    }
-    text += "\n";
-    text += &screen.table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
-    text
 }

@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::cli::args::OnCampaign;
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::prediction::{Linearised, Predictor};
 use crate::render::identification as render;
 use crate::results::DescriptionResiduals;

@@ -1,8 +1,8 @@
 //! `schema`: JSON Schemas of the files.
 
 use crate::Error;
-use crate::cli::Output;
 use crate::cli::args::{Schema, SchemaOf};
+use crate::cli::output::Output;
 use crate::description::campaign::raw::RawCampaign;
 use crate::description::process::RawProcess;
 use crate::description::raw::{RawFuzzy, RawRobot};

@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::cli::args::OnCampaign;
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::identifiability::sensitivities;
 use crate::kinematics::Geometry;
 use crate::render::identification as render;

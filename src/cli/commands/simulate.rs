@@ -1,28 +1,27 @@
 //! `simulate`: a campaign with known truth.
 
+mod campaign;
 mod process;
+
+pub(super) use campaign::csv;
+use campaign::{Made, delivered};
 
 use indexmap::IndexMap;
 use rand::RngExt;
-use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
 use super::pose::loaded_configurations;
-use super::schema::file_name;
 use crate::Error;
-use crate::cli::args::{SchemaOf, Simulate};
+use crate::cli::args::Simulate;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{known_parameters, ranges, wrench};
-use crate::cli::{Output, Session};
-use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
-use crate::description::campaign::{self, Campaign};
 use crate::description::raw::{RawAmount, RawEffect};
-use crate::description::units::{Angle, Force, Length, Torque, Units};
-use crate::description::yaml;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::effects::EffectEntry;
-use crate::files::{LoadedRobot, schema_line};
+use crate::files::LoadedRobot;
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::observation::Observes;
@@ -31,17 +30,7 @@ use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, ge
 
 pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
-    let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
-    if finite.iter().any(|v| !(0.0..=1e6).contains(v))
-        || !(0.0..=1.0).contains(&command.share)
-        || !(0.0..=0.9).contains(&command.check)
-        || !(1..=1000).contains(&command.repeats)
-    {
-        return Err(Error::input(
-            "a number is out of range",
-            "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
-        ));
-    }
+    check(command)?;
     spares_readings(&command.into)?;
     let mut loaded = session.reader.robot(&command.robot)?;
     for text in &command.effect {
@@ -71,46 +60,10 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
         return process::run(&scene, file, session, &mut random);
     }
-    let mut row_loads: Vec<[f64; 6]> = Vec::new();
-    let configurations = match command.poses.parse::<usize>() {
-        Ok(0) => return Err(Error::input("--poses 0", "give at least one configuration")),
-        Ok(count) if count > 100_000 => {
-            return Err(Error::input(format!("--poses {count}"), "at most 100000 configurations"));
-        }
-        Ok(count) => {
-            let (within, said) = ranges("--range", &loaded, joint_box(&loaded.model, command.share), &command.range)?;
-            diagnostics.extend(said);
-            draw_configurations_in(&geometry, &within, count, &mut random)?
-        }
-        Err(_) if !command.range.is_empty() => {
-            return Err(Error::input(
-                "--range beside a file of configurations",
-                "leave --range out, or give --poses a number",
-            ));
-        }
-        Err(_) => {
-            let (rows, said) = loaded_configurations(session, &loaded, std::path::Path::new(&command.poses))?;
-            diagnostics.extend(said);
-            if rows.iter().any(|(_, load)| *load != [0.0; 6]) {
-                row_loads = rows.iter().map(|(_, load)| *load).collect();
-            }
-            rows.into_iter().map(|(q, _)| q).collect()
-        }
-    };
+    let (configurations, row_loads, said) = configurations(command, session, &loaded, &geometry, &mut random)?;
+    diagnostics.extend(said);
     let observes = observed(model, command.observes)?;
-    let mut wrenches =
-        command.wrench.iter().map(|text| wrench(&loaded.raw.units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
-    if !row_loads.is_empty() {
-        if !wrenches.is_empty() {
-            return Err(Error::input(
-                format!("`{}` has loads of its own", command.poses),
-                "leave --wrench out, or the columns fx, .., mz",
-            ));
-        }
-        wrenches.clone_from(&row_loads);
-        wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        wrenches.dedup();
-    }
+    let wrenches = wrenches(command, &loaded, &row_loads)?;
     if observes.is_difference() && wrenches.is_empty() {
         return Err(Error::input(
             format!("--observes {}: nothing loads the robot", observes.name()),
@@ -135,9 +88,72 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     }
     let campaign = carry_out(model, &values, &plan, blank, &mut random)?;
     let mut output =
-        delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, &mut random)?;
+        delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, None, &mut random)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+fn check(command: &Simulate) -> Result<(), Error> {
+    let finite = [command.noise, command.orientation_noise, command.errors, command.elastic_errors];
+    if finite.iter().any(|v| !(0.0..=1e6).contains(v))
+        || !(0.0..=1.0).contains(&command.share)
+        || !(0.0..=0.9).contains(&command.check)
+        || !(1..=1000).contains(&command.repeats)
+    {
+        return Err(Error::input(
+            "a number is out of range",
+            "--noise, --orientation-noise and --errors are from 0 to 1e6, --share from 0 to 1, --check from 0 to 0.9, --repeats from 1 to 1000",
+        ));
+    }
+    Ok(())
+}
+
+/// Configurations, with loads of the rows where they come from a file that has loads, and warnings.
+type Configurations = (Vec<Vec<f64>>, Vec<[f64; 6]>, Vec<Diagnostic>);
+
+fn configurations(
+    command: &Simulate,
+    session: &Session,
+    loaded: &LoadedRobot,
+    geometry: &Geometry,
+    random: &mut ChaCha8Rng,
+) -> Result<Configurations, Error> {
+    match command.poses.parse::<usize>() {
+        Ok(0) => Err(Error::input("--poses 0", "give at least one configuration")),
+        Ok(count) if count > 100_000 => Err(Error::input(format!("--poses {count}"), "at most 100000 configurations")),
+        Ok(count) => {
+            let (within, said) = ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), said))
+        }
+        Err(_) if !command.range.is_empty() => {
+            Err(Error::input("--range and a file of configurations", "leave --range out, or give --poses a number"))
+        }
+        Err(_) => {
+            let (rows, said) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
+            let (configurations, loads): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+            let is_loaded = loads.iter().any(|load| *load != [0.0; 6]);
+            Ok((configurations, if is_loaded { loads } else { Vec::new() }, said))
+        }
+    }
+}
+
+/// The loads of all readings: as asked, or as the rows of the file have them.
+fn wrenches(command: &Simulate, loaded: &LoadedRobot, row_loads: &[[f64; 6]]) -> Result<Vec<[f64; 6]>, Error> {
+    let asked = command.wrench.iter().map(|text| wrench(&loaded.raw.units, text));
+    let asked = asked.collect::<Result<Vec<[f64; 6]>, Error>>()?;
+    if row_loads.is_empty() {
+        return Ok(asked);
+    }
+    if !asked.is_empty() {
+        return Err(Error::input(
+            format!("`{}` has loads of its own", command.poses),
+            "leave --wrench out, or the columns fx, .., mz",
+        ));
+    }
+    let mut wrenches = row_loads.to_vec();
+    wrenches.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    wrenches.dedup();
+    Ok(wrenches)
 }
 
 /// Refuses a folder with readings that were not simulated.
@@ -154,58 +170,6 @@ fn spares_readings(folder: &std::path::Path) -> Result<(), Error> {
         )),
         None => Ok(()),
     }
-}
-
-/// What a campaign was made with.
-struct Made<'a> {
-    command: &'a Simulate,
-    loaded: &'a LoadedRobot,
-    values: &'a [f64],
-    plan: &'a Plan,
-    seed: u64,
-}
-
-/// A campaign and its truth as files.
-fn delivered(made: &Made, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Result<Output, Error> {
-    let Made { command, loaded, values, plan, seed } = *made;
-    let model = &loaded.model;
-    let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
-    order.shuffle(random);
-    order.truncate((command.check * order.len() as f64).round() as usize);
-    campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
-
-    let truth: Map<String, Value> = model
-        .registry
-        .all()
-        .iter()
-        .zip(values)
-        .filter(|(parameter, value)| parameter.nominal != **value)
-        .map(|(parameter, value)| (parameter.name.clone(), json!({"nominal": parameter.nominal, "true": value})))
-        .collect();
-    let effects: Vec<_> = model.effects.iter().map(|effect| effect.entry.raw(model)).collect();
-    let truth = json!({"seed": seed, "unit": "m, rad", "parameters": truth, "effects": effects});
-    let header = raw_campaign(command, loaded, &campaign, plan, seed);
-    let mut output = Output::new(
-        format!(
-            "{} readings at {} configurations: {}\n",
-            campaign.readings.len(),
-            campaign.poses.len(),
-            command.into.join("campaign.yaml").display()
-        ),
-        &json!({"campaign": command.into.join("campaign.yaml").display().to_string(), "readings": campaign.readings.len(), "truth": truth}),
-    )?;
-    output.diagnostics = loaded.diagnostics.clone();
-    std::fs::create_dir_all(&command.into).map_err(|error| {
-        Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
-    })?;
-    let header_file = command.into.join("campaign.yaml");
-    let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
-    output.files = vec![
-        (command.into.join("measurements.csv"), csv(loaded, &campaign)?),
-        (command.into.join("truth.json"), format!("{truth:#}\n")),
-        (header_file, line + &yaml::write(&header).map_err(Error::Impossible)?),
-    ];
-    Ok(output)
 }
 
 /// Refuses a kind of readings that needs anchors where the description has none.
@@ -313,53 +277,4 @@ pub(super) fn markers(loaded: &LoadedRobot, names: &[String]) -> Result<Vec<Opti
         }
     }
     Ok(markers)
-}
-
-fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, plan: &Plan, seed: u64) -> RawCampaign {
-    let robot = as_seen_from(&command.into, &command.robot);
-    RawCampaign {
-        campaign: Some(campaign.name.clone()),
-        source: Some(format!(
-            "simulated by elastogeo {} with seed {seed}; truth.json holds the truth",
-            env!("CARGO_PKG_VERSION")
-        )),
-        robot: Some(robot),
-        units: Units {
-            length: Length::Millimetre,
-            angle: Angle::Degree,
-            force: Force::Newton,
-            torque: Torque::NewtonMetre,
-            ..loaded.raw.units
-        },
-        observes: Some(plan.observes),
-        instrument: (plan.sigma > 0.0).then(|| RawInstrument {
-            sigma: Some(RawSigma::All(command.noise)),
-            orientation: (plan.observes.sees_orientation() && command.orientation_noise > 0.0)
-                .then_some(command.orientation_noise),
-        }),
-        estimate: RawEstimate { base: command.unknown_base, tool: command.unknown_tool },
-        calibrate: campaign.calibrate.clone(),
-        measurements: Some(OneOrMany::One("measurements.csv".into())),
-        ..RawCampaign::default()
-    }
-}
-
-/// The robot as a campaign in `folder` names it: a file relative to the folder where that is plain, else absolute.
-fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
-    use std::path::{Component, Path};
-    if !Path::new(robot).is_file() {
-        return robot.into();
-    }
-    let plain = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if plain(folder) && plain(Path::new(robot)) {
-        let depth = folder.components().filter(|part| matches!(part, Component::Normal(_))).count();
-        return "../".repeat(depth) + robot.trim_start_matches("./");
-    }
-    std::fs::canonicalize(robot).map_or_else(|_| robot.into(), |path| path.display().to_string())
-}
-
-/// Readings in mm and deg.
-pub(super) fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> Result<String, Error> {
-    let markers: Vec<String> = loaded.model.markers.iter().map(|marker| marker.name.clone()).collect();
-    Ok(campaign::csv(campaign, &loaded.model.variables, &markers)?)
 }

@@ -5,13 +5,15 @@ use nalgebra::Vector3;
 use super::pose::{beyond_limits, linear};
 use crate::Error;
 use crate::cli::args::Stiffness;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
-use crate::cli::{Output, Session};
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, PointLoad, Response, Statics, at_point, equilibrium, shares, spatial};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
-use crate::render::stiffness::{Stiffness as Found, stiffness_json, stiffness_text};
+use crate::render::stiffness as render;
+use crate::results::Stiffness as Found;
 
 pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
@@ -59,16 +61,14 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
         let (displacement, rotation) = at_point(&response.twist(&loaded_by, command.weight), &point);
         (displacement, rotation, None)
     };
+    let shares = shares(&elastics, &statics, &response, &loaded_by, command.weight);
     let found = Found {
-        at: name,
-        compliance: response.compliance_at(&point),
         deflection: [displacement.x, displacement.y, displacement.z, rotation.x, rotation.y, rotation.z],
-        shares: shares(&elastics, &statics, &response, &loaded_by, command.weight),
-        load_factor,
+        load_factor: load_factor.filter(|factor: &f64| factor.is_finite()),
         is_loaded: load.is_some() || command.weight,
-        by_rules: model.is_by_rules(),
+        ..Found::new(&model.name, name, &response.compliance_at(&point), shares, model.is_by_rules())
     };
-    let mut output = Output::new(stiffness_text(model, &found, session.terminal.screen), &stiffness_json(&found))?;
+    let mut output = Output::new(render::stiffness(&found, session.terminal.screen), &found)?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));

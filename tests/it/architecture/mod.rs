@@ -24,8 +24,10 @@ pub const FLOORS: &[&[&str]] = &[
     &["estimation"],
     &["simulation"],
     &["diagnosis", "compensation", "planning", "scene"],
-    &["blind", "review"],
     &["snapshot", "error"],
+    &["blind"],
+    &["review"],
+    &["results"],
     &["render", "files"],
     &["cli"],
 ];

@@ -1,16 +1,17 @@
 //! `simulate --process`: readings along a path, the arm in equilibrium with what pushes back.
 
 use rand_chacha::ChaCha8Rng;
-use serde_json::{Value, json};
 
-use super::{Made, delivered};
+use super::campaign::{Made, delivered};
 use crate::Error;
 use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
-use crate::cli::{Output, Session};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
 use crate::compensation::predict_path;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
+use crate::results::PathPoint;
 use crate::results::units::mm;
 use crate::simulation::{Plan, measure};
 
@@ -25,32 +26,15 @@ pub struct Scene<'a> {
 pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Scene { command, loaded, values, markers } = *scene;
     let observes = command.observes;
-    if observes.is_difference() || observes.anchor_column().is_some() {
-        return Err(Error::input(
-            "--process: what is read along a path are positions or poses",
-            "give --observes position or pose",
-        ));
-    }
-    let [marker] = markers else {
-        return Err(Error::input(
-            "--process: the process pushes on one point",
-            "give one marker, or none for the tool",
-        ));
-    };
-    if !command.wrench.is_empty() || command.repeats != 1 {
-        return Err(Error::input(
-            "--process with --wrench or --repeats",
-            "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
-        ));
-    }
+    let marker = check(command, markers)?;
     let (process, mut diagnostics) = session.reader.process(file)?;
     let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
         diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
     }
-    if let Some(marker) = marker {
-        path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
+    if marker.is_some() {
+        path.campaign.readings.iter_mut().for_each(|reading| reading.marker = marker);
     }
     let controller = ControllerFile::new(None, loaded, &path, session)?;
     let (desired, _) = controller.desired(loaded, &path, None, FrameName::Base)?;
@@ -69,7 +53,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         row.push(shown(missed.norm()));
         row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
         rows.push(row);
-        points.push(json!({"index": index, "name": name, "missed": [missed.x, missed.y, missed.z], "wrench": wrench}));
+        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench });
         let variables = campaign.variables;
         campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
         campaign.readings[index].wrench = *wrench;
@@ -95,17 +79,35 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         estimate: [command.unknown_base, command.unknown_tool],
     };
     let made = Made { command, loaded, values, plan: &plan, seed: session.seed() };
-    let mut output = delivered(&made, campaign, random)?;
+    let mut output = delivered(&made, campaign, Some(points), random)?;
     let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
-    output.text = format!(
-        "{} under `{}`, in equilibrium\n\n{}\n{}",
-        model.name,
-        process.name,
-        session.terminal.screen.table(&header, rows),
-        output.text
-    );
-    output.json["points"] = Value::Array(points);
+    let table = session.terminal.screen.table(&header, rows);
+    output.text = format!("{} under `{}`, in equilibrium\n\n{table}\n{}", model.name, process.name, output.text);
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// The marker on which the process pushes; `None` for the tool centre point.
+fn check(command: &Simulate, markers: &[Option<usize>]) -> Result<Option<usize>, Error> {
+    let observes = command.observes;
+    if observes.is_difference() || observes.anchor_column().is_some() {
+        return Err(Error::input(
+            "--process: what is read along a path are positions or poses",
+            "give --observes position or pose",
+        ));
+    }
+    let [marker] = markers else {
+        return Err(Error::input(
+            "--process: the process pushes on one point",
+            "give one marker, or none for the tool",
+        ));
+    };
+    if !command.wrench.is_empty() || command.repeats != 1 {
+        return Err(Error::input(
+            "--process with --wrench or --repeats",
+            "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
+        ));
+    }
+    Ok(*marker)
 }

@@ -1,0 +1,112 @@
+//! A simulated campaign as files: description, measurements in mm and deg, and the truth in SI.
+
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use crate::Error;
+use crate::cli::args::{SchemaOf, Simulate};
+use crate::cli::commands::schema::file_name;
+use crate::cli::output::Output;
+use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::{self, Campaign};
+use crate::description::units::{Angle, Force, Length, Torque, Units};
+use crate::description::yaml;
+use crate::files::{LoadedRobot, schema_line};
+use crate::results::{PathPoint, Simulation, Truth};
+use crate::simulation::Plan;
+
+/// What a campaign was made with.
+pub struct Made<'a> {
+    pub command: &'a Simulate,
+    pub loaded: &'a LoadedRobot,
+    pub values: &'a [f64],
+    pub plan: &'a Plan,
+    pub seed: u64,
+}
+
+/// A campaign and its truth as files.
+///
+/// # Errors
+/// A folder that cannot be made, or a campaign that cannot be written.
+pub fn delivered(
+    made: &Made,
+    mut campaign: Campaign,
+    points: Option<Vec<PathPoint>>,
+    random: &mut ChaCha8Rng,
+) -> Result<Output, Error> {
+    let Made { command, loaded, values, plan, seed } = *made;
+    let model = &loaded.model;
+    let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
+    order.shuffle(random);
+    order.truncate((command.check * order.len() as f64).round() as usize);
+    campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
+
+    let truth = Truth::new(model, values, seed);
+    let header = raw_campaign(command, loaded, &campaign, plan, seed);
+    let header_file = command.into.join("campaign.yaml");
+    let (readings, poses) = (campaign.readings.len(), campaign.poses.len());
+    let text = format!("{readings} readings at {poses} configurations: {}\n", header_file.display());
+    let truth_file = serde_json::to_string_pretty(&truth)? + "\n";
+    let mut output =
+        Output::new(text, &Simulation { campaign: header_file.display().to_string(), readings, truth, points })?;
+    output.diagnostics = loaded.diagnostics.clone();
+    std::fs::create_dir_all(&command.into).map_err(|error| {
+        Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
+    })?;
+    let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
+    output.files = vec![
+        (command.into.join("measurements.csv"), csv(loaded, &campaign)?),
+        (command.into.join("truth.json"), truth_file),
+        (header_file, line + &yaml::write(&header).map_err(Error::Impossible)?),
+    ];
+    Ok(output)
+}
+
+fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, plan: &Plan, seed: u64) -> RawCampaign {
+    let robot = as_seen_from(&command.into, &command.robot);
+    RawCampaign {
+        campaign: Some(campaign.name.clone()),
+        source: Some(format!(
+            "simulated by elastogeo {} with seed {seed}; truth.json holds the truth",
+            env!("CARGO_PKG_VERSION")
+        )),
+        robot: Some(robot),
+        units: Units {
+            length: Length::Millimetre,
+            angle: Angle::Degree,
+            force: Force::Newton,
+            torque: Torque::NewtonMetre,
+            ..loaded.raw.units
+        },
+        observes: Some(plan.observes),
+        instrument: (plan.sigma > 0.0).then(|| RawInstrument {
+            sigma: Some(RawSigma::All(command.noise)),
+            orientation: (plan.observes.sees_orientation() && command.orientation_noise > 0.0)
+                .then_some(command.orientation_noise),
+        }),
+        estimate: RawEstimate { base: command.unknown_base, tool: command.unknown_tool },
+        calibrate: campaign.calibrate.clone(),
+        measurements: Some(OneOrMany::One("measurements.csv".into())),
+        ..RawCampaign::default()
+    }
+}
+
+/// The robot as a campaign in `folder` names it: a file relative to the folder where that is plain, else absolute.
+fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
+    use std::path::{Component, Path};
+    if !Path::new(robot).is_file() {
+        return robot.into();
+    }
+    let plain = |path: &Path| path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if plain(folder) && plain(Path::new(robot)) {
+        let depth = folder.components().filter(|part| matches!(part, Component::Normal(_))).count();
+        return "../".repeat(depth) + robot.trim_start_matches("./");
+    }
+    std::fs::canonicalize(robot).map_or_else(|_| robot.into(), |path| path.display().to_string())
+}
+
+/// Readings in mm and deg.
+pub fn csv(loaded: &LoadedRobot, campaign: &Campaign) -> Result<String, Error> {
+    let markers: Vec<String> = loaded.model.markers.iter().map(|marker| marker.name.clone()).collect();
+    Ok(campaign::csv(campaign, &loaded.model.variables, &markers)?)
+}

@@ -1,0 +1,26 @@
+//! Solutions of the inverse model as text.
+
+use super::table::Screen;
+use crate::results::InverseSolutions;
+use crate::results::units::{shown, shown_unit};
+
+/// Text of `solve`.
+pub fn solutions(found: &InverseSolutions, screen: Screen) -> String {
+    let columns = found.angles.iter().map(|(name, is_angle)| format!("{name} {}", shown_unit(*is_angle)));
+    let mut header = vec!["solution".to_string()];
+    header.extend(columns);
+    header.push("position error um".into());
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let rows = found.solutions.iter().enumerate().map(|(n, solution)| {
+        let joints = solution.joints.values().zip(found.angles.values());
+        let mut row = vec![(n + 1).to_string()];
+        row.extend(joints.map(|(q, is_angle)| format!("{:.4}", shown(*q, *is_angle))));
+        row.push(format!("{:.1e}", solution.position_error * 1e6));
+        row
+    });
+    let mut out = screen.table(&header, rows);
+    if found.solutions.iter().any(|solution| solution.self_motions > 0) {
+        out += "the robot can move while its tool stands still: these are samples of a continuum\n";
+    }
+    out
+}

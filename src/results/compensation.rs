@@ -1,0 +1,201 @@
+//! What `compensate` finds: commands under which the real robot passes where it should. SI.
+
+use indexmap::IndexMap;
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::compensation::{self, Outcome, Point, Refusal, Sides};
+use crate::description::robot::Variable;
+use crate::math::mean_rms_max;
+use crate::model::Model;
+
+/// How the robot misses a target without correction, by what causes it, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Deviation {
+    pub all: [f64; 3],
+    /// rad.
+    pub orientation: f64,
+    pub geometry: [f64; 3],
+    pub weight: [f64; 3],
+    pub wrench: [f64; 3],
+    pub effects: [f64; 3],
+}
+
+impl Deviation {
+    fn new(found: &compensation::Deviation) -> Self {
+        let xyz = |v: &Vector3<f64>| [v.x, v.y, v.z];
+        Self {
+            all: xyz(&found.all),
+            orientation: found.turned,
+            geometry: xyz(&found.geometry),
+            weight: xyz(&found.weight),
+            wrench: xyz(&found.wrench),
+            effects: xyz(&found.effects),
+        }
+    }
+}
+
+/// A point that is met.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CorrectedPoint {
+    pub index: usize,
+    pub name: String,
+    /// Commands, rad and m.
+    pub joints: IndexMap<String, f64>,
+    /// Predicted distance from the target.
+    pub residual: f64,
+    pub orientation_residual: f64,
+    pub status: &'static str,
+    /// Commands less nominal ones.
+    pub correction: Option<IndexMap<String, f64>>,
+    /// Pose of the commands by the controller's own geometry (m, rotation vector).
+    pub pose: Option<[f64; 6]>,
+    /// `None` where arm and process have no equilibrium without correction.
+    pub before: Option<Deviation>,
+    pub wrench: [f64; 6],
+    /// With a process: distance from the target of the equilibrium found from the commands alone.
+    pub settled: Option<f64>,
+    pub iterations: usize,
+    pub condition: f64,
+}
+
+/// A point that cannot be met.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RefusedPoint {
+    pub index: usize,
+    pub name: String,
+    joints: Option<f64>,
+    residual: Option<f64>,
+    /// `refused: ` and why.
+    pub status: String,
+    #[serde(skip)]
+    pub why: String,
+}
+
+/// A point of the path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum CompensatedPoint {
+    Corrected(Box<CorrectedPoint>),
+    Refused(RefusedPoint),
+}
+
+/// Distances from the targets.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Distances {
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
+}
+
+impl Distances {
+    fn new(all: impl Iterator<Item = f64>) -> Self {
+        let [mean, rms, max] = mean_rms_max(all);
+        Self { mean, rms, max }
+    }
+}
+
+/// What `compensate` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compensation {
+    pub unit: &'static str,
+    pub points: Vec<CompensatedPoint>,
+    /// Without correction.
+    pub before: Distances,
+    /// As predicted at the corrected commands.
+    pub after: Distances,
+    /// Indices, from 0.
+    pub refused: Vec<usize>,
+    /// Where the sides of approach come from: `given`, `derived` or `unsettled`.
+    pub sides: &'static str,
+    /// Effects of the measurement, which are not compensated.
+    pub left_out: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub process: Option<String>,
+    /// The file of the commands.
+    pub table: Option<String>,
+    #[serde(skip)]
+    pub robot: String,
+    #[serde(skip)]
+    pub variables: Vec<Variable>,
+}
+
+impl Compensation {
+    /// With the names of points; `nominal` commands, and `poses` of the commands by the controller's geometry.
+    pub fn new(
+        model: &Model,
+        names: &[String],
+        nominal: &[Option<Vec<f64>>],
+        poses: &[Option<[f64; 6]>],
+        outcome: &Outcome,
+    ) -> Self {
+        let joints = |q: &[f64]| model.variables.iter().zip(q).map(|(v, q)| (v.name.clone(), *q)).collect();
+        let corrected = |index: usize, point: &Point| {
+            let found = &point.corrected;
+            let less =
+                |nominal: &Vec<f64>| -> Vec<f64> { found.joints.iter().zip(nominal).map(|(q, n)| q - n).collect() };
+            CorrectedPoint {
+                index,
+                name: names[index].clone(),
+                joints: joints(&found.joints),
+                residual: found.position,
+                orientation_residual: found.orientation,
+                status: "ok",
+                correction: nominal[index].as_ref().map(less).map(|by| joints(&by)),
+                pose: poses[index],
+                before: point.before.as_ref().map(Deviation::new),
+                wrench: point.wrench,
+                settled: point.settled,
+                iterations: found.iterations,
+                condition: found.condition,
+            }
+        };
+        let refused = |index: usize, why: &Refusal| RefusedPoint {
+            index,
+            name: names[index].clone(),
+            joints: None,
+            residual: None,
+            status: format!("refused: {why}"),
+            why: why.to_string(),
+        };
+        let points = outcome.points.iter().enumerate().map(|(index, point)| match point {
+            Ok(point) => CompensatedPoint::Corrected(Box::new(corrected(index, point))),
+            Err(why) => CompensatedPoint::Refused(refused(index, why)),
+        });
+        let met = || outcome.points.iter().filter_map(|point| point.as_ref().ok());
+        let refused = outcome.points.iter().enumerate().filter(|(_, point)| point.is_err());
+        Self {
+            unit: "m",
+            points: points.collect(),
+            before: Distances::new(met().filter_map(|point| point.before).map(|deviation| deviation.all.norm())),
+            after: Distances::new(met().map(|point| point.corrected.position)),
+            refused: refused.map(|(index, _)| index).collect(),
+            sides: match outcome.sides {
+                Sides::Given => "given",
+                Sides::Derived => "derived",
+                Sides::Unsettled => "unsettled",
+            },
+            left_out: outcome.left_out.clone(),
+            process: None,
+            table: None,
+            robot: model.name.clone(),
+            variables: model.variables.clone(),
+        }
+    }
+
+    /// The points that are met.
+    pub fn met(&self) -> impl Iterator<Item = &CorrectedPoint> {
+        self.points.iter().filter_map(|point| match point {
+            CompensatedPoint::Corrected(point) => Some(&**point),
+            CompensatedPoint::Refused(_) => None,
+        })
+    }
+
+    /// The points that are refused.
+    pub fn not_met(&self) -> impl Iterator<Item = &RefusedPoint> {
+        self.points.iter().filter_map(|point| match point {
+            CompensatedPoint::Corrected(_) => None,
+            CompensatedPoint::Refused(point) => Some(point),
+        })
+    }
+}

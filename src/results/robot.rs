@@ -1,0 +1,158 @@
+//! What `check` finds: a description, resolved and compiled. SI.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use crate::description::raw::{JointKind, RawRobot};
+use crate::description::robot::{FRAME_SYMBOLS, Motion, Variable};
+use crate::model::{Model, Stage};
+use crate::parameter::{Kind, Parameter};
+
+/// A variable.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VariableSummary {
+    pub name: String,
+    pub unit: &'static str,
+    pub limits: Option<[f64; 2]>,
+}
+
+/// A frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrameSummary {
+    pub name: String,
+    pub antecedent: String,
+    pub joint: JointKind,
+    /// Variable, actuator, coupling, `passive` or `fixed`.
+    pub moved_by: String,
+    /// Khalil-Kleinfinger constants.
+    pub constants: IndexMap<&'static str, f64>,
+}
+
+/// A parameter of the registry.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterSummary {
+    pub name: String,
+    pub unit: &'static str,
+    pub nominal: f64,
+    pub free: bool,
+    pub tolerance: f64,
+}
+
+/// What the description declares as elastic, by name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElasticSummary {
+    pub bodies_with_mass: Vec<String>,
+    pub beams: Vec<String>,
+    pub joint_stiffness: Vec<String>,
+    pub springs: Vec<String>,
+    pub effects_switched_on: Vec<String>,
+}
+
+/// A compliance by rules.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FuzzySummary {
+    pub inputs: Vec<String>,
+    pub at: Option<String>,
+    pub adds: bool,
+    /// Number of rules by component.
+    pub rules: IndexMap<String, usize>,
+}
+
+/// A robot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RobotSummary {
+    pub robot: String,
+    pub degrees_of_freedom: usize,
+    pub variables: Vec<VariableSummary>,
+    pub frames: Vec<FrameSummary>,
+    pub loops: Vec<String>,
+    pub tool: String,
+    pub markers: Vec<String>,
+    pub parameters: Vec<ParameterSummary>,
+    pub elastic: ElasticSummary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fuzzy: Option<FuzzySummary>,
+    /// Agreement with a file of the same meaning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub snapshot: Option<SnapshotAgreement>,
+}
+
+/// Agreement with a snapshot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SnapshotAgreement {
+    pub file: String,
+    pub agrees: bool,
+}
+
+fn moved_by(model: &Model, index: usize) -> String {
+    let frame = &model.frames[index];
+    match frame.motion {
+        Motion::Fixed => "fixed".into(),
+        Motion::Variable { index, direction } => {
+            format!("{}{}", if direction < 0.0 { "-" } else { "" }, model.variables[index].name)
+        }
+        Motion::Actuator(which) => {
+            let actuator = &model.actuators[which];
+            format!("{} ({})", actuator.name, model.variables[actuator.variable].name)
+        }
+        Motion::Coupling(which) => {
+            let terms: Vec<String> = model.couplings[which]
+                .iter()
+                .map(|(factor, joint)| format!("{factor} * {}", model.frames[*joint].name))
+                .collect();
+            terms.join(" + ")
+        }
+        Motion::Passive => "passive".into(),
+    }
+}
+
+impl RobotSummary {
+    /// Of a description and its model.
+    pub fn new(model: &Model, raw: &RawRobot) -> Self {
+        let si = |is_angle: bool| if is_angle { "rad" } else { "m" };
+        let variable = |v: &Variable| VariableSummary { name: v.name.clone(), unit: si(v.is_angle), limits: v.limits };
+        let frame = |index: usize| {
+            let frame = &model.frames[index];
+            let constants = FRAME_SYMBOLS.into_iter().zip(frame.slots);
+            FrameSummary {
+                name: frame.name.clone(),
+                antecedent: model.frames[frame.antecedent].name.clone(),
+                joint: frame.joint,
+                moved_by: moved_by(model, index),
+                constants: constants.map(|(symbol, slot)| (symbol, model.registry[slot].nominal)).collect(),
+            }
+        };
+        let loops = model.stages.iter().filter_map(|s| if let Stage::Loops(g) = s { Some(&g.loops) } else { None });
+        let parameter = |p: &Parameter| ParameterSummary {
+            name: p.name.clone(),
+            unit: si(p.kind == Kind::Angle),
+            nominal: p.nominal,
+            free: p.free,
+            tolerance: p.tolerance,
+        };
+        Self {
+            robot: model.name.clone(),
+            degrees_of_freedom: model.variables.len(),
+            variables: model.variables.iter().map(variable).collect(),
+            frames: (1..model.frames.len()).map(frame).collect(),
+            loops: loops.flatten().map(|l| l.name.clone()).collect(),
+            tool: model.frames[model.tool.0].name.clone(),
+            markers: model.markers.iter().map(|m| m.name.clone()).collect(),
+            parameters: model.registry.all().iter().map(parameter).collect(),
+            elastic: ElasticSummary {
+                bodies_with_mass: raw.bodies.keys().cloned().collect(),
+                beams: raw.beams.keys().cloned().collect(),
+                joint_stiffness: raw.joint_stiffness.keys().cloned().collect(),
+                springs: raw.springs.keys().cloned().collect(),
+                effects_switched_on: raw.effects.iter().filter_map(|e| e.effect.clone()).collect(),
+            },
+            fuzzy: raw.fuzzy.as_ref().map(|fuzzy| FuzzySummary {
+                inputs: fuzzy.inputs.clone(),
+                at: fuzzy.at.clone(),
+                adds: fuzzy.adds,
+                rules: fuzzy.components.iter().map(|(name, c)| (name.clone(), c.conclusions.len())).collect(),
+            }),
+            snapshot: None,
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! What `solve` finds: configurations at which the tool is at a target. SI.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use crate::kinematics::Solution;
+use crate::model::Model;
+
+/// A configuration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InverseSolution {
+    /// rad and m.
+    pub joints: IndexMap<String, f64>,
+    /// m.
+    pub position_error: f64,
+    /// rad.
+    pub orientation_error: f64,
+    /// Directions in which the robot moves while its tool stands still.
+    pub self_motions: usize,
+}
+
+/// What `solve` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InverseSolutions {
+    pub solutions: Vec<InverseSolution>,
+    /// By variable: whether it is an angle.
+    #[serde(skip)]
+    pub angles: IndexMap<String, bool>,
+}
+
+impl InverseSolutions {
+    /// With the variables of a model.
+    pub fn new(model: &Model, found: &[Solution]) -> Self {
+        let solution = |solution: &Solution| InverseSolution {
+            joints: model.variables.iter().zip(&solution.joints).map(|(v, q)| (v.name.clone(), *q)).collect(),
+            position_error: solution.position_error,
+            orientation_error: solution.orientation_error,
+            self_motions: solution.self_motions,
+        };
+        Self {
+            solutions: found.iter().map(solution).collect(),
+            angles: model.variables.iter().map(|v| (v.name.clone(), v.is_angle)).collect(),
+        }
+    }
+}
