@@ -21,7 +21,7 @@ fn switched_on(entry: &RawEffect) -> Option<String> {
     Some(format!("{}{site} ({})", entry.effect.as_ref()?, amounts.join(", ")))
 }
 
-/// Row of a spring that gives; none of other parameters and of what is rigid.
+/// Row of a compliant spring; `None` for other parameters and of what is rigid.
 fn spring(parameter: &Parameter) -> Option<Vec<String>> {
     let value = parameter.nominal;
     let (stiffness, compliance, kind) = match parameter.kind {

@@ -44,8 +44,8 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
-            let (process, mut said) = session.reader.process(file)?;
-            diagnostics.append(&mut said);
+            let (process, mut warnings) = session.reader.process(file)?;
+            diagnostics.append(&mut warnings);
             Some(process)
         }
         None => None,
@@ -123,7 +123,7 @@ fn condition_doubts(model: &Model, path: &Path) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What should be told of how far the description knows the compliance that the path needs.
+/// Warnings where the description does not know the compliance that the path needs.
 fn compliance_doubts(
     model: &Model,
     path: &Path,

@@ -59,7 +59,7 @@ pub fn run(
     command: &Identify,
     loaded: &LoadedCampaign,
     campaign: &Campaign,
-    aside: &[bool],
+    held_out: &[bool],
     settings: &Settings,
     session: &Session,
 ) -> Result<Output, Error> {
@@ -76,9 +76,9 @@ pub fn run(
             "give the readings of one marker",
         ));
     }
-    let (fitted, held_out) = match command.fit_force {
-        Some(force) => under(campaign, aside, force)?,
-        None => (campaign.clone(), aside.to_vec()),
+    let (fitted, of_fitted) = match command.fit_force {
+        Some(force) => under(campaign, held_out, force)?,
+        None => (campaign.clone(), held_out.to_vec()),
     };
     let inputs = inputs(model, &fitted, &command.inputs)?;
     let placement = match command.placement {
@@ -86,7 +86,7 @@ pub fn run(
         PlacementName::SolisWets => Placement::SolisWets(session.seed()),
     };
     let limits = FuzzySettings { placement, ..FuzzySettings::default() };
-    let task = FuzzyTask { model, campaign: &fitted, held_out: &held_out, inputs: &inputs, settings: limits };
+    let task = FuzzyTask { model, campaign: &fitted, held_out: &of_fitted, inputs: &inputs, settings: limits };
     let started = Instant::now();
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
@@ -96,8 +96,8 @@ pub fn run(
     let mut output;
     if command.compare || command.what.len() > 1 {
         // What was not fitted: held out, or under another load.
-        let judges = campaign.readings.iter().zip(aside);
-        let judges: Vec<bool> = judges.map(|(r, aside)| *aside || !is_under(r, command.fit_force)).collect();
+        let judges = campaign.readings.iter().zip(held_out);
+        let judges: Vec<bool> = judges.map(|(r, held_out)| *held_out || !is_under(r, command.fit_force)).collect();
         let (methods, dropped) = methods(command, &task, settings, (campaign, &judges), &mut iterated, &taken)?;
         let found = MethodComparison { unit: "mm", check: judges.contains(&true), methods };
         output = Output::new(render::methods(&found, screen), &Timed { seconds: seconds(), found: &found })?;
@@ -166,11 +166,12 @@ fn is_under(reading: &Reading, force: Option<f64>) -> bool {
 }
 
 /// Readings under one force.
-fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Error> {
+fn under(campaign: &Campaign, held_out: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Error> {
     let of = |reading: &Reading| is_under(reading, Some(force));
     let found = campaign.select(|_, reading| of(reading));
-    let set: Vec<bool> = campaign.readings.iter().zip(aside).filter(|(r, _)| of(r)).map(|(_, aside)| *aside).collect();
-    if set.iter().all(|aside| *aside) {
+    let set: Vec<bool> =
+        campaign.readings.iter().zip(held_out).filter(|(r, _)| of(r)).map(|(_, held_out)| *held_out).collect();
+    if set.iter().all(|held_out| *held_out) {
         let mut sizes: Vec<String> = campaign
             .readings
             .iter()
@@ -213,19 +214,19 @@ fn save(
     Ok(())
 }
 
-/// A file's name as one beside it would call it.
-fn relative(file: &Path, beside: &Path) -> Result<String, Error> {
+/// A file's name as a file at `from` would call it.
+fn relative(file: &Path, from: &Path) -> Result<String, Error> {
     let refuse = |what: String, remedy| Err(Error::input(format!("--save-rules {}: {what}", file.display()), remedy));
     if !file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
         return refuse("rules are YAML".into(), "end the name in .yaml");
     }
-    if !beside.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
+    if !from.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
         return refuse("only a YAML description can name a file of rules".into(), "end the name of --save in .yaml");
     }
-    if file == beside {
+    if file == from {
         return refuse("that is the file of --save".into(), "give another file");
     }
-    let folder = beside.parent().unwrap_or(Path::new(""));
+    let folder = from.parent().unwrap_or(Path::new(""));
     let inside = file.strip_prefix(folder).ok();
     match inside.or(file.is_absolute().then_some(file)).and_then(Path::to_str) {
         Some(name) => Ok(name.to_string()),

@@ -106,7 +106,7 @@ fn check(command: &Simulate, markers: &[Option<usize>]) -> Result<Option<usize>,
     if !command.wrench.is_empty() || command.repeats != 1 {
         return Err(Error::input(
             "--process with --wrench or --repeats",
-            "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
+            "wrenches in addition to the process's stand in the path's columns fx .. mz; each point is read once",
         ));
     }
     Ok(*marker)
