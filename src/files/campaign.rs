@@ -85,18 +85,19 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
         }
     };
     // What is not located within the robot's own file is the fault of the line that names it.
-    let robot = robot_place.and_then(|place| read_robot(reader, &place, &without)).map_err(|mut said| {
+    let robot = robot_place.and_then(|place| read_robot(reader, &place, &without)).map_err(|mut reported| {
         if robot.is_none() {
-            said.iter_mut()
+            reported
+                .iter_mut()
                 .filter(|diagnostic| diagnostic.place.is_none())
                 .for_each(|diagnostic| diagnostic.place = locate(&["robot"]));
         }
-        said
+        reported
     });
     let robot = match robot {
         Ok(robot) => robot,
-        Err(mut said) => {
-            diagnostics.append(&mut said);
+        Err(mut reported) => {
+            diagnostics.append(&mut reported);
             // Columns cannot be checked without the robot's variables; that the files are there can.
             for (path, place) in table_files(&raw, &place, &document, &mut diagnostics) {
                 if let Err(diagnostic) = open(reader, &place) {
@@ -112,13 +113,13 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
         return Err(diagnostics);
     }
     match campaign::resolve(&raw, &locate, &robot.robot, &tables) {
-        Ok((campaign, mut said)) if !diagnostics.iter().any(Diagnostic::is_error) => {
-            diagnostics.append(&mut said);
+        Ok((campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
+            diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
-        Ok((_, mut said)) | Err(mut said) => {
-            diagnostics.append(&mut said);
+        Ok((_, mut reported)) | Err(mut reported) => {
+            diagnostics.append(&mut reported);
             Err(diagnostics)
         }
     }
@@ -176,7 +177,7 @@ fn tables(
     tables
 }
 
-/// The files of measurements and the paths that name them; complains when there are none.
+/// The files of measurements and the paths that name them; a diagnostic where there are none.
 fn table_files(
     raw: &RawCampaign,
     place: &Place,
@@ -184,11 +185,11 @@ fn table_files(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(Vec<String>, Place)> {
     let files: Vec<(Vec<String>, Place)> = match &raw.measurements {
-        Some(OneOrMany::One(file)) => vec![(vec!["measurements".into()], place.beside(file))],
+        Some(OneOrMany::One(file)) => vec![(vec!["measurements".into()], place.next_to(file))],
         Some(OneOrMany::Many(files)) => files
             .iter()
             .enumerate()
-            .map(|(k, file)| (vec!["measurements".into(), k.to_string()], place.beside(file)))
+            .map(|(k, file)| (vec!["measurements".into(), k.to_string()], place.next_to(file)))
             .collect(),
         None => Vec::new(),
     };

@@ -45,7 +45,7 @@ impl Place {
         }
     }
 
-    pub(super) fn beside(&self, file: &str) -> Self {
+    pub(super) fn next_to(&self, file: &str) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(path.parent().unwrap_or(Path::new("")).join(file)),
             Self::Bundled(path) => Self::Bundled(path.parent().unwrap_or(Path::new("")).join(file)),
@@ -56,12 +56,12 @@ impl Place {
         let name = self.name();
         let bytes = match self {
             Self::Disk(path) => {
-                let told = |error: std::io::Error| vec![unreadable(path, &error)];
+                let failed = |error: std::io::Error| vec![unreadable(path, &error)];
                 let mut bytes = Vec::new();
                 // One byte more than is allowed tells that there is more; a device has no length to ask for.
-                let file = std::fs::File::open(path).map_err(told)?;
+                let file = std::fs::File::open(path).map_err(failed)?;
                 reader.remember(path);
-                let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(told)?;
+                let read = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
                 if read as u64 > MOST_BYTES {
                     return Err(vec![
                         Diagnostic::error(format!("`{name}` has more than {MOST_BYTES} bytes")).remedy(
@@ -118,7 +118,7 @@ pub(super) fn inside(folder: &Path) -> String {
     if names.is_empty() { "give a file".into() } else { format!("give a file in it: {}{more}", names.join(", ")) }
 }
 
-/// Why a file cannot be read, with the nearest file name beside it where there is none.
+/// Why a file cannot be read, with the nearest file name in its folder where there is none.
 fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     let shown = path.display();
     if error.kind() != std::io::ErrorKind::NotFound {

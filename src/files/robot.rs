@@ -101,8 +101,8 @@ pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, 
         if bundled_robots().iter().any(|known| known == name) {
             return Ok(Place::Bundled(PathBuf::from(format!("{name}.yaml"))));
         }
-        let beside = campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name));
-        if !matches!(&beside, Place::Disk(path) if path.exists()) {
+        let nearby = campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.next_to(name));
+        if !matches!(&nearby, Place::Disk(path) if path.exists()) {
             let bundled = bundled_robots();
             let remedy = match nearest(name, bundled.iter().map(String::as_str)) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -110,9 +110,9 @@ pub(super) fn find_robot(name: &str, campaign: Option<&Place>) -> Result<Place, 
             };
             return Err(vec![Diagnostic::error(format!("there is no bundled robot `{name}`")).remedy(remedy)]);
         }
-        return Ok(beside);
+        return Ok(nearby);
     }
-    Ok(campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.beside(name)))
+    Ok(campaign.map_or_else(|| Place::Disk(PathBuf::from(name)), |campaign| campaign.next_to(name)))
 }
 
 /// What a campaign leaves out.
@@ -139,27 +139,27 @@ fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> R
     name_schema(&mut diagnostics, "robot");
     let Some(mut raw) = raw else { return Err(diagnostics) };
     if let Some(file) = raw.urdf.take() {
-        let urdf_place = place.beside(&file);
+        let urdf_place = place.next_to(&file);
         match urdf_place.text(reader).and_then(|text| import(&urdf_place, &text)) {
-            Ok((imported, mut said)) => {
-                diagnostics.append(&mut said);
+            Ok((imported, mut reported)) => {
+                diagnostics.append(&mut reported);
                 raw = merge(imported, raw);
             }
-            Err(mut said) => {
-                let missing = said.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
+            Err(mut reported) => {
+                let missing = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
                 missing.for_each(|diagnostic| diagnostic.place = document.place_of_value(&["urdf"]));
-                diagnostics.append(&mut said);
+                diagnostics.append(&mut reported);
                 return Err(diagnostics);
             }
         }
     }
     let rules = match rules(reader, place, &mut raw, &document) {
-        Ok((rules, mut said)) => {
-            diagnostics.append(&mut said);
+        Ok((rules, mut reported)) => {
+            diagnostics.append(&mut reported);
             rules
         }
-        Err(mut said) => {
-            diagnostics.append(&mut said);
+        Err(mut reported) => {
+            diagnostics.append(&mut reported);
             return Err(diagnostics);
         }
     };
@@ -167,7 +167,7 @@ fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> R
     finish(raw, &located, diagnostics, without, reader)
 }
 
-/// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is said of it.
+/// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is reported of it.
 fn rules(
     reader: &Reader,
     place: &Place,
@@ -178,26 +178,27 @@ fn rules(
     let Some(file) = given.file.take() else { return Ok((None, Vec::new())) };
     let here = || document.place_of_value(&["fuzzy", "file"]);
     if *given != RawFuzzy::default() {
-        let diagnostic = Diagnostic::error("`fuzzy` names a file and says something beside it").at(here());
+        let diagnostic = Diagnostic::error("`fuzzy` names a file and says something in addition to it").at(here());
         return Err(vec![diagnostic.remedy("put all of it into the file, or leave `file` out")]);
     }
-    let text = place.beside(&file);
+    let text = place.next_to(&file);
     let name = text.name();
-    let text = text.text(reader).map_err(|said| {
-        said.into_iter()
+    let text = text.text(reader).map_err(|reported| {
+        reported
+            .into_iter()
             .map(|diagnostic| if diagnostic.place.is_none() { diagnostic.at(here()) } else { diagnostic })
             .collect::<Vec<_>>()
     })?;
-    let (found, rules, mut said) = yaml::read::<RawFuzzy>(&name, &text);
-    name_schema(&mut said, "rules");
-    let Some(found) = found else { return Err(said) };
+    let (found, rules, mut reported) = yaml::read::<RawFuzzy>(&name, &text);
+    name_schema(&mut reported, "rules");
+    let Some(found) = found else { return Err(reported) };
     if found.file.is_some() {
         let diagnostic = Diagnostic::error("a file of rules cannot name another").at(rules.place_of_key(&["file"]));
-        said.push(diagnostic.remedy("name that one in the description"));
-        return Err(said);
+        reported.push(diagnostic.remedy("name that one in the description"));
+        return Err(reported);
     }
     *given = found;
-    Ok((Some(rules), said))
+    Ok((Some(rules), reported))
 }
 
 /// Texts that a description was read from.
@@ -229,14 +230,30 @@ impl<'a> Located<'a> {
     }
 }
 
-/// Reads a URDF; what concerns the whole of it is told at its start.
+/// Reads a URDF; what concerns the whole of it is located at its start.
 fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<Diagnostic>> {
     let name = place.name();
-    urdf::import(&name, text).map_err(|mut said| {
-        let unplaced = said.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
+    urdf::import(&name, text).map_err(|mut reported| {
+        let unplaced = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
         unplaced.for_each(|diagnostic| diagnostic.place = Some(Location::in_text(&name, text, 0..0)));
-        said
+        reported
     })
+}
+
+/// Leaves out what a campaign leaves out; whether there was any, with warnings of names that the robot does not have.
+fn leave_elements_out(raw: &mut RawRobot, without: &Without, diagnostics: &mut Vec<Diagnostic>) -> bool {
+    let known = elements(raw);
+    let mut reduced = false;
+    for (name, place) in &without.names {
+        if leave_out(raw, name, without.own.as_ref()) {
+            reduced = true;
+        } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
+            let diagnostic =
+                Diagnostic::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
+            diagnostics.push(diagnostic.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
+        }
+    }
+    reduced
 }
 
 fn finish(
@@ -248,8 +265,8 @@ fn finish(
 ) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let locate = |path: &[&str]| texts.value(path);
     let explained = |path: &[&str]| texts.explains(path);
-    let (robot, mut said) = resolve_explained(&raw, &locate, &explained);
-    diagnostics.append(&mut said);
+    let (robot, mut reported) = resolve_explained(&raw, &locate, &explained);
+    diagnostics.append(&mut reported);
     let Some(mut robot) = robot.filter(|_| !diagnostics.iter().any(Diagnostic::is_error)) else {
         return Err(diagnostics);
     };
@@ -258,22 +275,11 @@ fn finish(
         diagnostics.extend(doubtful_sizes(&raw, &locate));
     }
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
-    let known = elements(&raw);
-    let mut reduced = false;
-    for (name, place) in &without.names {
-        if leave_out(&mut raw, name, without.own.as_ref()) {
-            reduced = true;
-        } else if !without.own.as_ref().is_some_and(|own| leave_out(&mut own.clone(), name, None)) {
-            let diagnostic =
-                Diagnostic::warning(format!("`without: {name}` leaves nothing out: the robot has no such element"));
-            diagnostics.push(diagnostic.at(place.clone()).suggest(name, known.iter().map(String::as_str)));
-        }
-    }
-    if reduced {
+    if leave_elements_out(&mut raw, without, &mut diagnostics) {
         match resolve_explained(&raw, &locate, &explained) {
             (Some(reduced), _) => robot = reduced,
-            (None, mut said) => {
-                diagnostics.append(&mut said);
+            (None, mut found) => {
+                diagnostics.append(&mut found);
                 return Err(diagnostics);
             }
         }

@@ -7,7 +7,7 @@ use tempfile::NamedTempFile;
 
 use crate::diagnostic::Diagnostic;
 
-/// Whether a file can be written there, as far as can be said without writing.
+/// Whether a file can be written there, as far as can be reported without writing.
 ///
 /// # Errors
 /// Why it cannot.
@@ -28,31 +28,31 @@ pub fn writable(path: &Path) -> Result<(), Diagnostic> {
     }
 }
 
-/// Writes files, all of them whole or none at all: each beside its target first, then in its place.
+/// Writes files, all of them whole or none at all: each next to its target first, then in its place.
 ///
 /// # Errors
-/// What the system said, and of which file.
+/// What the system reported, and of which file.
 pub fn write_whole(files: &[(&Path, &str)]) -> Result<(), String> {
     let failed = |path: &Path, error: &std::io::Error| format!("`{}` cannot be written: {error}", path.display());
     // What is not moved into its place is removed when it is dropped.
-    let mut beside: Vec<(NamedTempFile, &Path)> = Vec::new();
+    let mut parts: Vec<(NamedTempFile, &Path)> = Vec::new();
     for (path, text) in files {
         // A device or a pipe is written as it is: nothing can be moved into its place.
         if std::fs::metadata(path).is_ok_and(|known| !known.is_file()) {
             std::fs::write(path, text).map_err(|error| failed(path, &error))?;
             continue;
         }
-        let part = beside_of(path).and_then(|mut part| part.write_all(text.as_bytes()).map(|()| part));
-        beside.push((part.map_err(|error| failed(path, &error))?, path));
+        let part = part_of(path).and_then(|mut part| part.write_all(text.as_bytes()).map(|()| part));
+        parts.push((part.map_err(|error| failed(path, &error))?, path));
     }
-    for (part, path) in beside {
+    for (part, path) in parts {
         part.persist(path).map_err(|error| failed(path, &error.error))?;
     }
     Ok(())
 }
 
-/// An empty file beside another, with the rights that new files have.
-fn beside_of(path: &Path) -> std::io::Result<NamedTempFile> {
+/// An empty file next to another, with the rights that new files have.
+fn part_of(path: &Path) -> std::io::Result<NamedTempFile> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".elastogeo-").suffix(".part");

@@ -8,7 +8,7 @@ const LONGEST: usize = 40;
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 /// Classes of a histogram.
 const CLASSES: usize = 9;
-/// A bar this many times the next is told by its number and not drawn to scale: the others would be nothing.
+/// A bar this many times the next is shown by its number and not drawn to scale: the others would be nothing.
 const OFF: f64 = 20.0;
 
 /// Bars from zero: what each is of, its size, and its number in words. No bars, no text.
@@ -16,7 +16,7 @@ pub fn bars(rows: &[(String, f64, String)], screen: Screen) -> String {
     let wide = |text: &str| text.chars().count();
     let names = rows.iter().map(|row| wide(&row.0)).max().unwrap_or(0);
     let numbers = rows.iter().map(|row| wide(&row.2)).max().unwrap_or(0);
-    let room =
+    let width =
         screen.columns().map_or(LONGEST, |screen| LONGEST.min(screen.saturating_sub(names + numbers + 5)).max(8));
     let mut sizes: Vec<f64> = rows.iter().map(|row| row.1).filter(|size| size.is_finite()).collect();
     sizes.sort_by(|a, b| b.total_cmp(a));
@@ -28,10 +28,10 @@ pub fn bars(rows: &[(String, f64, String)], screen: Screen) -> String {
     let mut out = String::new();
     for (name, size, number) in rows {
         let drawn = if *size > full {
-            format!("{}»", "█".repeat(room - 1))
+            format!("{}»", "█".repeat(width - 1))
         } else if full > 0.0 && *size > 0.0 {
-            // At most `room` full characters, since `size` is at most `full`.
-            let eighths = (size / full * 8.0 * room as f64).round() as usize;
+            // At most `width` full characters, since `size` is at most `full`.
+            let eighths = (size / full * 8.0 * width as f64).round() as usize;
             "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
         } else {
             String::new()

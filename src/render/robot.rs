@@ -21,7 +21,7 @@ fn switched_on(entry: &RawEffect) -> Option<String> {
     Some(format!("{}{site} ({})", entry.effect.as_ref()?, amounts.join(", ")))
 }
 
-/// Row of a spring that gives; none of other parameters and of what is rigid.
+/// Row of a compliant spring; `None` for other parameters and of what is rigid.
 fn spring(parameter: &Parameter) -> Option<Vec<String>> {
     let value = parameter.nominal;
     let (stiffness, compliance, kind) = match parameter.kind {
@@ -53,12 +53,34 @@ pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen
     };
     out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row));
     out += "\n";
+    out += &frames_table(found, model, screen);
+    for stage in &model.stages {
+        if let Stage::Loops(group) = stage {
+            for plan in &group.loops {
+                let names = |side: usize| {
+                    plan.branches[side].iter().map(|&i| model.frames[i].name.as_str()).collect::<Vec<_>>().join(" ")
+                };
+                let _ = writeln!(out, "\nloop {}: {:?}, branches {} | {}", plan.name, plan.kind, names(0), names(1));
+            }
+        }
+    }
+    let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
+    let _ = writeln!(out, "\ntool: frame {}", found.tool);
+    if !found.markers.is_empty() {
+        let _ = writeln!(out, "markers: {}", found.markers.join(", "));
+    }
+    let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
+    out + &elastic(found, model, raw, screen)
+}
+
+/// Frames with what moves them and their Khalil-Kleinfinger constants.
+fn frames_table(found: &RobotSummary, model: &Model, screen: Screen) -> String {
     let value = |index: usize, k: usize| {
         let parameter = &model.registry[model.frames[index].slots[k]];
         let value = parameter.nominal / unit(parameter.kind).1;
         if value == 0.0 { "0".into() } else { format!("{value:.3}") }
     };
-    out += &screen.table(
+    screen.table(
         &[
             "frame",
             "in",
@@ -82,23 +104,12 @@ pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen
             row.extend((0..7).map(|constant| value(k + 1, constant)));
             row
         }),
-    );
-    for stage in &model.stages {
-        if let Stage::Loops(group) = stage {
-            for plan in &group.loops {
-                let names = |side: usize| {
-                    plan.branches[side].iter().map(|&i| model.frames[i].name.as_str()).collect::<Vec<_>>().join(" ")
-                };
-                let _ = writeln!(out, "\nloop {}: {:?}, branches {} | {}", plan.name, plan.kind, names(0), names(1));
-            }
-        }
-    }
-    let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
-    let _ = writeln!(out, "\ntool: frame {}", found.tool);
-    if !found.markers.is_empty() {
-        let _ = writeln!(out, "markers: {}", found.markers.join(", "));
-    }
-    let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
+    )
+}
+
+/// What is elastic, and the effects that are switched on.
+fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) -> String {
+    let mut out = String::new();
     let springs: Vec<Vec<String>> = model.registry.all().iter().filter_map(spring).collect();
     if !springs.is_empty() {
         out += "\n";

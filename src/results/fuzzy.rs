@@ -267,3 +267,11 @@ pub struct MethodComparison {
     pub check: bool,
     pub methods: Vec<MethodErrors>,
 }
+
+/// A result with the time it took.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Timed<T> {
+    #[serde(flatten)]
+    pub found: T,
+    pub seconds: f64,
+}

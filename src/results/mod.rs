@@ -33,7 +33,7 @@ pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextP
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
 pub use fuzzy::{
     AfterFit, ComponentRules, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
-    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput,
+    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
 };
 pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
 pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};

@@ -27,7 +27,7 @@ pub struct Readings {
     pub points: Vec<Vector3<f64>>,
     /// Residuals turned into the base frame are these columns times those of the measurement frame.
     pub to_base: nalgebra::Matrix3<f64>,
-    /// What the suspected effects, with all that is re-fitted beside them, take out of each residual: `competed` less
+    /// What the suspected effects, with all that is re-fitted with them, take out of each residual: `competed` less
     /// `explained`; empty where nothing is suspected.
     pub pattern: Vec<f64>,
 }

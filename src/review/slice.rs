@@ -67,7 +67,7 @@ impl Slice {
     }
 }
 
-/// Stiffness over the slice through a configuration; `None` where nothing gives, or fewer than two variables move the tool.
+/// Stiffness over the slice through a configuration; `None` where nothing is elastic, or fewer than two variables move the tool.
 pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
     let model = geometry.model;
     let mut placements = Placements::default();

@@ -106,7 +106,7 @@ pub struct Identify {
     /// Draw only so many of the configurations to fit, seeded.
     #[arg(long, value_name = "N")]
     pub train: Option<usize>,
-    /// Ordinary and weighted least squares side by side; of fuzzy and grey, beside the parametric model, by load.
+    /// Ordinary and weighted least squares side by side; of fuzzy and grey, with the parametric model, by load.
     #[arg(long)]
     pub compare: bool,
 }
@@ -204,7 +204,7 @@ pub struct Report {
     /// Another description than the campaign's.
     #[arg(long)]
     pub robot: Option<String>,
-    /// Write the report's data as JSON to this file, beside the report.
+    /// Write the report's data as JSON to this file, in addition to the report.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }

@@ -14,7 +14,7 @@ pub struct Simulate {
     /// Bundled name, or a .yaml or .urdf file.
     pub robot: String,
     /// Number of configurations to draw, or a CSV of configurations in the description's units: one column a variable, and
-    /// loads fx, .., mz. Where it has a pose beside the joints, as `compensate --table` writes it, the joints count.
+    /// loads fx, .., mz. Where it has a pose next to the joints, as `compensate --table` writes it, the joints count.
     #[arg(long, value_name = "N|FILE")]
     pub poses: String,
     /// Folder to write campaign.yaml, measurements.csv and truth.json to.
@@ -175,7 +175,7 @@ pub struct Compensate {
     /// CSV of points, or a bundled process whose path is meant: joints, or x, y, z and rx, ry, rz (rotation vector); and
     /// fx to mz, marker, approach.<variable>, temperature, as in campaigns.
     pub path: String,
-    /// The description that the controller works with: what joints of the path mean, and from which poses are told.
+    /// The description that the controller works with: what joints of the path mean, and from which poses are computed.
     #[arg(long, value_name = "ROBOT")]
     pub nominal: Option<String>,
     /// Units of the path where they are not the description's: `length=mm,angle=deg`.

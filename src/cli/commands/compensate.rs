@@ -44,40 +44,19 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
-            let (process, mut said) = session.reader.process(file)?;
-            diagnostics.append(&mut said);
+            let (process, mut warnings) = session.reader.process(file)?;
+            diagnostics.append(&mut warnings);
             Some(process)
         }
         None => None,
     };
-    let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
-    if let Some(effect) = reader(Condition::Temperature)
-        && !path.campaign.conditions.has_temperature()
-    {
-        let text = format!("the description has `{}`, and the path no temperature: it is not corrected", effect.name());
-        diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
-    }
-    if let Some(effect) = reader(Condition::Approach)
-        && path.campaign.readings.len() < 2
-    {
-        let name = effect.name();
-        let text = format!("the description has `{name}`, and one point does not say from which side it is reached");
-        diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
-    }
+    diagnostics.extend(condition_doubts(model, &path));
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());
-    let mut settings = Settings::new(model.variables.len());
-    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
-        HoldName::Pose => Hold::Pose,
-        HoldName::Axis => Hold::Axis,
-        HoldName::Position => Hold::Position,
-    });
-    settings.residual = command.residual * 1e-3;
-    settings.largest = command.largest.to_radians();
     let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
     let values = model.registry.nominal();
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
-    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
+    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings(command, model))?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let poses: Vec<Option<[f64; 6]>> = outcome
         .points
@@ -112,7 +91,39 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
-/// What should be told of how far the description knows the compliance that the path needs.
+fn settings(command: &Compensate, model: &Model) -> Settings {
+    let mut settings = Settings::new(model.variables.len());
+    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
+        HoldName::Pose => Hold::Pose,
+        HoldName::Axis => Hold::Axis,
+        HoldName::Position => Hold::Position,
+    });
+    settings.residual = command.residual * 1e-3;
+    settings.largest = command.largest.to_radians();
+    settings
+}
+
+/// Warnings of effects that depend on conditions which the path does not give.
+fn condition_doubts(model: &Model, path: &Path) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
+    if let Some(effect) = reader(Condition::Temperature)
+        && !path.campaign.conditions.has_temperature()
+    {
+        let text = format!("the description has `{}`, and the path no temperature: it is not corrected", effect.name());
+        diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
+    }
+    if let Some(effect) = reader(Condition::Approach)
+        && path.campaign.readings.len() < 2
+    {
+        let name = effect.name();
+        let text = format!("the description has `{name}`, and one point does not say from which side it is reached");
+        diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
+    }
+    diagnostics
+}
+
+/// Warnings where the description does not know the compliance that the path needs.
 fn compliance_doubts(
     model: &Model,
     path: &Path,

@@ -16,8 +16,8 @@ pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
     can_write(&command.to)?;
     let loaded = session.reader.robot(&command.robot)?;
     let (text, diagnostics) = written(&loaded.raw, &command.to)?;
-    let said = format!("wrote {}\n", command.to.display());
-    let mut output = Output::new(said, &serde_json::json!({"wrote": command.to.display().to_string()}))?;
+    let warnings = format!("wrote {}\n", command.to.display());
+    let mut output = Output::new(warnings, &serde_json::json!({"wrote": command.to.display().to_string()}))?;
     output.diagnostics = loaded.diagnostics.into_iter().chain(diagnostics).collect();
     output.files.push((command.to.clone(), text));
     Ok(output)

@@ -23,11 +23,11 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     let campaign = &loaded.campaign;
-    let aside: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
-    left_to_fit(campaign, &aside)?;
+    let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    left_to_fit(campaign, &held_out)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let started = Instant::now();
-    let found = diagnose(model, campaign, &aside, &Settings::new(campaign, seed), &mut |doing| {
+    let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut |doing| {
         bar.set_message(doing.to_string());
         bar.tick();
     })?;

@@ -10,7 +10,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
-use crate::estimation::{Scheme, Settings, Split, Weights, calibrate, compare, split};
+use crate::estimation::{Scheme, Settings, Split, Weights, What, calibrate, compare, split};
 use crate::least_squares::Loss;
 use crate::model::with_values;
 use crate::render::identification as render;
@@ -33,7 +33,47 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let settings = Settings {
+    let settings = Settings { scaling, criterion, ..settings(command, what) };
+    let campaign = match command.train {
+        Some(count) => fewer(&loaded.campaign, count, command.check, seed),
+        None => loaded.campaign.clone(),
+    };
+    let held_out = split(&campaign, command.check, seed);
+    left_to_fit(&campaign, &held_out)?;
+    if by_rules {
+        return super::identify_fuzzy::run(command, &loaded, &campaign, &held_out, &settings, session);
+    }
+    let started = Instant::now();
+    if command.compare {
+        let both = compare(model, &campaign, &held_out, &settings)?;
+        let found = SchemeComparison::new(model, &campaign, &both, started.elapsed().as_secs_f64());
+        let mut output = Output::new(render::comparison(&found, session.terminal.screen), &found)?;
+        output.diagnostics = loaded.diagnostics;
+        return Ok(output);
+    }
+    let bar = session.terminal.bar(None, "{spinner} iteration {pos}  {msg}");
+    let found = calibrate(model, &campaign, &held_out, &settings, &mut |progress| {
+        bar.set_position(progress.iteration as u64);
+        bar.set_message(format!("cost {:.6e}", progress.cost));
+        bar.tick();
+    })?;
+    bar.finish_and_clear();
+    let result = Identification::new(model, &campaign, &found, started.elapsed().as_secs_f64());
+    let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
+    output.diagnostics = loaded.diagnostics;
+    output.failed = !found.converged();
+    if let Some(path) = &command.save {
+        let (text, diagnostics) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
+        output.diagnostics.extend(diagnostics);
+        output.text += &format!("calibrated description: {}\n", path.display());
+        output.files.push((path.clone(), text));
+    }
+    Ok(output)
+}
+
+/// What the flags ask of the fit, but for the reduction.
+fn settings(command: &Identify, what: Option<What>) -> Settings {
+    Settings {
         what,
         split: match command.split {
             SplitName::Prior => Split::Prior,
@@ -56,52 +96,20 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
             LossName::Tukey => Loss::Tukey(command.loss_scale),
         },
         prior: command.prior,
-        scaling,
-        criterion,
         hold: command.reduction.hold.clone(),
         ..Settings::default()
-    };
-    let campaign = match command.train {
-        Some(count) => fewer(&loaded.campaign, count, command.check, seed),
-        None => loaded.campaign.clone(),
-    };
-    let aside = split(&campaign, command.check, seed);
-    left_to_fit(&campaign, &aside)?;
-    if by_rules {
-        return super::identify_fuzzy::run(command, &loaded, &campaign, &aside, &settings, session);
     }
-    let started = Instant::now();
-    if command.compare {
-        let both = compare(model, &campaign, &aside, &settings)?;
-        let found = SchemeComparison::new(model, &campaign, &both, started.elapsed().as_secs_f64());
-        let mut output = Output::new(render::comparison(&found, session.terminal.screen), &found)?;
-        output.diagnostics = loaded.diagnostics;
-        return Ok(output);
-    }
-    let bar = session.terminal.bar(None, "{spinner} iteration {pos}  {msg}");
-    let found = calibrate(model, &campaign, &aside, &settings, &mut |progress| {
-        bar.set_position(progress.iteration as u64);
-        bar.set_message(format!("cost {:.6e}", progress.cost));
-        bar.tick();
-    })?;
-    bar.finish_and_clear();
-    let result = Identification::new(model, &campaign, &found, started.elapsed().as_secs_f64());
-    let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
-    output.diagnostics = loaded.diagnostics;
-    output.failed = !found.converged();
-    if let Some(path) = &command.save {
-        let (text, diagnostics) = written(&with_values(&loaded.robot.raw, model, &found.values), path)?;
-        output.diagnostics.extend(diagnostics);
-        output.text += &format!("calibrated description: {}\n", path.display());
-        output.files.push((path.clone(), text));
-    }
-    Ok(output)
 }
 
 /// Refuses a campaign of which all readings, or all that are loaded, are set aside to check.
-pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Error> {
-    let mut fitted =
-        campaign.readings.iter().zip(aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading).peekable();
+pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> {
+    let mut fitted = campaign
+        .readings
+        .iter()
+        .zip(held_out)
+        .filter(|(_, held_out)| !**held_out)
+        .map(|(reading, _)| reading)
+        .peekable();
     if fitted.peek().is_none() {
         return Err(Error::input(
             "no reading is left to fit: all are set aside to check",
@@ -117,22 +125,27 @@ pub fn left_to_fit(campaign: &Campaign, aside: &[bool]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Only `count` of the configurations that would be fitted, drawn with the seed, beside all those to check.
+/// Only `count` of the configurations that would be fitted, drawn with the seed, and all those to check.
 fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Campaign {
     use rand::seq::SliceRandom;
-    let aside = split(campaign, share, seed);
-    let mut poses: Vec<usize> =
-        campaign.readings.iter().zip(&aside).filter(|(_, aside)| !**aside).map(|(reading, _)| reading.pose).collect();
+    let held_out = split(campaign, share, seed);
+    let mut poses: Vec<usize> = campaign
+        .readings
+        .iter()
+        .zip(&held_out)
+        .filter(|(_, held_out)| !**held_out)
+        .map(|(reading, _)| reading.pose)
+        .collect();
     poses.dedup();
     poses.shuffle(&mut crate::simulation::generator(seed));
     poses.truncate(count);
-    let mut drawn = campaign.select(|i, reading| aside[i] || poses.contains(&reading.pose));
+    let mut drawn = campaign.select(|i, reading| held_out[i] || poses.contains(&reading.pose));
     let check: Vec<bool> = campaign
         .readings
         .iter()
-        .zip(&aside)
-        .filter(|(reading, aside)| **aside || poses.contains(&reading.pose))
-        .map(|(_, aside)| *aside)
+        .zip(&held_out)
+        .filter(|(reading, held_out)| **held_out || poses.contains(&reading.pose))
+        .map(|(_, held_out)| *held_out)
         .collect();
     for (reading, check) in drawn.readings.iter_mut().zip(check) {
         reading.check = Some(check);

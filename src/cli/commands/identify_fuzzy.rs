@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use serde_json::json;
-
 use super::convert::written;
 use super::schema::file_name;
 use crate::Error;
@@ -23,7 +21,7 @@ use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
 use crate::render::fuzzy as render;
-use crate::results::{FuzzyCompliance, GreyCompliance, GrowthStep, MethodComparison, MethodErrors};
+use crate::results::{FuzzyCompliance, GreyCompliance, GrowthStep, MethodComparison, MethodErrors, Timed};
 
 const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
 
@@ -61,7 +59,7 @@ pub fn run(
     command: &Identify,
     loaded: &LoadedCampaign,
     campaign: &Campaign,
-    aside: &[bool],
+    held_out: &[bool],
     settings: &Settings,
     session: &Session,
 ) -> Result<Output, Error> {
@@ -78,75 +76,88 @@ pub fn run(
             "give the readings of one marker",
         ));
     }
-    let (whole, all_aside) = (campaign, aside);
-    let (campaign, aside) = match command.fit_force {
-        Some(force) => under(whole, all_aside, force)?,
-        None => (whole.clone(), all_aside.to_vec()),
+    let (fitted, of_fitted) = match command.fit_force {
+        Some(force) => under(campaign, held_out, force)?,
+        None => (campaign.clone(), held_out.to_vec()),
     };
-    let (campaign, aside) = (&campaign, &aside[..]);
-    // What was not fitted: set aside, or under another load.
-    let judges: Vec<bool> =
-        whole.readings.iter().zip(all_aside).map(|(r, aside)| *aside || !is_under(r, command.fit_force)).collect();
-    let residual = |model: &Model, values: &[f64]| -> Result<Vec<f64>, Error> {
-        let mut found = Linearised::default();
-        let predictor = Predictor::new(model, whole, Vec::new())?;
-        predictor.linearise(values, false, &mut found)?;
-        Ok(found.residual)
-    };
-    let inputs = inputs(model, campaign, &command.inputs)?;
+    let inputs = inputs(model, &fitted, &command.inputs)?;
     let placement = match command.placement {
         PlacementName::GaussNewton => Placement::GaussNewton,
         PlacementName::SolisWets => Placement::SolisWets(session.seed()),
     };
     let limits = FuzzySettings { placement, ..FuzzySettings::default() };
-    let task = FuzzyTask { model, campaign, held_out: aside, inputs: &inputs, settings: limits };
+    let task = FuzzyTask { model, campaign: &fitted, held_out: &of_fitted, inputs: &inputs, settings: limits };
     let started = Instant::now();
-    let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
-    let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
-    let errors = |method, residual: &[f64]| MethodErrors::new(method, whole, &judges, residual);
-    let mut output;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
     let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
+    let screen = session.terminal.screen;
+    let seconds = || started.elapsed().as_secs_f64();
+    let mut output;
     if command.compare || command.what.len() > 1 {
-        let mut methods = Vec::new();
-        let mut dropped = false;
-        if has("elastic") {
-            let found = calibrate(model, campaign, aside, &elastic, &mut iterated)?;
-            methods.push(errors("parametric", &residual(model, &found.values)?));
-        }
-        if has("fuzzy") {
-            let fit = fit_fuzzy(&task, &taken)?;
-            methods.push(errors("fuzzy", &residual(&fit.model, &fit.values)?));
-        }
-        if has("grey") {
-            let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
-            dropped = fit.correction.is_none();
-            let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
-            methods.push(errors("grey", &residual(with, &fit.parametric.values)?));
-        }
+        // What was not fitted: held out, or under another load.
+        let judges = campaign.readings.iter().zip(held_out);
+        let judges: Vec<bool> = judges.map(|(r, held_out)| *held_out || !is_under(r, command.fit_force)).collect();
+        let (methods, dropped) = methods(command, &task, settings, (campaign, &judges), &mut iterated, &taken)?;
         let found = MethodComparison { unit: "mm", check: judges.contains(&true), methods };
-        output = Output::new(render::methods(&found, session.terminal.screen), &found)?;
+        output = Output::new(render::methods(&found, screen), &Timed { seconds: seconds(), found: &found })?;
         if dropped {
             output.text +=
                 "grey: no correction is kept, since none helps readings that it has not seen; these are the springs\n";
         }
-    } else if has("fuzzy") {
+    } else if command.what.iter().any(|what| what == "fuzzy") {
         let fit = fit_fuzzy(&task, &taken)?;
         let found = FuzzyCompliance::new(&fit);
-        output = Output::new(render::fuzzy(&found, session.terminal.screen), &found)?;
+        output = Output::new(render::fuzzy(&found, screen), &Timed { seconds: seconds(), found: &found })?;
         save(command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
         let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
         let found = GreyCompliance::new(&fit);
-        output = Output::new(render::grey(&found, session.terminal.screen), &found)?;
+        output = Output::new(render::grey(&found, screen), &Timed { seconds: seconds(), found: &found })?;
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
         save(command, loaded, with, &fit.parametric.values, &mut output)?;
     }
     bar.finish_and_clear();
-    output.json["seconds"] = json!(started.elapsed().as_secs_f64());
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     Ok(output)
+}
+
+/// Errors of all methods asked for, over the readings of `judged` that count; and whether the correction of the grey one
+/// was dropped.
+fn methods(
+    command: &Identify,
+    task: &FuzzyTask,
+    settings: &Settings,
+    judged: (&Campaign, &[bool]),
+    iterated: &mut dyn FnMut(&Progress),
+    taken: &(dyn Fn(&Step) + Sync),
+) -> Result<(Vec<MethodErrors>, bool), Error> {
+    let (whole, judges) = judged;
+    let model = task.model;
+    let errors = |method, model: &Model, values: &[f64]| -> Result<MethodErrors, Error> {
+        let mut found = Linearised::default();
+        Predictor::new(model, whole, Vec::new())?.linearise(values, false, &mut found)?;
+        Ok(MethodErrors::new(method, whole, judges, &found.residual))
+    };
+    let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
+    let mut methods = Vec::new();
+    let mut dropped = false;
+    if has("elastic") {
+        let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
+        let found = calibrate(model, task.campaign, task.held_out, &elastic, iterated)?;
+        methods.push(errors("parametric", model, &found.values)?);
+    }
+    if has("fuzzy") {
+        let fit = fit_fuzzy(task, taken)?;
+        methods.push(errors("fuzzy", &fit.model, &fit.values)?);
+    }
+    if has("grey") {
+        let fit = fit_grey(task, settings, iterated, taken)?;
+        dropped = fit.correction.is_none();
+        let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
+        methods.push(errors("grey", with, &fit.parametric.values)?);
+    }
+    Ok((methods, dropped))
 }
 
 fn is_under(reading: &Reading, force: Option<f64>) -> bool {
@@ -155,11 +166,12 @@ fn is_under(reading: &Reading, force: Option<f64>) -> bool {
 }
 
 /// Readings under one force.
-fn under(campaign: &Campaign, aside: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Error> {
+fn under(campaign: &Campaign, held_out: &[bool], force: f64) -> Result<(Campaign, Vec<bool>), Error> {
     let of = |reading: &Reading| is_under(reading, Some(force));
     let found = campaign.select(|_, reading| of(reading));
-    let set: Vec<bool> = campaign.readings.iter().zip(aside).filter(|(r, _)| of(r)).map(|(_, aside)| *aside).collect();
-    if set.iter().all(|aside| *aside) {
+    let set: Vec<bool> =
+        campaign.readings.iter().zip(held_out).filter(|(r, _)| of(r)).map(|(_, held_out)| *held_out).collect();
+    if set.iter().all(|held_out| *held_out) {
         let mut sizes: Vec<String> = campaign
             .readings
             .iter()
@@ -202,19 +214,19 @@ fn save(
     Ok(())
 }
 
-/// A file's name as one beside it would call it.
-fn relative(file: &Path, beside: &Path) -> Result<String, Error> {
+/// A file's name as a file at `from` would call it.
+fn relative(file: &Path, from: &Path) -> Result<String, Error> {
     let refuse = |what: String, remedy| Err(Error::input(format!("--save-rules {}: {what}", file.display()), remedy));
     if !file.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
         return refuse("rules are YAML".into(), "end the name in .yaml");
     }
-    if !beside.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
+    if !from.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
         return refuse("only a YAML description can name a file of rules".into(), "end the name of --save in .yaml");
     }
-    if file == beside {
+    if file == from {
         return refuse("that is the file of --save".into(), "give another file");
     }
-    let folder = beside.parent().unwrap_or(Path::new(""));
+    let folder = from.parent().unwrap_or(Path::new(""));
     let inside = file.strip_prefix(folder).ok();
     match inside.or(file.is_absolute().then_some(file)).and_then(Path::to_str) {
         Some(name) => Ok(name.to_string()),

@@ -127,7 +127,7 @@ fn from_urdf(session: &Session, path: &Path) -> Result<(String, (String, String)
         .replace("@URDF@", &quoted(name))
         .replace("@TOOL@", &quoted(&alone.model.frames[alone.model.tool.0].name))
         .replace("@FIRST@", &quoted(joint));
-    // Read as it will stand: beside the URDF, which is copied with it.
+    // Read as it will stand: next to the URDF, which is copied with it.
     let loaded = session.reader.robot_text(&path.with_file_name("robot.yaml"), &text)?;
     Ok((text, (name.into(), session.reader.text(path)?), loaded))
 }

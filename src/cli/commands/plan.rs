@@ -47,8 +47,8 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = match &command.test {
         Some(path) => {
-            let (rows, said) = loaded_configurations(session, loaded, path)?;
-            diagnostics.extend(said);
+            let (rows, warnings) = loaded_configurations(session, loaded, path)?;
+            diagnostics.extend(warnings);
             rows
         }
         None => Vec::new(),
@@ -64,10 +64,10 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
             "give --wrench FX,FY,FZ,MX,MY,MZ",
         ));
     }
-    let (within, said) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
-    diagnostics.extend(said);
-    let (tested_within, said) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
-    diagnostics.extend(said);
+    let (within, warnings) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
+    diagnostics.extend(warnings);
+    let (tested_within, warnings) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
+    diagnostics.extend(warnings);
     let request = Request {
         tested_within,
         within,

@@ -26,8 +26,8 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
     let configurations = match (&command.joints, &command.table) {
         (_, Some(path)) => {
-            let (rows, said) = read(session, &loaded, path, &[])?;
-            loaded.diagnostics.extend(said);
+            let (rows, warnings) = read(session, &loaded, path, &[])?;
+            loaded.diagnostics.extend(warnings);
             rows.into_iter().map(|(q, _)| q).collect()
         }
         (Some(text), None) => {
@@ -110,7 +110,7 @@ fn deflected(
 
 /// Configurations of a CSV with one column a variable, in the description's units, with the load of each row: columns
 /// fx, fy, fz, mx, my, mz, which may be absent; and warnings of limits. The name of a row and the pose that
-/// `compensate --table` writes beside the joints are passed over.
+/// `compensate --table` writes next to the joints are ignored.
 pub fn loaded_configurations(
     session: &Session,
     loaded: &LoadedRobot,
@@ -119,8 +119,8 @@ pub fn loaded_configurations(
     read(session, loaded, path, &WRENCH)
 }
 
-/// Columns that `plan` and `compensate` write beside the joints.
-const PASSED_OVER: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
+/// Columns that `plan` and `compensate` write next to the joints.
+const IGNORED: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
 
 /// Warnings of joints given beyond the description's limits.
 pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
@@ -147,7 +147,7 @@ fn read(
         .chain(also.iter().map(|&name| (name, false)))
         .map(|(name, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Number, required })
         .collect();
-    let ignored = PASSED_OVER.iter().filter(|name| expected.iter().all(|column| column.name != **name));
+    let ignored = IGNORED.iter().filter(|name| expected.iter().all(|column| column.name != **name));
     let ignored: Vec<String> = ignored.map(ToString::to_string).collect();
     let table = read_table(&name, file, &expected, &BTreeMap::new(), &ignored, &Dialect::default(), 1_000_000)?;
     let units = &loaded.raw.units;

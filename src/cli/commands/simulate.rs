@@ -60,8 +60,8 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         let scene = process::Scene { command, loaded: &loaded, values: &values, markers: &markers };
         return process::run(&scene, file, session, &mut random);
     }
-    let (configurations, row_loads, said) = configurations(command, session, &loaded, &geometry, &mut random)?;
-    diagnostics.extend(said);
+    let (configurations, row_loads, warnings) = configurations(command, session, &loaded, &geometry, &mut random)?;
+    diagnostics.extend(warnings);
     let observes = observed(model, command.observes)?;
     let wrenches = wrenches(command, &loaded, &row_loads)?;
     if observes.is_difference() && wrenches.is_empty() {
@@ -122,17 +122,18 @@ fn configurations(
         Ok(0) => Err(Error::input("--poses 0", "give at least one configuration")),
         Ok(count) if count > 100_000 => Err(Error::input(format!("--poses {count}"), "at most 100000 configurations")),
         Ok(count) => {
-            let (within, said) = ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
-            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), said))
+            let (within, warnings) =
+                ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), warnings))
         }
         Err(_) if !command.range.is_empty() => {
             Err(Error::input("--range and a file of configurations", "leave --range out, or give --poses a number"))
         }
         Err(_) => {
-            let (rows, said) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
+            let (rows, warnings) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
             let (configurations, loads): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
             let is_loaded = loads.iter().any(|load| *load != [0.0; 6]);
-            Ok((configurations, if is_loaded { loads } else { Vec::new() }, said))
+            Ok((configurations, if is_loaded { loads } else { Vec::new() }, warnings))
         }
     }
 }

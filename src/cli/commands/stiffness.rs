@@ -1,4 +1,4 @@
-//! `stiffness`: what the structure gives at a point.
+//! `stiffness`: compliance of the structure at a point.
 
 use nalgebra::Vector3;
 

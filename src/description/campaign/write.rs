@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Campaign, Reading, WRENCH};
+use super::{Campaign, ConditionColumn, Reading, WRENCH};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::parameter::Kind;
@@ -45,7 +45,9 @@ pub fn csv(campaign: &Campaign, variables: &[Variable], markers: &[String]) -> i
             sheet.column(name, move |row| readings[row].wrench[k].to_string());
         }
     }
-    for (condition, values) in campaign.conditions.columns() {
+    let mut conditions: Vec<_> = campaign.conditions.columns().collect();
+    conditions.sort_by_key(|(condition, _)| *condition != ConditionColumn::Time);
+    for (condition, values) in conditions {
         sheet.column(condition.column(|k| variables[k].name.as_str()), |row| values[row].to_string());
     }
     sheet.column("set", |row| if readings[row].check == Some(true) { "check" } else { "fit" }.into());

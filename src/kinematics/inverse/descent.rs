@@ -6,7 +6,7 @@ use super::super::geometry::{Geometry, Placements};
 use super::super::jacobian::{By, ErrorColumns, shift};
 use super::super::rates::Rates;
 use super::super::rotation_vector;
-use super::Target;
+use super::target::Target;
 use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion};
 use crate::model::{Frame, Model, Stage};

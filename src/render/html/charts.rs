@@ -69,9 +69,9 @@ fn inline(svg: &str, frame: &Frame) -> String {
     // Narrower than this it would not be read: its figure scrolls.
     let least = width.min((0.62 * width).max(320.0));
     // The last label of an axis stands half beyond it.
-    let room = width + 10.0;
+    let full = width + 10.0;
     format!(
-        "<svg class=\"chart\" viewBox=\"0 0 {room} {height}\" style=\"max-width:{width}px;min-width:{least:.0}px\" role=\"img\" aria-label=\"{alt}\" fill=\"var(--ink)\">{body}"
+        "<svg class=\"chart\" viewBox=\"0 0 {full} {height}\" style=\"max-width:{width}px;min-width:{least:.0}px\" role=\"img\" aria-label=\"{alt}\" fill=\"var(--ink)\">{body}"
     )
 }
 

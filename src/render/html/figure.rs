@@ -47,8 +47,8 @@ impl Camera {
                 high[k] = high[k].max(at[k]);
             }
         }
-        let room = [WIDTH - 2.0 * MARGIN, HEIGHT - 2.0 * MARGIN];
-        let scale = (0..2).map(|k| room[k] / (high[k] - low[k]).max(1e-6)).fold(f64::INFINITY, f64::min);
+        let area = [WIDTH - 2.0 * MARGIN, HEIGHT - 2.0 * MARGIN];
+        let scale = (0..2).map(|k| area[k] / (high[k] - low[k]).max(1e-6)).fold(f64::INFINITY, f64::min);
         if scale.is_finite() && !points.is_empty() {
             camera.scale = scale;
             let size = [WIDTH, HEIGHT];
@@ -115,7 +115,7 @@ impl Sheet {
 }
 
 /// The drawing. `magnified` times the shot's displacements are drawn as the deflected shape, if it has any; `names` writes
-/// names beside joints, actuators, springs and markers.
+/// names next to joints, actuators, springs and markers.
 pub fn figure(scene: &Scene, shot: &Shot, look: Look, magnified: f64, names: bool, caption: &str) -> String {
     let deflected: Vec<Vector3<f64>> = shot.points.iter().zip(&shot.moved).map(|(p, d)| p + d * magnified).collect();
     let near: Vec<usize> =

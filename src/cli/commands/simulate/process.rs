@@ -26,32 +26,15 @@ pub struct Scene<'a> {
 pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Scene { command, loaded, values, markers } = *scene;
     let observes = command.observes;
-    if observes.is_difference() || observes.anchor_column().is_some() {
-        return Err(Error::input(
-            "--process: what is read along a path are positions or poses",
-            "give --observes position or pose",
-        ));
-    }
-    let [marker] = markers else {
-        return Err(Error::input(
-            "--process: the process pushes on one point",
-            "give one marker, or none for the tool",
-        ));
-    };
-    if !command.wrench.is_empty() || command.repeats != 1 {
-        return Err(Error::input(
-            "--process with --wrench or --repeats",
-            "wrenches beside the process's stand in the path's columns fx .. mz; each point is read once",
-        ));
-    }
+    let marker = check(command, markers)?;
     let (process, mut diagnostics) = session.reader.process(file)?;
     let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
         diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
     }
-    if let Some(marker) = marker {
-        path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(*marker));
+    if marker.is_some() {
+        path.campaign.readings.iter_mut().for_each(|reading| reading.marker = marker);
     }
     let controller = ControllerFile::new(None, loaded, &path, session)?;
     let (desired, _) = controller.desired(loaded, &path, None, FrameName::Base)?;
@@ -98,14 +81,33 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let made = Made { command, loaded, values, plan: &plan, seed: session.seed() };
     let mut output = delivered(&made, campaign, Some(points), random)?;
     let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
-    output.text = format!(
-        "{} under `{}`, in equilibrium\n\n{}\n{}",
-        model.name,
-        process.name,
-        session.terminal.screen.table(&header, rows),
-        output.text
-    );
+    let table = session.terminal.screen.table(&header, rows);
+    output.text = format!("{} under `{}`, in equilibrium\n\n{table}\n{}", model.name, process.name, output.text);
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// The marker on which the process pushes; `None` for the tool centre point.
+fn check(command: &Simulate, markers: &[Option<usize>]) -> Result<Option<usize>, Error> {
+    let observes = command.observes;
+    if observes.is_difference() || observes.anchor_column().is_some() {
+        return Err(Error::input(
+            "--process: what is read along a path are positions or poses",
+            "give --observes position or pose",
+        ));
+    }
+    let [marker] = markers else {
+        return Err(Error::input(
+            "--process: the process pushes on one point",
+            "give one marker, or none for the tool",
+        ));
+    };
+    if !command.wrench.is_empty() || command.repeats != 1 {
+        return Err(Error::input(
+            "--process with --wrench or --repeats",
+            "wrenches in addition to the process's stand in the path's columns fx .. mz; each point is read once",
+        ));
+    }
+    Ok(*marker)
 }

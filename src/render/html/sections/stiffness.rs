@@ -17,7 +17,7 @@ const EACH: usize = 5;
 const ELEMENTS: usize = 10;
 
 pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section> {
-    let title = "How the robot gives".to_string();
+    let title = "How the robot deflects".to_string();
     let found = &report.stiffness;
     let map = review.slice.as_ref().and_then(drawn);
     let shares = found.shares.iter().flatten().take(ELEMENTS);
