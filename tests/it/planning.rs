@@ -319,7 +319,7 @@ fn a_plan_can_be_measured() {
 fn wrong_plans_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let cases: &[(&[&str], &str)] = &[
-        (&["--poses", "3"], "it takes at least 9"),
+        (&["--poses", "3"], "at least 9 are needed"),
         (&["--poses", "0"], "from 1 to 1000"),
         (&["--poses", "12", "--criterion", "test"], "valid here: `test-error`"),
         (&["--poses", "12", "--what", "elastc"], "did you mean `elastic`?"),
