@@ -58,7 +58,7 @@ impl Competition {
             };
         progress("linearising");
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
-        let survey = survey(&geometry, &campaign).map_err(PredictionError::from)?;
+        let survey = survey(&geometry, &campaign)?;
         let tried = hypotheses(model, &values, &kept, &survey, settings);
         let mut all = LinearProblem::new(model, inputs.campaign, &values, &kept, tried)?.pruned();
         let noise = campaign.sigma.map(|_| 1.0).or_else(|| repeatability(&campaign, settings.least_repeats));

@@ -46,12 +46,12 @@ impl Effect for GravityCompensator {
 
     fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let most = survey.greatest_own_load.iter().copied().fold(0.0, f64::max);
-        if survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < LEAST_SHARE * most) {
+        let is_light = survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < LEAST_SHARE * most);
+        let is_loaded = survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0);
+        if is_light || !is_loaded {
             return Vec::new();
         }
-        let is_loaded = survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0);
-        let counts = if is_loaded { 1..=MOST_HARMONICS } else { 1..=0 };
-        counts.map(|count| Nonlinear::new([(&HARMONICS, NonlinearValue::Count(count))])).collect()
+        (1..=MOST_HARMONICS).map(|count| Nonlinear::new([(&HARMONICS, NonlinearValue::Count(count))])).collect()
     }
 
     fn parameters(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {

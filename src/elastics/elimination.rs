@@ -36,23 +36,35 @@ impl Elimination {
         self.work.resize(n, 0.0);
         // Twice in turns: forces, moments and turns have sizes far apart.
         for _ in 0..2 {
-            for i in 0..n {
-                let largest = self.matrix[i * n..(i + 1) * n].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                if largest > 0.0 {
-                    let scale = largest.sqrt().recip();
-                    self.matrix[i * n..(i + 1) * n].iter_mut().for_each(|v| *v *= scale);
-                    self.row_scale[i] *= scale;
-                }
-            }
-            for j in 0..n {
-                let largest = (0..n).fold(0.0_f64, |m, i| m.max(self.matrix[i * n + j].abs()));
-                if largest > 0.0 {
-                    let scale = largest.sqrt().recip();
-                    (0..n).for_each(|i| self.matrix[i * n + j] *= scale);
-                    self.column_scale[j] *= scale;
-                }
+            self.balance();
+        }
+        self.eliminate();
+    }
+
+    /// Scales each row, then each column, by the square root of its greatest entry.
+    fn balance(&mut self) {
+        let n = self.size;
+        for i in 0..n {
+            let largest = self.matrix[i * n..(i + 1) * n].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            if largest > 0.0 {
+                let scale = largest.sqrt().recip();
+                self.matrix[i * n..(i + 1) * n].iter_mut().for_each(|v| *v *= scale);
+                self.row_scale[i] *= scale;
             }
         }
+        for j in 0..n {
+            let largest = (0..n).fold(0.0_f64, |m, i| m.max(self.matrix[i * n + j].abs()));
+            if largest > 0.0 {
+                let scale = largest.sqrt().recip();
+                (0..n).for_each(|i| self.matrix[i * n + j] *= scale);
+                self.column_scale[j] *= scale;
+            }
+        }
+    }
+
+    /// Eliminates with complete pivoting, until the pivots are rounding.
+    fn eliminate(&mut self) {
+        let n = self.size;
         self.rank = 0;
         let mut first = 0.0;
         for step in 0..n {

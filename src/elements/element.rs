@@ -193,6 +193,10 @@ pub struct Held {
 
 /// Derivative of an element, in its local axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one per element and motion in the Jacobian, where a box would be allocated"
+)]
 pub enum Rate {
     /// Of its flexibility.
     Flexibility(Flexibility),

@@ -53,16 +53,7 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
 }
 
 fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
-    let mut path = PathBuf::from(file);
-    if path.is_dir() {
-        path.push("campaign.yaml");
-    }
-    let bundled = PathBuf::from(file).join("campaign.yaml");
-    let place = if !path.exists() && CAMPAIGNS.get_file(&bundled).is_some() {
-        Place::Bundled(bundled)
-    } else {
-        Place::Disk(path)
-    };
+    let place = find_campaign(file);
     let text = place.text(reader).map_err(|found| with_remedy(found, file))?;
     let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
     name_schema(&mut diagnostics, "campaign");
@@ -98,12 +89,7 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
         Ok(robot) => robot,
         Err(mut reported) => {
             diagnostics.append(&mut reported);
-            // Columns cannot be checked without the robot's variables; that the files are there can.
-            for (path, place) in table_files(&raw, &place, &document, &mut diagnostics) {
-                if let Err(diagnostic) = open(reader, &place) {
-                    diagnostics.push(diagnostic.at(locate(&path.iter().map(String::as_str).collect::<Vec<_>>())));
-                }
-            }
+            check_table_files(reader, &raw, &place, &document, &mut diagnostics);
             return Err(diagnostics);
         }
     };
@@ -125,6 +111,16 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     }
 }
 
+/// A campaign file, the one in a folder, or a bundled campaign.
+fn find_campaign(file: &str) -> Place {
+    let mut path = PathBuf::from(file);
+    if path.is_dir() {
+        path.push("campaign.yaml");
+    }
+    let bundled = PathBuf::from(file).join("campaign.yaml");
+    if !path.exists() && CAMPAIGNS.get_file(&bundled).is_some() { Place::Bundled(bundled) } else { Place::Disk(path) }
+}
+
 /// The diagnostics of a campaign file that could not be read, with what to give instead.
 fn with_remedy(mut found: Vec<Diagnostic>, file: &str) -> Vec<Diagnostic> {
     let path = Path::new(file);
@@ -140,6 +136,23 @@ fn with_remedy(mut found: Vec<Diagnostic>, file: &str) -> Vec<Diagnostic> {
         });
     }
     found
+}
+
+/// Diagnostics on files of measurements that cannot be opened. Their columns are not checked: that needs the robot's
+/// variables.
+fn check_table_files(
+    reader: &Reader,
+    raw: &RawCampaign,
+    place: &Place,
+    document: &Document,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for (path, place) in table_files(raw, place, document, diagnostics) {
+        if let Err(diagnostic) = open(reader, &place) {
+            let path: Vec<&str> = path.iter().map(String::as_str).collect();
+            diagnostics.push(diagnostic.at(document.place_of_value(&path)));
+        }
+    }
 }
 
 /// The tables of measurements that can be read.

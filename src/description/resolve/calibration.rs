@@ -11,33 +11,8 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let given = &raw.calibration;
     let (valid, ambiguous) = by_name(raw);
-    let mut known = |path: &[&str], name: &str| {
-        diagnostics.known(path, "parameter", name, valid.keys().map(String::as_str));
-        if let Some(other) = ambiguous.iter().find(|key| key.name == name) {
-            let message = format!("`{name}` names two parameters; here is one owner, and another has the same name");
-            let first = valid.get(name).map_or_else(Vec::new, |key| key.owner.path());
-            diagnostics.conflict(&other.owner.path(), message, (first, "the other owner"), "rename one of them");
-        }
-    };
-    for (key, list) in [("free", &given.free), ("fixed", &given.fixed)] {
-        for (position, name) in list.iter().enumerate() {
-            known(&["calibration", key, &position.to_string()], name);
-        }
-    }
+    check_names(raw, &valid, &ambiguous, diagnostics);
     let factor = |name: &str| valid.get(name).map_or(length, |key| raw.units.of(key.kind));
-    for (section, names) in
-        [("tolerances", given.tolerances.keys().collect::<Vec<_>>()), ("bounds", given.bounds.keys().collect())]
-    {
-        for name in names {
-            known(&["calibration", section, name], name);
-        }
-    }
-    for (position, name) in given.fixed.iter().enumerate() {
-        if given.free.contains(name) {
-            let path = ["calibration", "fixed", &position.to_string()];
-            diagnostics.reject(&path, format!("`{name}` is both free and fixed"), "keep it in one list");
-        }
-    }
     let mut positive = |path: &[&str], value: f64, factor: f64| {
         if !(value.is_finite() && value * factor >= LEAST_TOLERANCE) {
             diagnostics.error(path, format!("tolerance `{value}` must be a finite number above 0"));
@@ -68,6 +43,37 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
         angle_tolerance,
         tolerances,
         bounds,
+    }
+}
+
+/// Rejects names of no parameter or of two, and parameters both free and fixed.
+fn check_names(raw: &RawRobot, valid: &IndexMap<String, Key>, ambiguous: &[Key], diagnostics: &mut Collector) {
+    let given = &raw.calibration;
+    let mut known = |path: &[&str], name: &str| {
+        diagnostics.known(path, "parameter", name, valid.keys().map(String::as_str));
+        if let Some(other) = ambiguous.iter().find(|key| key.name == name) {
+            let message = format!("`{name}` names two parameters; here is one owner, and another has the same name");
+            let first = valid.get(name).map_or_else(Vec::new, |key| key.owner.path());
+            diagnostics.conflict(&other.owner.path(), message, (first, "the other owner"), "rename one of them");
+        }
+    };
+    for (key, list) in [("free", &given.free), ("fixed", &given.fixed)] {
+        for (position, name) in list.iter().enumerate() {
+            known(&["calibration", key, &position.to_string()], name);
+        }
+    }
+    for (section, names) in
+        [("tolerances", given.tolerances.keys().collect::<Vec<_>>()), ("bounds", given.bounds.keys().collect())]
+    {
+        for name in names {
+            known(&["calibration", section, name], name);
+        }
+    }
+    for (position, name) in given.fixed.iter().enumerate() {
+        if given.free.contains(name) {
+            let path = ["calibration", "fixed", &position.to_string()];
+            diagnostics.reject(&path, format!("`{name}` is both free and fixed"), "keep it in one list");
+        }
     }
 }
 

@@ -98,8 +98,8 @@ impl Header {
                 .at(row.fields_from(0));
             header.faults.push(diagnostic.suggest(ours, layout.expected.iter().map(|column| column.name.as_str())));
         }
-        for field in 0..titles.len() {
-            header.check_title(&row, &titles, field, used[field], layout);
+        for (field, used) in used.into_iter().enumerate() {
+            header.check_title(&row, &titles, field, used, layout);
         }
         Ok(header)
     }

@@ -88,7 +88,27 @@ impl<'a> Writer<'a> {
     /// Diagnostics on what keeps the description from being a tree of finite numbers.
     fn check(&mut self) {
         let robot = self.robot;
-        for (name, frame) in &robot.frames {
+        self.check_frames();
+        self.check_circles();
+        for (name, body) in &robot.bodies {
+            self.known("bodies", name);
+            if body.mass.into_iter().chain(body.com.into_iter().flatten()).any(|value| !value.is_finite()) {
+                self.error(format!("the body `{name}` holds a number that is not finite"));
+            }
+        }
+        let tool = robot.tool.at.into_iter().chain(robot.tool.rotation).flatten();
+        if tool.chain(robot.markers.values().flat_map(|marker| marker.at).flatten()).any(|value| !value.is_finite()) {
+            self.error("the tool or a marker holds a number that is not finite".to_owned());
+        }
+        self.check_carriers();
+        let names = robot.frames.keys().chain(robot.markers.keys()).chain(&robot.robot);
+        for name in names.filter(|name| name.chars().any(|c| !allowed(c))) {
+            self.error(format!("XML cannot hold the name {name:?}"));
+        }
+    }
+
+    fn check_frames(&mut self) {
+        for (name, frame) in &self.robot.frames {
             if name == "0" {
                 self.error("`0` is the base and cannot be a frame".to_owned());
             }
@@ -108,6 +128,11 @@ impl<'a> Writer<'a> {
                 self.error(format!("the frame `{name}` holds a number that is not finite"));
             }
         }
+    }
+
+    /// Frames whose antecedents never reach the base.
+    fn check_circles(&mut self) {
+        let robot = self.robot;
         let mut hung: HashSet<&str> = HashSet::from(["0"]);
         for start in robot.frames.keys() {
             let (mut walk, mut at) = (Vec::new(), start.as_str());
@@ -122,16 +147,11 @@ impl<'a> Writer<'a> {
             }
             hung.extend(walk);
         }
-        for (name, body) in &robot.bodies {
-            self.known("bodies", name);
-            if body.mass.into_iter().chain(body.com.into_iter().flatten()).any(|value| !value.is_finite()) {
-                self.error(format!("the body `{name}` holds a number that is not finite"));
-            }
-        }
-        let tool = robot.tool.at.into_iter().chain(robot.tool.rotation).flatten();
-        if tool.chain(robot.markers.values().flat_map(|marker| marker.at).flatten()).any(|value| !value.is_finite()) {
-            self.error("the tool or a marker holds a number that is not finite".to_owned());
-        }
+    }
+
+    /// The frames that carry the tool and the markers.
+    fn check_carriers(&mut self) {
+        let robot = self.robot;
         match &robot.tool.frame {
             Some(frame) => self.known("tool", frame),
             None if self.only_leaf().is_some() => {}
@@ -146,10 +166,6 @@ impl<'a> Writer<'a> {
             if let Some(frame) = &marker.frame {
                 self.known(&format!("marker `{name}`"), frame);
             }
-        }
-        let names = robot.frames.keys().chain(robot.markers.keys()).chain(&robot.robot);
-        for name in names.filter(|name| name.chars().any(|c| !allowed(c))) {
-            self.error(format!("XML cannot hold the name {name:?}"));
         }
     }
 
