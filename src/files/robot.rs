@@ -178,7 +178,7 @@ fn rules(
     let Some(file) = given.file.take() else { return Ok((None, Vec::new())) };
     let here = || document.place_of_value(&["fuzzy", "file"]);
     if *given != RawFuzzy::default() {
-        let diagnostic = Diagnostic::error("`fuzzy` names a file and says something in addition to it").at(here());
+        let diagnostic = Diagnostic::error("`fuzzy` names a file and has other keys").at(here());
         return Err(vec![diagnostic.remedy("put all of it into the file, or leave `file` out")]);
     }
     let text = place.next_to(&file);

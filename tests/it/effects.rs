@@ -279,7 +279,7 @@ fn alternatives_written_as_numbers_are_read() {
     let half_width = ("half_width", number(3e-4));
     let old = [half_width.clone(), ("changes_at", number(0.0))];
     same("backlash", "joint:1", &old, &[half_width.clone(), ("by", word("approach"))]);
-    same("backlash", "joint:1", &[half_width.clone()], &[half_width.clone(), ("by", word("approach"))]);
+    same("backlash", "joint:1", std::slice::from_ref(&half_width), &[half_width.clone(), ("by", word("approach"))]);
     let old = [half_width.clone(), ("changes_at", number(12.5))];
     same("backlash", "joint:1", &old, &[half_width.clone(), ("by", word("load")), ("changes_at", number(12.5))]);
     let gain = ("gain", number(0.02));

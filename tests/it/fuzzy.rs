@@ -227,7 +227,7 @@ fn rules_may_stand_in_a_file_of_their_own() {
         ("fuzzy: {file: typo.yaml}", "typo.yaml:1", "`inputs`"),
         ("fuzzy: {file: loop.yaml}", "loop.yaml:1", "cannot name another"),
         ("fuzzy: {file: none.yaml}", "arm.yaml", "there is no file"),
-        ("fuzzy: {file: short.yaml, adds: true}", "arm.yaml", "something beside it"),
+        ("fuzzy: {file: short.yaml, adds: true}", "arm.yaml", "has other keys"),
     ];
     for (line, place, what) in cases {
         write("arm.yaml", &format!("{PLANAR}{line}\n"));

@@ -180,7 +180,7 @@ fn a_kind_of_ones_own_is_fitted() {
     let robot = robot();
     let campaign = made(&robot, LEVEL, 60, 1e-5);
     let found =
-        calibrate(&robot.model, &campaign, &vec![false; 60], &Settings::default(), &mut |_| {}).expect("calibrated");
+        calibrate(&robot.model, &campaign, &[false; 60], &Settings::default(), &mut |_| {}).expect("calibrated");
     assert!((0.7..1.3).contains(&found.noise_ratio), "noise over the stated one: {}", found.noise_ratio);
     assert!(found.before.fit.distance[1] > 10.0 * found.after.fit.distance[1]);
 }
