@@ -136,9 +136,9 @@ impl Answer {
 /// As [`diagnose`].
 pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) -> Result<Answer, CalibrationError> {
     let started = std::time::Instant::now();
-    let aside: Vec<bool> = vec![false; campaign.readings.len()];
+    let held_out: Vec<bool> = vec![false; campaign.readings.len()];
     let settings = Settings { propose: false, ..Settings::new(campaign, seed) };
-    let found = diagnose(model, campaign, &aside, &settings, &mut |_| {})?;
+    let found = diagnose(model, campaign, &held_out, &settings, &mut |_| {})?;
     let seconds = started.elapsed().as_secs_f64();
     let only = Some(crate::diagnosis::nuisance(model, campaign, &campaign.calibrate));
     // Outliers are left out of the plain calibration as well, so that the causes are judged alone.

@@ -12,7 +12,7 @@ use crate::estimation::CalibrationError;
 use crate::model::Model;
 
 /// Diagnoses a campaign against a model. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
-/// is told each stage in words.
+/// receives each stage in words.
 ///
 /// # Errors
 /// As [`crate::estimation::calibrate`]: readings that cannot be predicted, or too few of them.

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Products at most.
 const MOST: usize = 30;
-/// What is left of a product, beside its size, below which it adds no direction.
+/// What is left of a product, relative to its size, below which it adds no direction.
 const NONE: f64 = 1e-9;
 
 /// Greatest real part of the eigenvalues of `product`, a map of vectors of `size` entries; 0 of none.

@@ -1,7 +1,7 @@
 //! Third age of a robot: an immutable model, compiled from a resolved description.
 //!
 //! The model holds structure (tree, what moves each joint, loops, order of evaluation) and the parameter registry; it
-//! holds no values but nominal ones. Values travel beside it as one vector by slot.
+//! holds no values but nominal ones. Values travel next to it as one vector by slot.
 
 mod assemble;
 mod beams;

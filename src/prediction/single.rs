@@ -11,7 +11,7 @@ use crate::math::left_jacobian;
 use crate::model::Model;
 use crate::state::{ColumnMotion, FrameTwistPlan, FrameTwists, LoadedPoint, Loads, Mechanics, State, StateError};
 
-/// Predictions of the readings of a campaign (its configurations left aside) as poses in the robot's base frame, with
+/// Predictions of the readings of a campaign (its configurations do not count) as poses in the robot's base frame, with
 /// load, own weight and the effects that the model has switched on. Effects of the measurement are left out: no command
 /// corrects them. Immutable, shared between threads.
 #[derive(Debug, Clone)]

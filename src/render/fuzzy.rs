@@ -25,7 +25,7 @@ fn premises(modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
 pub fn fuzzy(found: &FuzzyCompliance, screen: Screen) -> String {
     let [fit, check] = rms(&found.residuals);
     let mut out = format!(
-        "fuzzy compliance: rms error {fit:.4} mm on the fitted readings, {check:.4} mm on those set aside\n\
+        "fuzzy compliance: rms error {fit:.4} mm on the fitted readings, {check:.4} mm on those held out\n\
          (a rigid robot: {:.4} and {:.4} mm)\n\n",
         found.rigid.fit, found.rigid.check
     );
@@ -83,7 +83,7 @@ fn rules(found: &FuzzyCompliance, screen: Screen) -> String {
         );
     }
     if found.outside > 0 {
-        let _ = writeln!(out, "{} of the readings set aside are outside that range", found.outside);
+        let _ = writeln!(out, "{} of the readings held out are outside that range", found.outside);
     }
     out
 }
@@ -141,7 +141,7 @@ fn levels(levels: &[LoadLevel]) -> String {
 pub fn grey(found: &GreyCompliance, screen: Screen) -> String {
     let [fit, check] = rms(&found.parametric);
     let mut out = format!(
-        "springs alone: rms error {fit:.4} mm on the fitted readings, {check:.4} mm on those set aside\n\
+        "springs alone: rms error {fit:.4} mm on the fitted readings, {check:.4} mm on those held out\n\
          correction, over parts of the fitted readings left out in turns: {:.4} -> {:.4} mm\n",
         found.cross_validated.without, found.cross_validated.with
     );
@@ -149,7 +149,7 @@ pub fn grey(found: &GreyCompliance, screen: Screen) -> String {
         Some(correction) => {
             let [fit, check] = rms(&correction.residuals);
             let _ =
-                writeln!(out, "kept: with it {fit:.4} mm on the fitted readings, {check:.4} mm on those set aside\n");
+                writeln!(out, "kept: with it {fit:.4} mm on the fitted readings, {check:.4} mm on those held out\n");
             out += &rules(correction, screen);
             out += &levels(&correction.levels);
         }
@@ -160,7 +160,7 @@ pub fn grey(found: &GreyCompliance, screen: Screen) -> String {
 
 /// Methods by load.
 pub fn methods(found: &MethodComparison, screen: Screen) -> String {
-    let which = if found.check { "readings set aside" } else { "fitted readings; none were set aside" };
+    let which = if found.check { "readings held out" } else { "fitted readings; none were held out" };
     let rows = found.methods.iter().flat_map(|method| {
         method.rows.iter().map(|row| {
             let load = row.load.map_or("all".into(), |size| size.to_string());

@@ -91,7 +91,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
         out,
         "rms error {registration:.4} mm {} -> {after:.4} mm calibrated ({})\n",
         if found.is_registered() { "with base and tool fitted alone" } else { "with the description as it is" },
-        if found.is_checked() { "readings the fit did not see" } else { "the fitted readings; none were set aside" },
+        if found.is_checked() { "readings the fit did not see" } else { "the fitted readings; none were held out" },
     );
     let r = &found.residuals;
     let mut rows = vec![

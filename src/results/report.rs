@@ -242,7 +242,7 @@ fn waterfall(campaign: &Campaign, identify: Option<&Identification>, diagnose: &
     let gap = &diagnose.gap;
     let is_placed = campaign.estimate_base || campaign.estimate_tool;
     if let Some(found) = identify {
-        let on = if found.is_checked() { "readings set aside" } else { "fitted readings" };
+        let on = if found.is_checked() { "readings held out" } else { "fitted readings" };
         let [described, registered, calibrated] = found.judged();
         step("described", "description as it is".into(), described, "identify", on);
         if is_placed {

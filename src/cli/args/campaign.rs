@@ -100,7 +100,7 @@ pub struct Identify {
     /// Let the stated tolerances pull parameters towards their nominal values.
     #[arg(long)]
     pub prior: bool,
-    /// Share of the configurations set aside to check where the campaign does not say.
+    /// Share of the configurations held out to check where the campaign does not say.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,
     /// Draw only so many of the configurations to fit, seeded.

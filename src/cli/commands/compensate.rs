@@ -9,6 +9,7 @@ use crate::cli::session::Session;
 use crate::cli::values::{joints, units_with, wrench};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
 use crate::description::path::Path;
+use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable};
@@ -32,15 +33,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
-    let mut path = session.reader.path(&command.path, &loaded, units)?;
-    at_marker(command.at.as_deref(), &loaded, &mut path)?;
-    if let Some(text) = &command.wrench {
-        if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {
-            return Err(Error::input("--wrench, and the path has wrenches of its own", "give one of them"));
-        }
-        let constant = wrench(&loaded.raw.units, text)?;
-        path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
-    }
+    let path = loaded_path(command, session, &loaded, &units)?;
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
@@ -89,6 +82,20 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     output.failed = !all_met;
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// The path, at the marker and under the wrench that the command names.
+fn loaded_path(command: &Compensate, session: &Session, loaded: &LoadedRobot, units: &Units) -> Result<Path, Error> {
+    let mut path = session.reader.path(&command.path, loaded, units.clone())?;
+    at_marker(command.at.as_deref(), loaded, &mut path)?;
+    if let Some(text) = &command.wrench {
+        if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {
+            return Err(Error::input("--wrench, and the path has wrenches of its own", "give one of them"));
+        }
+        let constant = wrench(&loaded.raw.units, text)?;
+        path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
+    }
+    Ok(path)
 }
 
 fn settings(command: &Compensate, model: &Model) -> Settings {

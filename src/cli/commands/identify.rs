@@ -101,7 +101,7 @@ fn settings(command: &Identify, what: Option<What>) -> Settings {
     }
 }
 
-/// Refuses a campaign of which all readings, or all that are loaded, are set aside to check.
+/// Refuses a campaign of which all readings, or all that are loaded, are held out to check.
 pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> {
     let mut fitted = campaign
         .readings
@@ -112,7 +112,7 @@ pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> 
         .peekable();
     if fitted.peek().is_none() {
         return Err(Error::input(
-            "no reading is left to fit: all are set aside to check",
+            "no reading is left to fit: all are held out to check",
             "mark readings to fit with `fit` in the column `set`",
         ));
     }

@@ -45,17 +45,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let measured = measured.as_ref().map(|measured| &measured.campaign);
     let length = units.length.factor();
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
-    let tests = match &command.test {
-        Some(path) => {
-            let (rows, warnings) = loaded_configurations(session, loaded, path)?;
-            diagnostics.extend(warnings);
-            rows
-        }
-        None => Vec::new(),
-    };
-    if command.test.is_some() && tests.is_empty() {
-        return Err(Error::input("--test: the file has no rows", "give at least one configuration"));
-    }
+    let tests = test_poses(command, session, loaded, &mut diagnostics)?;
     let observes = kind_of_readings(command, model, measured, asked)?;
     let what = asked.unwrap_or_else(|| What::of(observes));
     if observes.is_difference() && loads.is_empty() {
@@ -101,6 +91,22 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let mut output = carry_out(command, session, loaded, &request)?;
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// Configurations (rad and m) at which the error after compensation counts, each with its load; none where no file is given.
+fn test_poses(
+    command: &Plan,
+    session: &Session,
+    loaded: &LoadedRobot,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Vec<(Vec<f64>, [f64; 6])>, Error> {
+    let Some(path) = &command.test else { return Ok(Vec::new()) };
+    let (rows, warnings) = loaded_configurations(session, loaded, path)?;
+    diagnostics.extend(warnings);
+    if rows.is_empty() {
+        return Err(Error::input("--test: the file has no rows", "give at least one configuration"));
+    }
+    Ok(rows)
 }
 
 /// Plans, and writes the configurations.

@@ -13,7 +13,7 @@ use crate::render::html::write;
 use crate::results::{Report, Sources};
 use crate::review::review;
 
-/// Share of the configurations set aside where the campaign does not say, as `identify` does.
+/// Share of the configurations held out where the campaign does not say, as `identify` does.
 const CHECK: f64 = 0.25;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {

@@ -142,7 +142,7 @@ impl Search<'_> {
             }
         }
         if !found.is_empty() {
-            return Ok(self.told(found));
+            return Ok(self.reported(found));
         }
         let Some((_, short)) = closest else { return Err(self.nothing_to_compare()) };
         Err(InverseError::OutOfReach {
@@ -171,7 +171,7 @@ impl Search<'_> {
     }
 
     /// Orders and thins what was found.
-    fn told(&self, mut found: Vec<Solution>) -> Vec<Solution> {
+    fn reported(&self, mut found: Vec<Solution>) -> Vec<Solution> {
         let anchor = self.settings.from.clone().unwrap_or_else(|| vec![0.0; self.first.len()]);
         found.sort_by(|a, b| self.distance(&a.joints, &anchor).total_cmp(&self.distance(&b.joints, &anchor)));
         if self.settings.from.is_some() {

@@ -1,4 +1,4 @@
-//! How well the parameters can be told apart: correlations and singular values.
+//! How well the parameters can be separated: correlations and singular values.
 
 use kuva::plot::annotations::ReferenceLine;
 use kuva::plot::{Heatmap, LinePlot, ScatterPlot};
