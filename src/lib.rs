@@ -6,9 +6,9 @@
 //!
 //! fn main() -> Result<(), elastogeo::Error> {
 //!     // A bundled campaign; a path of a campaign.yaml and its CSV does as well.
-//!     let loaded = load_campaign("ir663-paper-poses", None)?;
+//!     let loaded = load_campaign("kr270-simulated", None)?;
 //!     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
-//!     // A quarter of the configurations is held out, to judge the calibration by.
+//!     // Held out to judge the calibration: what the campaign marks as `check`, or else a quarter of the configurations.
 //!     let held_out = split(campaign, 0.25, 1);
 //!     let found = calibrate(model, campaign, &held_out, &Settings::default(), &mut |_| ())?;
 //!     for estimate in &found.estimates {
@@ -17,8 +17,9 @@
 //!         println!("{name:12} {:+.6} ± {ci95:.6}", estimate.value - estimate.nominal); // m or rad
 //!     }
 //!     let rms = |figures: &elastogeo::estimation::Figures| 1e3 * figures.check.distance[1];
-//!     println!("held-out readings: {:.3} mm rms before, {:.3} mm after", rms(&found.before), rms(&found.after));
-//!     assert!(rms(&found.after) < 0.5 * rms(&found.before));
+//!     let (registered, calibrated) = (rms(&found.registration), rms(&found.after)); // with base and tool fitted alone, and all
+//!     println!("held-out readings: {registered:.3} mm rms registered, {calibrated:.3} mm calibrated");
+//!     assert!(calibrated < 0.5 * registered);
 //!     Ok(())
 //! }
 //! ```
@@ -30,7 +31,7 @@
 //! Inside, every quantity is SI (m, rad, N, kg, s).
 //!
 //! The feature `cli` (default) adds the command `elastogeo`: arguments, terminal, text, charts and HTML. Without it the
-//! library builds a third faster.
+//! library builds on 151 crates instead of 181.
 
 pub mod blind;
 #[cfg(feature = "cli")]
