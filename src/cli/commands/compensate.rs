@@ -33,7 +33,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
-    let path = loaded_path(command, session, &loaded, &units)?;
+    let path = loaded_path(command, session, &loaded, units)?;
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
@@ -85,8 +85,8 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
 }
 
 /// The path, at the marker and under the wrench that the command names.
-fn loaded_path(command: &Compensate, session: &Session, loaded: &LoadedRobot, units: &Units) -> Result<Path, Error> {
-    let mut path = session.reader.path(&command.path, loaded, units.clone())?;
+fn loaded_path(command: &Compensate, session: &Session, loaded: &LoadedRobot, units: Units) -> Result<Path, Error> {
+    let mut path = session.reader.path(&command.path, loaded, units)?;
     at_marker(command.at.as_deref(), loaded, &mut path)?;
     if let Some(text) = &command.wrench {
         if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {

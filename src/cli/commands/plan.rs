@@ -93,13 +93,16 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
-/// Configurations (rad and m) at which the error after compensation counts, each with its load; none where no file is given.
+/// A configuration (rad and m) and the wrench (N and N.m) that loads it.
+type LoadedConfiguration = (Vec<f64>, [f64; 6]);
+
+/// Configurations at which the error after compensation counts; none where no file is given.
 fn test_poses(
     command: &Plan,
     session: &Session,
     loaded: &LoadedRobot,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Vec<(Vec<f64>, [f64; 6])>, Error> {
+) -> Result<Vec<LoadedConfiguration>, Error> {
     let Some(path) = &command.test else { return Ok(Vec::new()) };
     let (rows, warnings) = loaded_configurations(session, loaded, path)?;
     diagnostics.extend(warnings);
