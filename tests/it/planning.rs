@@ -247,7 +247,7 @@ fn rules_are_kept_and_what_is_measured_counts() {
     // What is measured already is kept, and lowers the error.
     let more = Request { measured: Some(planned.campaign.clone()), count: 5, ..of };
     let added = plan(&model, &more, &mut |_| {}).expect("planned");
-    let before = added.before.expect("told apart");
+    let before = added.before.expect("distinguished");
     assert!((before / planned.error - 1.0).abs() < 0.3, "{before} {}", planned.error);
     assert!(added.error < 0.9 * before, "{} {before}", added.error);
 }

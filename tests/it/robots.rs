@@ -96,7 +96,7 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
     }
 }
 
-/// Parameters are told apart by their owner: a marker may be called as the mass of a body is, and a calibration that
+/// Parameters are distinguished by their owner: a marker may be called as the mass of a body is, and a calibration that
 /// names the two alike is refused.
 #[test]
 fn a_marker_and_a_body_of_one_name_stay_two_things() {

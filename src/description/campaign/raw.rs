@@ -38,7 +38,7 @@ pub struct RawCampaign {
     /// Named elements of the description that this evaluation leaves out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
-    /// Fixed points from which distances are measured, in the measurement frame, by name; beside the description's.
+    /// Fixed points from which distances are measured, in the measurement frame, by name; in addition to the description's.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub anchors: IndexMap<String, [f64; 3]>,
     /// File or files of readings, relative to this file.

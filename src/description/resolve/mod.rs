@@ -143,7 +143,7 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
                 diagnostics.reject(&path, format!("`{name}` is a reserved name"), "choose another");
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
-                let message = format!("`{name}` names two things; parameters could not be told apart");
+                let message = format!("`{name}` names two things, and parameters are known by name");
                 let first = (vec![*other, name.as_str()], "already named here");
                 diagnostics.conflict(&path, message, first, "give one of them another name");
             }
