@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use elastogeo::compensation::{Asked, Controller, Settings, compensate, desire};
+use elastogeo::compensation::{Asked, Controller, Hold, Settings, compensate, desire};
 use elastogeo::files::Reader;
 use elastogeo::kinematics::{Geometry, Transform};
 
@@ -35,7 +35,7 @@ pub fn report() -> Result<String, elastogeo::Error> {
     let geometry = Geometry::nominal(model)?;
     let markers: Vec<usize> = (0..model.markers.len()).collect();
     let controller = Controller { geometry: &geometry, markers: &markers };
-    let asked = Asked { joints: path.joints, position: path.position, orientation: path.orientation };
+    let asked = Asked { joints: path.joints, position: path.position, orientation: path.orientation, hold: Hold::POSE };
     let desired = desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
     let settings = Settings::new(model.variables.len());
     let values = model.registry.nominal();

@@ -12,7 +12,7 @@
 use std::fmt::Write;
 
 use elastogeo::files::load_robot;
-use elastogeo::kinematics::{Geometry, InverseSettings, Placements, Target, solve};
+use elastogeo::kinematics::{Geometry, Hold, InverseSettings, Placements, Target, solve};
 
 #[allow(dead_code)] // a test includes this file
 fn main() -> Result<(), elastogeo::Error> {
@@ -48,7 +48,7 @@ pub fn report() -> Result<String, elastogeo::Error> {
     let _ = writeln!(text, "1 mm of screw 2 moves the tool by {away:.1} mm");
 
     // The solution nearest to a start that is some way off.
-    let target = Target { position: tool.translation.vector.into(), rotation: Some(tool.rotation) };
+    let target = Target { position: tool.translation.vector.into(), rotation: Some(tool.rotation), hold: Hold::POSE };
     let start = vec![0.2, 0.75, 0.7, 0.1, 1.2, 0.1];
     let found = solve(&geometry, &target, &InverseSettings { from: Some(start), ..InverseSettings::default() })?;
     let commands = found[0].joints.iter().zip(&model.variables).map(|(value, variable)| {

@@ -1,6 +1,7 @@
 //! One error for a program that uses the library: what each module can refuse, so that `?` works throughout.
 
 use crate::compensation::Refusal;
+use crate::description::yaml::WriteError;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::elastics::Mechanism;
 use crate::estimation::CalibrationError;
@@ -9,6 +10,7 @@ use crate::kinematics::{AssemblyError, InverseError};
 use crate::planning::PlanningError;
 use crate::prediction::PredictionError;
 use crate::process::ProcessError;
+use crate::state::StateError;
 
 /// Why something cannot be read or computed.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +49,9 @@ pub enum Error {
     /// A value cannot be written as JSON or read from it.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
+    /// A value cannot be written as YAML.
+    #[error(transparent)]
+    Yaml(#[from] WriteError),
     /// A file cannot be read or written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
@@ -82,6 +87,15 @@ impl Error {
             Self::Input(diagnostics) => Some(diagnostics),
             Self::At { error, .. } => error.diagnostics(),
             _ => None,
+        }
+    }
+}
+
+impl From<StateError> for Error {
+    fn from(error: StateError) -> Self {
+        match error {
+            StateError::Assembly(error) => error.into(),
+            StateError::Mechanism(error) => error.into(),
         }
     }
 }

@@ -63,6 +63,8 @@ pub enum Group {
     Base,
     /// Tool centre point and markers.
     Tool,
+    /// What readings refer to besides the robot: fixed points, zeros, scales.
+    Arrangement,
     /// The robot's own constants.
     Geometry,
     /// Compliance and what loads it: springs, beams, masses.

@@ -4,10 +4,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading};
-use crate::kinematics::{AssemblyError, Geometry, Placements};
+use crate::description::campaign::{Campaign, Conditions, Reading, Sessions, Target};
+use crate::description::robot::Motion;
+use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits};
 use crate::model::Model;
-use crate::observation::{MOST_ROWS, Noise, Observes, Purpose};
+use crate::observation::{Noise, Observes, POSE, Purpose};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
 /// What is measured, where and how well.
@@ -52,13 +53,13 @@ pub fn joint_box(model: &Model, share: f64) -> Vec<[f64; 2]> {
     model.variables.iter().map(side).collect()
 }
 
-/// Whether placed joints that no variable moves keep their limits too.
-pub fn within_limits(model: &Model, placements: &Placements) -> bool {
-    model
-        .frames
-        .iter()
-        .zip(&placements.joints)
-        .all(|(frame, joint)| frame.limits.is_none_or(|[low, high]| (low..=high).contains(joint) || !frame.moves()))
+/// Whether a placed configuration `q` (rad and m) keeps the limits of all joints and of sums of joints.
+pub fn within_limits(model: &Model, q: &[f64], placements: &Placements) -> bool {
+    let driven = model.frames.iter().zip(&placements.joints);
+    driven
+        .filter(|(frame, _)| matches!(frame.motion, Motion::Variable { .. }))
+        .all(|(frame, joint)| frame.limits.is_none_or(|[low, high]| (low..=high).contains(joint)))
+        && beyond_limits(model, q, placements).next().is_none()
 }
 
 /// Configurations drawn uniformly from a box of the variables (rad, m), as far as they can be assembled, keep the limits
@@ -83,7 +84,7 @@ pub fn draw_in_box(
             .collect();
         match geometry.place(&q, &mut placements) {
             Ok(()) => {
-                if within_limits(geometry.model, &placements) && accepted(&q, &placements) {
+                if within_limits(geometry.model, &q, &placements) && accepted(&q, &placements) {
                     drawn.push(q);
                 }
             }
@@ -118,7 +119,7 @@ pub fn draw_configurations(
     draw_configurations_in(geometry, &joint_box(geometry.model, share), count, random)
 }
 
-/// The same from a box of the variables (rad, m).
+/// The same from a box of the variables (rad, m). Where joints follow others, the robot with its nominal values takes them too.
 ///
 /// # Errors
 /// As [`draw_configurations`].
@@ -128,7 +129,15 @@ pub fn draw_configurations_in(
     count: usize,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Vec<f64>>, AssemblyError> {
-    match draw_in_box(geometry, within, count, random, |_, _| true) {
+    // The robot as described has to take what a real one takes, or nothing could be fitted to it.
+    let nominal = Geometry::nominal(geometry.model).ok().filter(|_| !geometry.model.stages.is_empty());
+    let mut placements = Placements::default();
+    let accepted = |q: &[f64], _: &Placements| {
+        nominal.as_ref().is_none_or(|nominal| {
+            nominal.place(q, &mut placements).is_ok() && within_limits(geometry.model, q, &placements)
+        })
+    };
+    match draw_in_box(geometry, within, count, random, accepted) {
         (drawn, Some(error)) if drawn.len() < count => Err(error),
         (drawn, _) => Ok(drawn),
     }
@@ -165,9 +174,13 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         sigma_orientation: (plan.sigma_orientation > 0.0).then_some(plan.sigma_orientation),
         estimate_base: plan.estimate[0],
         estimate_tool: plan.estimate[1],
+        estimate_scale: false,
         calibrate: usually_calibrated(plan.observes),
         without: Vec::new(),
-        anchors: model.anchors.clone(),
+        targets: model.anchors.iter().map(|(name, at)| Target::anchor(name, at)).collect(),
+        constraints: Vec::new(),
+        payloads: Vec::new(),
+        sessions: Sessions::default(),
         poses: Vec::new(),
         variables: model.variables.len(),
         joints: Vec::new(),
@@ -176,20 +189,37 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
     };
     let unloaded = [[0.0; 6]];
     let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };
-    let anchors = campaign.anchors_per_point();
+    let (targets, blank) = (campaign.targets_per_point(), campaign.blank());
     for (pose, q) in plan.configurations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for _ in 0..plan.repeats {
             for &marker in &plan.markers {
-                for (anchor, &wrench) in (0..anchors).flat_map(|anchor| wrenches.iter().map(move |w| (anchor, w))) {
+                for (target, &wrench) in (0..targets).flat_map(|target| wrenches.iter().map(move |w| (target, w))) {
                     let row = campaign.readings.len() + 1;
-                    campaign.readings.push(Reading { row, pose, marker, anchor, wrench, ..BLANK });
+                    campaign.readings.push(Reading { row, pose, marker, target, wrench, ..blank });
                     campaign.joints.extend_from_slice(q);
                 }
             }
         }
     }
     campaign
+}
+
+/// One unloaded configuration at which the poses of the tool centre point, then of every marker, would be read: the
+/// readings that a [`crate::prediction::SinglePredictor`] needs to say where loads put them.
+pub fn all_points(model: &Model) -> Campaign {
+    let plan = Plan {
+        configurations: vec![model.middle()],
+        markers: std::iter::once(None).chain((0..model.markers.len()).map(Some)).collect(),
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes: POSE,
+        sigma: 0.0,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    };
+    unmeasured(model, &plan)
 }
 
 /// The campaign that a robot of these `values` would give; effects that the model has switched on are in it.
@@ -258,12 +288,12 @@ pub fn measure(
     sigma: [f64; 2],
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
-    let noise = Noise { position: [sigma[0]; 3], orientation: sigma[1] };
+    let noise = Noise::of([sigma[0]; 3], sigma[1]);
     let mut found = Linearised::default();
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {
         reading.measured = value;
-        campaign.observes.disturb(&mut reading.measured, &noise, &mut || StandardNormal.sample(random));
+        reading.observes.disturb(&mut reading.measured, &noise, &mut || StandardNormal.sample(random));
     }
     Ok(campaign)
 }
@@ -286,7 +316,3 @@ fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
         campaign.conditions.set_sides(variable, sides);
     }
 }
-
-/// A reading of nothing.
-pub const BLANK: Reading =
-    Reading { row: 0, pose: 0, marker: None, measured: [0.0; MOST_ROWS], anchor: 0, wrench: [0.0; 6], check: None };

@@ -1,14 +1,23 @@
-//! Snapshots that guard robot descriptions: positions in m, rank and kept parameters of the geometric calibration.
+//! Snapshots that guard robot descriptions: frames, every declared number, the structure and how it gives, limits, rank and
+//! kept parameters of the geometric calibration. SI.
 
 use std::fmt::Write;
 
+use crate::description::fuzzy::Component;
+use crate::elements::{Direction, PerLength};
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
 use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates};
 use crate::model::Model;
+use crate::parameter::Group;
 use crate::simulation::{draw_configurations, generator};
+use crate::state::{Loads, Mechanics};
 
-/// A text that changes when the description's meaning does: frames at sample configurations, free parameters, rank and
-/// kept set for pose readings at 60 seeded configurations.
+/// Configurations of which frames are written.
+const SAMPLES: usize = 3;
+
+/// A text that changes when the description's meaning does: frames at sample configurations and how the tool gives there,
+/// parameters with their tolerances and bounds, anchors, elements, limits, effects, rules, and rank and kept set for pose
+/// readings at 60 seeded configurations.
 ///
 /// # Errors
 /// What keeps the robot from being assembled.
@@ -24,7 +33,7 @@ pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
     let configurations = draw_configurations(&geometry, 60, 0.8, &mut generator(1))?;
     let mut out = format!("{}\n", model.name);
     let mut placements = Placements::default();
-    for q in configurations.iter().take(3) {
+    for q in configurations.iter().take(SAMPLES) {
         geometry.place(q, &mut placements)?;
         let _ = writeln!(out, "\nat {}", numbers(q));
         for (frame, placed) in model.frames.iter().zip(&placements.frames).skip(1) {
@@ -39,6 +48,8 @@ pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
             );
         }
     }
+    out += &given(model, &configurations)?;
+    out += &declared(model);
     let slots = model.free_slots();
     let by: Vec<By> = slots.iter().map(|&slot| By::Slot(slot)).collect();
     let mut rates = Rates::new(model);
@@ -64,6 +75,110 @@ pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
         found.kept.iter().map(name).collect::<Vec<_>>().join(" ")
     );
     Ok(out)
+}
+
+/// How the tool gives at the sample configurations: by a unit of each load there, and under own weight. Nothing of a rigid
+/// robot.
+fn given(model: &Model, configurations: &[Vec<f64>]) -> Result<String, AssemblyError> {
+    let mut out = String::new();
+    let mechanics = Mechanics::new(model, &model.registry.nominal(), Loads { weight: true, wrench: true }, &[])?;
+    if !mechanics.deflects() {
+        return Ok(out);
+    }
+    out += "\nthe tool by a unit of each load, and under own weight\n";
+    let mut state = mechanics.state();
+    for q in configurations.iter().take(SAMPLES) {
+        let _ = match mechanics.place(q, &mut state) {
+            Ok(()) => {
+                let point = mechanics.point(&state, None, &[0.0; 6]);
+                let compliance = mechanics.compliance(&state, &point);
+                let sag = mechanics.deflection(&state, &point).displacement;
+                writeln!(out, "{} | {}", digits(compliance.diagonal().as_slice(), 0.0), digits(sag.as_slice(), 1e-15))
+            }
+            Err(error) => writeln!(out, "{error}"),
+        };
+    }
+    Ok(out)
+}
+
+/// What the description declares, line by line.
+fn declared(model: &Model) -> String {
+    let mut out = String::from("\nparameters (* free): value, tolerance, bounds\n");
+    for parameter in model.registry.all() {
+        let least = if parameter.group == Group::Elastic { 0.0 } else { 1e-12 };
+        if parameter.nominal.abs() > least || parameter.free {
+            let star = if parameter.free { "*" } else { "" };
+            let value = digits(&[parameter.shown(parameter.nominal)], least);
+            let numbers = format!("{value} {}", digits(&[parameter.tolerance], 0.0));
+            let bounds = digits(&parameter.bounds, 0.0);
+            let _ = writeln!(out, "{}{star} {numbers} [{bounds}]", parameter.name);
+        }
+    }
+    for marker in &model.markers {
+        let _ = writeln!(out, "marker {} on {}", marker.name, model.frames[marker.frame].name);
+    }
+    for (name, anchor) in &model.anchors {
+        let _ = writeln!(out, "anchor {name}: {}", numbers(anchor.as_slice()));
+    }
+    for variable in &model.variables {
+        let _ = writeln!(out, "variable {}: {}", variable.name, limits(variable.limits));
+    }
+    for frame in model.frames.iter().filter(|frame| frame.limits.is_some()) {
+        let _ = writeln!(out, "joint {}: {}", frame.name, limits(frame.limits));
+    }
+    for sum in &model.limits {
+        let _ = writeln!(out, "sum {}: {}", sum.name, numbers(&sum.limits));
+    }
+    structure(model, &mut out);
+    for entry in model.effects.iter().map(|effect| effect.entry.raw(model)) {
+        let values: Vec<String> = entry.parameters.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let (effect, site) = (entry.effect.unwrap_or_default(), entry.site.unwrap_or_default());
+        let _ = writeln!(out, "effect {effect}@{site}: {}", values.join(" "));
+    }
+    for component in model.fuzzy.iter().flat_map(|fuzzy| &fuzzy.components) {
+        let modes: Vec<String> = component.modes.iter().map(|modes| digits(modes, 1e-12)).collect();
+        let (name, rules) = (Component::name(component.at), digits(&component.conclusions, 0.0));
+        let _ = writeln!(out, "rules {name}: {} | {rules}", modes.join(" | "));
+    }
+    out
+}
+
+/// Elements, springs and masses of the structure, where anything gives or weighs.
+fn structure(model: &Model, out: &mut String) {
+    let (structure, values) = (&model.structure, model.registry.nominal());
+    let name = |vertex: usize| structure.vertices.get(vertex).map_or("", |vertex| vertex.name.as_str());
+    for edge in structure.edges().skip(1) {
+        let element = &edge.element;
+        let released: String = element
+            .directions()
+            .map(|direction| if direction == Direction::Flexible { '-' } else { 'o' })
+            .iter()
+            .collect();
+        if !element.is_active(&values) && !released.contains('o') {
+            continue;
+        }
+        let per_length = element.per_length(&values).unwrap_or_default();
+        let [a, b] = edge.ends;
+        let numbers = format!("{} {}", digits(&per_length.compliance, 0.0), digits(&[per_length.mass], 0.0));
+        let numbers = if per_length == PerLength::default() { String::new() } else { format!(" {numbers}") };
+        let _ = writeln!(out, "element {} from {} to {} {released}{numbers}", edge.name, name(a), name(b));
+    }
+    for (name, vertex) in &structure.nodes {
+        let _ = writeln!(out, "node {name} at {}", numbers(structure.at_home(*vertex).as_slice()));
+    }
+    if !structure.masses.is_empty() || out.contains("element ") {
+        let _ = writeln!(out, "gravity {}", numbers(structure.gravity.as_slice()));
+    }
+}
+
+fn limits(limits: Option<[f64; 2]>) -> String {
+    limits.map_or("no limits".into(), |limits| numbers(&limits))
+}
+
+/// Seven digits, and zero below `least`.
+fn digits(values: &[f64], least: f64) -> String {
+    let shown = |v: &f64| if v.abs() <= least { "0".into() } else { format!("{v:.6e}") };
+    values.iter().map(shown).collect::<Vec<_>>().join(" ")
 }
 
 /// Six decimals, without a negative zero.

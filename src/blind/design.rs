@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading};
+use crate::description::campaign::{Campaign, Conditions, Reading, Sessions};
 use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -63,7 +63,7 @@ impl<'a> Bench<'a> {
         let mut values = draw_errors(model, geometry, elastic, random);
         if let Some(effect) = model.catalogue.get("joint-compliance") {
             let of = |site| effect.constants(model, site, &Nonlinear::default());
-            let calibrated: Vec<usize> = effect.sites(model).iter().flat_map(of).collect();
+            let calibrated: Vec<usize> = model.sites_with_constants(effect.as_ref()).iter().flat_map(of).collect();
             for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
                 values[slot] = model.registry[slot].nominal;
             }
@@ -93,9 +93,13 @@ impl<'a> Bench<'a> {
             sigma_orientation: None,
             estimate_base: !is_deflection,
             estimate_tool: !is_deflection,
+            estimate_scale: false,
             calibrate: calibrate.iter().map(ToString::to_string).collect(),
             without: Vec::new(),
-            anchors: model.anchors.clone(),
+            targets: Vec::new(),
+            constraints: Vec::new(),
+            payloads: Vec::new(),
+            sessions: Sessions::default(),
             poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
             variables: model.variables.len(),
             joints: Vec::new(),
@@ -111,7 +115,8 @@ impl<'a> Bench<'a> {
                 for &wrench in wrenches {
                     let (row, marker) = (campaign.readings.len() + 1, Some(marker));
                     let check = Some(false);
-                    campaign.readings.push(Reading { row, pose, marker, measured: [0.0; 6], anchor: 0, wrench, check });
+                    let blank = campaign.blank();
+                    campaign.readings.push(Reading { row, pose, marker, wrench, check, ..blank });
                     campaign.joints.extend_from_slice(q);
                     if !is_deflection {
                         note(&mut campaign.conditions, time, temperature, &sides);

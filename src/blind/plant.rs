@@ -36,7 +36,7 @@ impl Plant<'_> {
     /// A configuration that cannot be assembled.
     pub fn readings(&self, campaign: &Campaign, sigma: f64) -> Result<Vec<[f64; 3]>, PredictionError> {
         let (values, campaign) = self.changed(campaign);
-        let wrench = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+        let wrench = campaign.readings.iter().any(Reading::is_loaded);
         let loads = Loads { weight: !campaign.observes.is_difference(), wrench };
         let weights = Weights::new(self.model, &values);
         let times = campaign.conditions.time.as_ref();

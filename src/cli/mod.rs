@@ -15,7 +15,9 @@ use std::sync::Arc;
 use clap::Parser;
 
 use crate::Error;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Catalogue;
+use crate::estimation::CalibrationError;
 use crate::files::Reader;
 use crate::render::diagnostics::render;
 use crate::render::table::Screen;
@@ -24,7 +26,8 @@ use output::Output;
 use session::Session;
 use terminal::Terminal;
 
-/// Runs the command line of this process with the standard effects. Exit status 0 done, 1 not computed, 2 bad input.
+/// Runs the command line of this process with the standard effects. Exit status 0 done, 1 the result is not to be used, 2 bad
+/// input.
 pub fn main() -> ExitCode {
     main_with(Catalogue::standard())
 }
@@ -37,7 +40,7 @@ pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
     let screen = Screen::new(terminal::width().filter(|_| arguments.output.is_none()));
     if let Some(jobs) = arguments.jobs {
         // Fails only if a pool stands already, which nothing before this makes.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.max(1)).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build_global();
     }
     let terminal = Terminal { screen, quiet: arguments.quiet };
     let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
@@ -52,23 +55,39 @@ pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
     match delivered {
         Ok(false) => ExitCode::SUCCESS,
         Ok(true) => ExitCode::from(1),
-        Err(error) => match error.diagnostics() {
-            Some(diagnostics) => {
-                write_error(&render(diagnostics, color));
-                ExitCode::from(2)
+        Err(error) => {
+            let (told, status) = match error.diagnostics() {
+                Some(diagnostics) => (render(diagnostics, color), 2),
+                None => (format!("error: {error}\n"), 1),
+            };
+            write_error(&told);
+            if arguments.format == Format::Json {
+                refused(&error);
             }
-            None => {
-                write_error(&format!("error: {error}\n"));
-                ExitCode::from(1)
-            }
-        },
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// Why there is no result, for programs: nothing but the diagnostics.
+fn refused(error: &Error) {
+    let found = error.diagnostics().cloned();
+    let code = match error {
+        Error::Calibration(CalibrationError::NotConverged { .. }) => Code::NotConverged,
+        _ => Code::NotComputed,
+    };
+    let found = found.unwrap_or_else(|| Diagnostic::error(error.to_string()).code(code).into());
+    if let Ok(text) = serde_json::to_string_pretty(&serde_json::json!({ "diagnostics": found })) {
+        // A closed stream is ignored, as that of errors is.
+        let _ = writeln!(std::io::stdout().lock(), "{text}");
     }
 }
 
 /// Refuses to write over what was read.
 fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
     let printed = session.arguments.output.as_deref().filter(|_| !output.written);
-    let mut targets = output.files.iter().map(|(path, _)| path.as_path()).chain(printed);
+    let tables = output.tables.iter().map(|(path, _)| path.as_path());
+    let mut targets = output.files.iter().map(|(path, _)| path.as_path()).chain(tables).chain(printed);
     match targets.find(|path| session.reader.has_read(path)) {
         Some(path) => Err(Error::input(
             format!("`{}` would be written over, and this command has read it", path.display()),
@@ -87,13 +106,14 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
     let arguments = session.arguments;
     let text = match arguments.format {
         Format::Text => output.text.clone(),
-        Format::Json => serde_json::to_string_pretty(&output.json)? + "\n",
+        Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",
     };
-    let mut files: Vec<(&Path, &str)> =
-        output.files.iter().map(|(path, content)| (path.as_path(), content.as_str())).collect();
+    let texts = output.files.iter().map(|(path, content)| (path.as_path(), content.as_bytes()));
+    let tables = output.tables.iter().map(|(path, content)| (path.as_path(), content.as_slice()));
+    let mut files: Vec<(&Path, &[u8])> = texts.chain(tables).collect();
     let printed_to = arguments.output.as_deref().filter(|_| !output.written);
-    files.extend(printed_to.map(|path| (path, text.as_str())));
-    crate::files::write_whole(&files).map_err(Error::Impossible)?;
+    files.extend(printed_to.map(|path| (path, text.as_bytes())));
+    crate::files::write_whole(&files)?;
     if printed_to.is_some() || arguments.quiet {
         return Ok(());
     }
@@ -122,6 +142,7 @@ fn run(session: &Session) -> Result<Output, Error> {
         Command::Sensitivity(command) => commands::sensitivity::run(command, session),
         Command::Identifiability(command) => commands::identifiability::run(command, session),
         Command::Identify(command) => commands::identify::run(command, session),
+        Command::Register(command) => commands::register::run(command, session),
         Command::Diagnose(command) => commands::diagnose::run(command, session),
         Command::Compensator(command) => commands::compensator::run(command, session),
         Command::Residuals(command) => commands::residuals::run(command, session),

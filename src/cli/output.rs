@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::diagnostic::Diagnostic;
+use crate::plausibility::forced;
 
 /// What a command found.
 pub struct Output {
@@ -17,6 +18,8 @@ pub struct Output {
     pub diagnostics: Vec<Diagnostic>,
     /// Other files to write, each whole or not at all.
     pub files: Vec<(PathBuf, String)>,
+    /// Tables to write with them.
+    pub tables: Vec<(PathBuf, Vec<u8>)>,
     /// The outcome is a refusal: exit status 1 although there is something to show.
     pub failed: bool,
     /// What is printed stays on the screen: `--output` names one of `files`.
@@ -29,8 +32,29 @@ impl Output {
     /// Text and JSON of one result.
     pub fn new(text: String, result: &impl Serialize) -> Result<Self, Error> {
         let json = serde_json::to_value(result)?;
-        let (diagnostics, files) = (Vec::new(), Vec::new());
-        Ok(Self { text, json, diagnostics, files, failed: false, written: false, verbatim: false })
+        let (diagnostics, files, tables) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { text, json, diagnostics, files, tables, failed: false, written: false, verbatim: false })
+    }
+
+    /// The JSON, with the list of diagnostics; a result that is a list or a schema is left as it is.
+    pub fn with_diagnostics(&self) -> Result<serde_json::Value, Error> {
+        let mut json = self.json.clone();
+        if let Some(object) = json.as_object_mut().filter(|_| !self.verbatim) {
+            object.insert("diagnostics".into(), serde_json::to_value(&self.diagnostics)?);
+        }
+        Ok(json)
+    }
+
+    /// With what a gate found: an error of plausibility refuses the result (unless `force`), any other error makes it one
+    /// that is not to be used.
+    pub fn judged(mut self, found: Vec<Diagnostic>, force: bool) -> Result<Self, Error> {
+        let found = if force { forced(found) } else { found };
+        if found.iter().any(|diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility()) {
+            return Err(Error::from(found));
+        }
+        self.failed |= found.iter().any(Diagnostic::is_error);
+        self.diagnostics.extend(found);
+        Ok(self)
     }
 
     pub fn verbatim(self) -> Self {

@@ -5,6 +5,7 @@ use crate::description::resolve::GREATEST;
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::files::LoadedRobot;
+use crate::kinematics::Hold;
 use crate::model::Model;
 
 /// `a=1,b=2` in the description's units, to SI; variables not named are zero, or the middle of limits that exclude zero.
@@ -131,6 +132,25 @@ pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Er
             ))
         }
     }
+}
+
+/// What `--hold` names: whole sets of directions, and single ones.
+pub fn hold(names: &[String]) -> Result<Hold, Error> {
+    let mut held = [false; 6];
+    for name in names.iter().map(|name| name.trim()) {
+        let whole = [("pose", Hold::POSE), ("axis", Hold::AXIS), ("position", Hold::POSITION)];
+        let single = Hold::NAMES.iter().position(|known| *known == name);
+        match (whole.into_iter().find(|(known, _)| *known == name), single) {
+            (Some((_, Hold(more))), _) => (0..6).for_each(|k| held[k] |= more[k]),
+            (_, Some(k)) => held[k] = true,
+            _ => {
+                let known = whole.iter().map(|(known, _)| *known).chain(Hold::NAMES);
+                let diagnostic = Diagnostic::error(format!("--hold: `{name}` is no direction")).suggest(name, known);
+                return Err(Error::from(vec![diagnostic]));
+            }
+        }
+    }
+    Ok(Hold(held))
 }
 
 /// Greatest force (N) or moment (N.m) that is taken for one.

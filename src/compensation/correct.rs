@@ -7,14 +7,6 @@ use crate::kinematics::{Transform, beyond_limits};
 use crate::model::Model;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 
-/// Most steps for a point; one that needs more is refused.
-const MOST: usize = 40;
-/// After a step that leaves more of the error than this, derivatives are computed anew, with those of the deflection. Until
-/// then the rigid robot's suffice: their error is about the deflection over the reach, a thousandth.
-const SLOW: f64 = 0.05;
-/// Greatest condition number of a point that is not singular.
-const WORST_CONDITION: f64 = 1e3;
-
 /// Commands that meet a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Corrected {
@@ -24,6 +16,8 @@ pub struct Corrected {
     pub position: f64,
     /// Angle from what is held of the target's axes, rad.
     pub orientation: f64,
+    /// How far the point is off the target, m along the base's axes and rad about the target's: what is not held is let go.
+    pub off: [f64; 6],
     /// Steps taken.
     pub iterations: usize,
     /// Condition number at the nominal commands: greatest over least singular value, m and rad on levers of 1 m.
@@ -53,7 +47,7 @@ pub fn correct(
     predictor.differentiate(index, wrench, &seen, false, work);
     let (mut steps, condition) =
         Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?;
-    if condition > WORST_CONDITION {
+    if condition > settings.worst_condition {
         return Err(Refusal::Singular { condition });
     }
     let met = |error: &Vector6<f64>| {
@@ -79,11 +73,11 @@ pub fn correct(
             share *= 0.5;
         }
         iterations += 1;
-        if iterations == MOST || remaining.is_infinite() && is_new {
+        if iterations == settings.max_steps || remaining.is_infinite() && is_new {
             let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
             return Err(Refusal::Stuck { position, orientation, iterations });
         }
-        is_new = remaining > SLOW && !met(&error);
+        is_new = remaining > settings.slow && !met(&error);
         if is_new {
             predictor.place(&q, work)?;
             seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
@@ -94,7 +88,8 @@ pub fn correct(
     within_limits(model, &q, work)?;
     small_enough(model, &desired.nominal, &q, settings, condition)?;
     let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
-    Ok(Corrected { joints: q, position, orientation, iterations, condition })
+    let off = held.in_its_axes(&seen.to(target)).into();
+    Ok(Corrected { joints: q, position, orientation, off, iterations, condition })
 }
 
 /// Refuses a correction beyond [`Settings::largest`].
@@ -133,10 +128,10 @@ fn within_limits(model: &Model, q: &[f64], work: &SingleWorkspace) -> Result<(),
             beyond.push(format!("{} would be {value}, from {low} to {high} are allowed", variable.name));
         }
     }
-    beyond.extend(
-        beyond_limits(model, &work.state.placements)
-            .map(|joint| format!("joint {} would leave its limits", model.frames[joint].name)),
-    );
+    beyond.extend(beyond_limits(model, q, &work.state.placements).map(|of| {
+        let [value, low, high] = [of.value, of.limits[0], of.limits[1]].map(|v| length_or_angle(v, of.is_angle));
+        format!("{} would be {value}, from {low} to {high} are allowed", of.name)
+    }));
     if beyond.is_empty() { Ok(()) } else { Err(Refusal::Limits(beyond)) }
 }
 
@@ -147,25 +142,17 @@ struct Held<'a> {
 }
 
 impl Held<'_> {
-    /// Displacement (base axes) and rotation vector (axes of the target), without what is not held.
-    fn of(&self, motion: &Vector6<f64>) -> Vector6<f64> {
-        let mut held = *motion;
+    /// Displacement (base axes) and rotation vector (axes of the target).
+    fn in_its_axes(&self, motion: &Vector6<f64>) -> Vector6<f64> {
+        let mut turned = *motion;
         let turn = self.target.rotation.inverse() * motion.fixed_rows::<3>(3);
-        held.fixed_rows_mut::<3>(3).copy_from(&turn);
-        match self.hold {
-            Hold::Pose => {}
-            Hold::Axis => held[5] = 0.0,
-            Hold::Position => held.fixed_rows_mut::<3>(3).fill(0.0),
-        }
-        held
+        turned.fixed_rows_mut::<3>(3).copy_from(&turn);
+        turned
     }
 
-    fn count(&self) -> usize {
-        match self.hold {
-            Hold::Pose => 6,
-            Hold::Axis => 5,
-            Hold::Position => 3,
-        }
+    /// The same without what is not held.
+    fn of(&self, motion: &Vector6<f64>) -> Vector6<f64> {
+        self.hold.of_motion(self.in_its_axes(motion))
     }
 }
 
@@ -179,7 +166,7 @@ struct Steps {
 impl Steps {
     /// Of the derivatives by the variables, with the condition number; none where a direction is lost altogether.
     fn new(model: &Model, held: &Held, jacobian: &[[f64; 6]]) -> Option<(Self, f64)> {
-        let few = jacobian.len() < held.count();
+        let few = jacobian.len() < held.hold.count();
         let scales: Vec<f64> = (0..jacobian.len()).map(|k| scale(model, k)).collect();
         let columns = jacobian.iter().zip(&scales).map(|(column, scale)| held.of(&Vector6::from(*column)) * *scale);
         let mut gram = Matrix6::zeros();
@@ -193,7 +180,7 @@ impl Steps {
             (0..6).map(|k| k < columns.len()).collect::<Vec<bool>>()
         } else {
             columns.for_each(|column| gram += column * column.transpose());
-            (0..6).map(|k| k < 3 || held.hold == Hold::Pose || held.hold == Hold::Axis && k < 5).collect()
+            held.hold.0.to_vec()
         };
         let greatest = gram.symmetric_eigenvalues().max();
         if !(greatest > 0.0 && greatest.is_finite()) {

@@ -6,14 +6,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Refusal;
+use super::{BalanceSettings, Refusal};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::{Process, Push};
-
-/// Most steps of the search.
-const MOST: usize = 60;
-/// A gap below this counts as closed, m.
-const CLOSED: f64 = 1e-12;
 
 /// A point of the arm and what loads it there.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +30,7 @@ pub fn settle(
     process: &Process,
     (given, travel): (&[f64; 6], &Vector3<f64>),
     from: &Vector3<f64>,
+    settings: &BalanceSettings,
     work: &mut SingleWorkspace,
 ) -> Result<Balance, Refusal> {
     let by_force: Matrix3<f64> = predictor.compliance(index, work).fixed_view::<3, 3>(0, 0).into_owned();
@@ -48,9 +44,9 @@ pub fn settle(
     };
     let mut x = *from;
     let (mut push, mut seen, mut wrench, mut gap) = at(&x)?;
-    for _ in 0..MOST {
+    for _ in 0..settings.max_steps {
         let matrix = Matrix3::identity() - by_force * push.gradient;
-        if gap.norm() < CLOSED {
+        if gap.norm() < settings.closed {
             return if matrix.determinant() > 0.0 { Ok(Balance { seen, wrench }) } else { Err(Refusal::Unstable) };
         }
         let Some(step) = matrix.try_inverse().map(|inverse| inverse * gap) else { return Err(Refusal::Unstable) };
@@ -69,7 +65,7 @@ pub fn settle(
             };
             share *= 0.5;
             if share < 1e-6 {
-                return if gap.norm() < 1e3 * CLOSED {
+                return if gap.norm() < 1e3 * settings.closed {
                     Ok(Balance { seen, wrench })
                 } else if matrix.determinant() <= 0.0 {
                     Err(Refusal::Unstable)

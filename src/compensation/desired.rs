@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use super::{Desired, Refusal};
+use super::{Desired, Hold, Refusal};
 use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, InverseSettings, Placements, Target, Transform, rotation_vector, solve};
 
@@ -15,6 +15,8 @@ pub struct Asked {
     pub position: bool,
     /// Orientations.
     pub orientation: bool,
+    /// What is held of a target that the nominal robot cannot meet in all directions.
+    pub hold: Hold,
 }
 
 /// The robot as its controller knows it: nominal, rigid. Its variables are those of the calibrated robot.
@@ -81,7 +83,8 @@ pub fn desire(
             return Ok(Desired { nominal, target });
         }
         let rotation = if asked.orientation { Some(turned) } else { axes };
-        let nominal = inverse(controller, reading.marker, &position.coords, rotation, last.as_deref())?;
+        let sought = Sought { marker: reading.marker, position: position.coords, rotation, hold: asked.hold };
+        let nominal = inverse(controller, &sought, last.as_deref())?;
         last = Some(nominal.clone());
         let pose = controller.pose(&nominal, reading.marker, &mut placements)?;
         Ok(Desired { nominal, target: at(rotation.unwrap_or(pose.rotation)) })
@@ -89,47 +92,43 @@ pub fn desire(
     .collect()
 }
 
-/// Nominal commands for a point, nearest to the last.
-fn inverse(
-    controller: &Controller,
+/// A target of the nominal robot.
+struct Sought {
     marker: Option<usize>,
-    position: &Vector3<f64>,
+    position: Vector3<f64>,
     rotation: Option<Rotation3<f64>>,
-    last: Option<&[f64]>,
-) -> Result<Vec<f64>, Refusal> {
+    hold: Hold,
+}
+
+/// Nominal commands for a point, nearest to the last: its whole pose where the robot can, and else what is held of it.
+fn inverse(controller: &Controller, sought: &Sought, last: Option<&[f64]>) -> Result<Vec<f64>, Refusal> {
     let geometry = controller.geometry;
-    let (frame, point) = controller.point(marker);
+    let (frame, point) = controller.point(sought.marker);
     let tool = geometry.tool();
     // The tool centre point that goes with the marker.
-    let target = match rotation {
-        Some(rotation) => {
-            let turned = rotation * tool.rotation.inverse();
-            Target {
-                position: (position + turned * (tool.translation.vector - point.coords)).into(),
-                rotation: Some(rotation),
-            }
-        }
-        None => Target { position: (*position).into(), rotation: None },
+    let arm = match sought.rotation {
+        Some(rotation) => rotation * tool.rotation.inverse() * (tool.translation.vector - point.coords),
+        None => Vector3::zeros(),
     };
-    if marker.is_some() && (frame != geometry.model.tool.0 || rotation.is_none()) {
+    let position = (sought.position + arm).into();
+    if sought.marker.is_some() && (frame != geometry.model.tool.0 || sought.rotation.is_none()) {
         let why = "joints are needed for a marker that does not sit on the tool, or whose orientation is free";
         return Err(Refusal::Unreachable(why.into()));
     }
     let near = InverseSettings { restarts: 0, from: last.map(<[f64]>::to_vec), ..InverseSettings::default() };
     let anywhere = InverseSettings { restarts: 192, ..near.clone() };
-    let found = if last.is_some() {
-        solve(geometry, &target, &near).or_else(|_| solve(geometry, &target, &anywhere))
-    } else {
-        solve(geometry, &target, &anywhere)
-    };
-    match found {
-        Ok(found) => found
-            .into_iter()
-            .next()
-            .map(|solution| solution.joints)
-            .ok_or_else(|| Refusal::Unreachable("no solution".into())),
-        Err(error) => Err(Refusal::Unreachable(error.to_string())),
+    let settings = [&near, &anywhere].into_iter().skip(usize::from(last.is_none()));
+    let whole = sought.rotation.is_some() && sought.hold != Hold::POSE;
+    let holds = whole.then_some(Hold::POSE).into_iter().chain([sought.hold]);
+    let mut why = Refusal::Unreachable("no solution".into());
+    for (settings, hold) in settings.flat_map(|settings| holds.clone().map(move |hold| (settings, hold))) {
+        match solve(geometry, &Target { position, rotation: sought.rotation, hold }, settings) {
+            Ok(mut found) if !found.is_empty() => return Ok(found.swap_remove(0).joints),
+            Ok(_) => {}
+            Err(error) => why = Refusal::Unreachable(error.to_string()),
+        }
     }
+    Err(why)
 }
 
 /// Position (m) and rotation vector (rad) of a pose.

@@ -12,11 +12,6 @@ use crate::model::{Condition, Model};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::Process;
 
-/// Most passes over the path: each derives the sides of approach from the commands of the one before.
-const MOST_PASSES: usize = 5;
-/// A variable that moves by less (rad or m) keeps its side.
-const STANDS: f64 = 1e-6;
-
 /// A compensated point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
@@ -59,7 +54,7 @@ pub enum Sides {
 /// The model cannot be assembled with these values.
 ///
 /// ```
-/// use elastogeo::compensation::{Asked, Controller, Settings, compensate, desire};
+/// use elastogeo::compensation::{Asked, Controller, Hold, Settings, compensate, desire};
 /// use elastogeo::files::Reader;
 /// use elastogeo::kinematics::{Geometry, Transform};
 ///
@@ -69,7 +64,7 @@ pub enum Sides {
 /// let path = reader.path("ir663-strip", &robot, robot.raw.units)?;
 /// let geometry = Geometry::nominal(model)?;
 /// let controller = Controller { geometry: &geometry, markers: &[] };
-/// let asked = Asked { joints: false, position: true, orientation: true };
+/// let asked = Asked { joints: false, position: true, orientation: true, hold: Hold::POSE };
 /// let desired = desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
 /// let values = model.registry.nominal();
 /// let found = compensate(model, &values, &path.campaign, &desired, None, &Settings::new(6))?;
@@ -97,7 +92,7 @@ pub fn compensate(
     loop {
         pass += 1;
         if derived {
-            derive_sides(&commands, &own, &mut path);
+            derive_sides(&commands, &own, settings.standing, &mut path);
         }
         let predictor = SinglePredictor::new(model, values, &path)?;
         let points: Vec<Result<Point, Refusal>> = desired
@@ -118,10 +113,10 @@ pub fn compensate(
         // Only an effect that looks at the side needs another pass.
         let settled =
             !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
-                derive_sides(&found, &own, &mut path);
+                derive_sides(&found, &own, settings.standing, &mut path);
                 path.conditions == before
             };
-        if settled || pass == MOST_PASSES {
+        if settled || pass == settings.max_passes {
             sides = if settled { sides } else { Sides::Unsettled };
             return Ok(Outcome { points, sides, left_out });
         }
@@ -140,10 +135,11 @@ pub fn predict_path(
     path: &mut Campaign,
     desired: &[Result<Desired, Refusal>],
     process: Option<&Process>,
+    settings: &Settings,
 ) -> Result<Vec<Result<Balance, Refusal>>, AssemblyError> {
     let own = own_sides(model, path);
     let commands: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
-    derive_sides(&commands, &own, path);
+    derive_sides(&commands, &own, settings.standing, path);
     let predictor = SinglePredictor::new(model, values, path)?;
     let travel = travel(desired);
     let settled = desired.par_iter().enumerate().map_init(
@@ -156,7 +152,7 @@ pub fn predict_path(
                 None => Ok(Balance { seen: predictor.see(index, &given, work)?, wrench: given }),
                 Some(process) => {
                     let target = desired.target.translation.vector;
-                    settle(&predictor, index, process, (&given, &travel[index]), &target, work)
+                    settle(&predictor, index, process, (&given, &travel[index]), &target, &settings.balance, work)
                 }
             }
         },
@@ -184,7 +180,9 @@ fn point(
     predictor.place(&desired.nominal, work)?;
     let before = match process {
         None => Some(predictor.see(index, &given, work)?),
-        Some(process) => settle(predictor, index, process, (&given, travel), &target, work).ok().map(|b| b.seen),
+        Some(process) => {
+            settle(predictor, index, process, (&given, travel), &target, &settings.balance, work).ok().map(|b| b.seen)
+        }
     };
     let before = before.map(|seen| deviation(&seen, desired));
     let corrected = correct(predictor, index, desired, &wrench, settings, work)?;
@@ -195,7 +193,7 @@ fn point(
             // From where the arm stands under what it carries alone, and else from the target.
             let free = predictor.see(index, &given, work)?.real.translation.vector;
             let settle = |from: &Vector3<f64>, work: &mut SingleWorkspace| {
-                settle(predictor, index, process, (&given, travel), from, work)
+                settle(predictor, index, process, (&given, travel), from, &settings.balance, work)
             };
             let found = settle(&free, work).or_else(|_| settle(&target, work))?;
             Some((found.seen.real.translation.vector - target).norm())
@@ -233,8 +231,8 @@ fn own_sides(model: &Model, path: &Campaign) -> Vec<bool> {
 }
 
 /// Writes the side from which each variable reaches each point (of the first: as if coming the way it leaves) into the
-/// conditions of a path, except of variables whose sides are its `own`. A variable that stands keeps its side; 0 before it first moves.
-fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], path: &mut Campaign) {
+/// conditions of a path, except of variables whose sides are its `own`. A variable that moves by less than `standing` (rad or m) keeps its side; 0 before it first moves.
+fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], standing: f64, path: &mut Campaign) {
     for (k, _) in own.iter().enumerate().filter(|(_, own)| !**own) {
         let mut sides = vec![0.0; commands.len()];
         let mut side = 0.0;
@@ -245,7 +243,7 @@ fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], path: &mut Campaign
                 continue;
             };
             if let Some(last) = last
-                && (now - last).abs() > STANDS
+                && (now - last).abs() > standing
             {
                 side = (now - last).signum();
             }

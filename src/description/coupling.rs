@@ -1,4 +1,4 @@
-//! Couplings as written: `6 = -1 * 5`, `3 = 2 - 0.5 * 4`.
+//! Sums of joints as written: couplings `6 = -1 * 5`, `3 = 2 - 0.5 * 4`, and what limits are of, `q3 - q2`.
 
 /// The joint that follows, and the joints it follows with their factors.
 pub type Coupling<'a> = (&'a str, Vec<(f64, &'a str)>);
@@ -8,12 +8,21 @@ pub type Coupling<'a> = (&'a str, Vec<(f64, &'a str)>);
 /// # Errors
 /// Says what is wrong with the text.
 pub fn parse_coupling(text: &str) -> Result<Coupling<'_>, String> {
-    let (joint, mut rest) = text.split_once('=').ok_or("there is no `=`")?;
+    let (joint, rest) = text.split_once('=').ok_or("there is no `=`")?;
     let joint = joint.trim();
     if joint.is_empty() || joint.contains(char::is_whitespace) {
         return Err("one joint name is needed before `=`".into());
     }
-    let mut terms = Vec::new();
+    let terms = parse_sum(rest)?;
+    if terms.is_empty() { Err("no joint stands after `=`".into()) } else { Ok((joint, terms)) }
+}
+
+/// The factors and names of a sum of joints; none where nothing stands there.
+///
+/// # Errors
+/// Says what is wrong with the text.
+pub fn parse_sum(text: &str) -> Result<Vec<(f64, &str)>, String> {
+    let (mut rest, mut terms) = (text, Vec::new());
     while !rest.trim().is_empty() {
         rest = rest.trim_start();
         let (sign, body) = match rest.strip_prefix('-') {
@@ -37,5 +46,5 @@ pub fn parse_coupling(text: &str) -> Result<Coupling<'_>, String> {
         terms.push((sign * factor, name));
         rest = next;
     }
-    if terms.is_empty() { Err("no joint stands after `=`".into()) } else { Ok((joint, terms)) }
+    Ok(terms)
 }

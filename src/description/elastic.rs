@@ -110,15 +110,16 @@ pub struct Beam {
     pub released: [[bool; 6]; 2],
 }
 
-/// Springs ka, kr, kar, krr of a joint.
+/// Springs ka, kr, kar, krr, krx, kry, krrx, krry of a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointStiffness {
     /// The joint's frame.
     pub frame: FrameIndex,
     /// Node at which the joint sits on the moving body, if it is not the frame's origin.
     pub at: Option<usize>,
-    /// Along and across the axis, about it and about what lies across it; `None` where not given.
-    pub springs: [Option<Stiffness>; 4],
+    /// Along and across the axis, about it and about what lies across it; along and about x and y, where these differ; `None`
+    /// where not given.
+    pub springs: [Option<Stiffness>; 8],
 }
 
 /// Which of [`JointStiffness::springs`] acts along the joint's own motion.

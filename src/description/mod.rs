@@ -4,10 +4,13 @@
 //! indices), and compiled into [`crate::model::Model`]. Its numbers are listed once, in `parameters`.
 
 pub mod campaign;
+pub mod columns;
+pub mod convention;
 pub mod coupling;
 pub mod elastic;
 pub mod frame;
 pub mod fuzzy;
+pub mod khalil_kleinfinger;
 pub mod limits;
 pub(crate) mod parameters;
 pub mod path;
@@ -17,5 +20,6 @@ pub mod resolve;
 pub mod robot;
 pub mod table;
 pub mod units;
+pub mod ur_kinematics;
 pub mod urdf;
 pub mod yaml;

@@ -239,13 +239,31 @@ pub(crate) const RATE: Stiffness<RawSpring> = stiffnesses!(RawSpring { "stiffnes
 /// Axial stiffness of an actuator.
 pub(crate) const AXIAL: Stiffness<RawActuator> =
     stiffnesses!(RawActuator { "axial": axial, Kind::LinearStiffness; })[0];
-/// Springs of a joint: along and across its axis, about it and about what lies across it.
-pub(crate) const JOINT: [Stiffness<RawJointStiffness>; 4] = stiffnesses!(RawJointStiffness {
+/// Springs of a joint: along and across its axis, about it and about what lies across it; then along and about its x and y,
+/// where these differ.
+pub(crate) const JOINT: [Stiffness<RawJointStiffness>; 8] = stiffnesses!(RawJointStiffness {
     "ka": ka, Kind::LinearStiffness;
     "kr": kr, Kind::LinearStiffness;
     "kar": kar, Kind::RotationalStiffness;
     "krr": krr, Kind::RotationalStiffness;
+    "krx": krx, Kind::LinearStiffness;
+    "kry": kry, Kind::LinearStiffness;
+    "krrx": krrx, Kind::RotationalStiffness;
+    "krry": krry, Kind::RotationalStiffness;
 });
+/// Which of [`JOINT`] holds each direction of a joint (along x, y, z, about x, y, z), where `given` says which are declared.
+pub(crate) fn joint_directions(given: impl Fn(usize) -> bool) -> [usize; 6] {
+    let across = |all: usize, [x, y]: [usize; 2]| if given(x) || given(y) { [x, y] } else { [all, all] };
+    let ([x, y], [rx, ry]) = (across(1, [4, 5]), across(3, [6, 7]));
+    [x, y, 0, rx, ry, 2]
+}
+/// Those of [`JOINT`] that hold a direction, in the order in which parameters stand.
+pub(crate) fn joint_springs(directions: [usize; 6]) -> Vec<usize> {
+    let [x, y, z, rx, ry, rz] = directions;
+    let mut springs = vec![z, x, y, rz, rx, ry];
+    springs.dedup();
+    springs
+}
 /// Springs of the pedestal along and about x, y, z.
 pub(crate) const PEDESTAL: [Stiffness<RawBaseStiffness>; 6] = stiffnesses!(RawBaseStiffness {
     "kx": kx, Kind::LinearStiffness;
@@ -387,13 +405,17 @@ pub(crate) fn parameters(raw: &RawRobot) -> Vec<Key<'_>> {
     raw.actuators.keys().for_each(|name| keys.numbers(Owner::Actuator(name), &SLIDER_CRANK, |_| true));
     keys.numbers(Owner::Tool, &TOOL, |_| true);
     raw.markers.keys().for_each(|name| keys.numbers(Owner::Marker(name), &MARKER, |_| true));
+    let springs = |entry: Option<&RawJointStiffness>| -> Vec<Stiffness<RawJointStiffness>> {
+        let given = |k: usize| entry.is_some_and(|entry| (JOINT[k].get)(entry).is_some());
+        joint_springs(joint_directions(given)).into_iter().map(|k| JOINT[k]).collect()
+    };
     for (name, entry) in &raw.joint_stiffness {
-        keys.stiffnesses(Owner::Joint(name), &JOINT, Some(entry), true);
+        keys.stiffnesses(Owner::Joint(name), &springs(Some(entry)), Some(entry), true);
     }
     let moves = |frame: &RawFrame| !matches!(frame.joint, None | Some(JointKind::Fixed));
     for (name, _) in raw.frames.iter().filter(|(name, frame)| moves(frame) && !raw.joint_stiffness.contains_key(*name))
     {
-        keys.stiffnesses(Owner::Joint(name), &JOINT, None, false);
+        keys.stiffnesses(Owner::Joint(name), &springs(None), None, false);
     }
     keys.stiffnesses(Owner::Pedestal, &PEDESTAL, raw.base_stiffness.as_ref(), raw.base_stiffness.is_some());
     for (name, actuator) in &raw.actuators {

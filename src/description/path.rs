@@ -1,10 +1,10 @@
 //! Paths: where a robot should pass, under what, read from a table with a campaign's columns.
 
-use super::campaign::raw::RawCampaign;
-use super::campaign::{Campaign, resolve};
+use super::campaign::raw::{Kinds, RawCampaign, RawEntry};
+use super::campaign::{Campaign, WRENCH, resolve};
 use super::robot::Robot;
 use super::table::{ColumnKind, ExpectedColumn, Table};
-use super::units::Units;
+use super::units::{Unit, Units};
 use crate::diagnostic::Diagnostic;
 use crate::observation::POSE;
 
@@ -24,15 +24,18 @@ pub struct Path {
     pub orientation: bool,
 }
 
-/// Columns a path of this robot may have.
-pub fn expected_columns(robot: &Robot) -> Vec<ExpectedColumn> {
+/// Columns a path of this robot may have, in units.
+pub fn expected_columns(robot: &Robot, units: &Units) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind| ExpectedColumn { name: name.into(), kind, required: false };
     let number = |name: &str| column(name, ColumnKind::Number);
     let mut columns = vec![column("pose", ColumnKind::Text), column("marker", ColumnKind::Text)];
-    columns.extend(robot.variables.iter().map(|variable| number(&variable.name)));
-    columns.extend(POSITION.map(number));
-    columns.extend(ORIENTATION.map(number));
-    columns.extend(["fx", "fy", "fz", "mx", "my", "mz", "temperature", "time"].map(number));
+    let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
+    columns.extend(robot.variables.iter().map(|variable| column(&variable.name, of_kind(variable.kind()))));
+    columns.extend(POSE.columns().iter().map(|wanted| column(wanted.name, of_kind(wanted.kind))));
+    let wrench = WRENCH.into_iter().zip(units.of_wrench());
+    columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit))));
+    columns.push(number("temperature"));
+    columns.push(column("time", ColumnKind::Quantity(Unit::Time(units.time))));
     columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name))));
     columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name))));
     columns
@@ -71,8 +74,8 @@ pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Diag
             diagnostics.push(Diagnostic::error(message).at(table.place(row, &name)));
         }
     }
-    let raw = RawCampaign { units, observes: Some(POSE), ..RawCampaign::default() };
-    match resolve(&raw, &|_| None, robot, std::slice::from_ref(table)) {
+    let raw = RawCampaign { units, observes: Some(Kinds::one(POSE)), ..RawCampaign::default() };
+    match resolve(&raw, &|_| None, robot, &[(raw.completed(&RawEntry::default()), table)]) {
         Ok((campaign, _)) if diagnostics.is_empty() => Ok(Path { campaign, joints, position, orientation }),
         Ok(_) => Err(diagnostics),
         Err(more) => {

@@ -1,5 +1,6 @@
 //! Image of a process file: what pushes back on the tool, as a function of where the tool really is.
 
+#[cfg(feature = "cli")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +9,8 @@ use super::units::Units;
 use crate::diagnostic::Diagnostic;
 
 /// A process. Everything is in the robot's base frame; what is listed acts together.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RawProcess {
     /// Display name.
@@ -31,7 +33,8 @@ pub struct RawProcess {
 }
 
 /// A cantilever strip, bent in its plane by the tip of the tool, which slides on its surface.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RawStrip {
     /// Point of the surface that the tool touches, in the middle of its width, where the strip leaves its clamp.
@@ -57,7 +60,8 @@ pub struct RawStrip {
 }
 
 /// Theory of bending.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Theory {
     /// Small slopes: the force stands across the straight strip.
@@ -68,7 +72,8 @@ pub enum Theory {
 }
 
 /// A spring between a fixed point and the tool.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RawAnchored {
     /// Where it does not pull.

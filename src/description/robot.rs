@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::elastic::Elastic;
 pub use super::frame::{Constants, Frame, FrameIndex, Motion, branches};
+use super::fuzzy::Input;
 use super::parameters::{self, symbols};
 use super::raw::{LoopKind, Meet, RawEffect};
 use crate::parameter::Kind;
@@ -27,6 +28,8 @@ pub struct Robot {
     pub couplings: Vec<Coupling>,
     /// Closed loops.
     pub loops: Vec<Loop>,
+    /// Limits of sums of joints.
+    pub limits: Vec<SumLimit>,
     /// Actuators away from their joint.
     pub actuators: Vec<SliderCrank>,
     /// Pose of the base frame in the measurement frame.
@@ -72,6 +75,19 @@ pub struct Coupling {
     pub joint: FrameIndex,
     /// The joints followed, with their factors.
     pub terms: Vec<(f64, FrameIndex)>,
+}
+
+/// Limits of a sum of joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SumLimit {
+    /// The sum as written.
+    pub name: String,
+    /// Its terms with their factors.
+    pub terms: Vec<(f64, Input)>,
+    /// Angles, or lengths.
+    pub is_angle: bool,
+    /// Least and greatest value, rad or m.
+    pub limits: [f64; 2],
 }
 
 /// A closed loop.

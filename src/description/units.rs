@@ -1,5 +1,6 @@
 //! Units of a file, converted to SI once, on reading.
 
+#[cfg(feature = "cli")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,13 +9,16 @@ use crate::parameter::Kind;
 macro_rules! unit {
     ($(#[$meta:meta])* $name:ident, { $($(#[$variant_meta:meta])* $variant:ident $text:literal $factor:expr,)* }) => {
         $(#[$meta])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+        #[cfg_attr(feature = "cli", derive(JsonSchema))]
         pub enum $name { $($(#[$variant_meta])* #[serde(rename = $text)] $variant,)* }
         impl $name {
             /// SI units in one of this unit.
             pub fn factor(self) -> f64 { match self { $(Self::$variant => $factor,)* } }
             /// As written in files and reports.
             pub fn symbol(self) -> &'static str { match self { $(Self::$variant => $text,)* } }
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
         }
     };
 }
@@ -39,8 +43,109 @@ unit!(/// Unit of pressures and moduli.
 unit!(/// Unit of time.
     Time, { #[default] Second "s" 1.0, Minute "min" 60.0, Hour "h" 3600.0, });
 
+/// A unit in which a column of a table may be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// Of a length.
+    Length(Length),
+    /// Of an angle.
+    Angle(Angle),
+    /// Of a force.
+    Force(Force),
+    /// Of a torque.
+    Torque(Torque),
+    /// Of a time.
+    Time(Time),
+}
+
+/// Other ways in which laboratories write units.
+const SPELLINGS: [(&str, &str); 22] = [
+    ("meter", "m"),
+    ("metre", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("micrometer", "um"),
+    ("\u{b5}m", "um"),
+    ("\u{3bc}m", "um"),
+    ("inch", "in"),
+    ("inche", "in"), // inches
+    ("\"", "in"),
+    ("\u{b0}", "deg"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("newton", "N"),
+    ("Nm", "N.m"),
+    ("N*m", "N.m"),
+    ("N\u{b7}m", "N.m"),
+    ("N m", "N.m"),
+    ("Nmm", "N.mm"),
+    ("sec", "s"),
+    ("second", "s"),
+    ("minute", "min"),
+];
+
+impl Unit {
+    /// The unit of that symbol, or of one of its spellings (`millimeters`, a degree sign, `Nm`).
+    pub fn named(text: &str) -> Option<Self> {
+        let bare = |text: &str| SPELLINGS.iter().find(|(spelling, _)| *spelling == text).map(|(_, symbol)| *symbol);
+        let symbol = bare(text).or_else(|| bare(text.to_lowercase().trim_end_matches('s'))).unwrap_or(text);
+        let lengths = Length::ALL.iter().map(|unit| Self::Length(*unit));
+        let angles = Angle::ALL.iter().map(|unit| Self::Angle(*unit));
+        let forces = Force::ALL.iter().map(|unit| Self::Force(*unit));
+        let torques = Torque::ALL.iter().map(|unit| Self::Torque(*unit));
+        let times = Time::ALL.iter().map(|unit| Self::Time(*unit));
+        let mut all = lengths.chain(angles).chain(forces).chain(torques).chain(times);
+        all.find(|unit| unit.symbol() == symbol)
+    }
+
+    /// SI units in one of this unit.
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::Length(unit) => unit.factor(),
+            Self::Angle(unit) => unit.factor(),
+            Self::Force(unit) => unit.factor(),
+            Self::Torque(unit) => unit.factor(),
+            Self::Time(unit) => unit.factor(),
+        }
+    }
+
+    /// As written in files and reports.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Length(unit) => unit.symbol(),
+            Self::Angle(unit) => unit.symbol(),
+            Self::Force(unit) => unit.symbol(),
+            Self::Torque(unit) => unit.symbol(),
+            Self::Time(unit) => unit.symbol(),
+        }
+    }
+
+    /// What it measures, and the key of [`Units`] that declares it.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::Length(_) => "length",
+            Self::Angle(_) => "angle",
+            Self::Force(_) => "force",
+            Self::Torque(_) => "torque",
+            Self::Time(_) => "time",
+        }
+    }
+
+    /// Whether it is the SI unit, which holds where nothing is declared.
+    pub fn is_default(self) -> bool {
+        match self {
+            Self::Length(unit) => unit == Length::default(),
+            Self::Angle(unit) => unit == Angle::default(),
+            Self::Force(unit) => unit == Force::default(),
+            Self::Torque(unit) => unit == Torque::default(),
+            Self::Time(unit) => unit == Time::default(),
+        }
+    }
+}
+
 /// Units a file declares at its top; SI where absent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Units {
     /// Lengths.
@@ -68,6 +173,20 @@ impl Units {
     pub fn compliance(&self, [row, column]: [usize; 2]) -> f64 {
         let displacement = if row < 3 { self.length.factor() } else { self.angle.factor() };
         displacement / if column < 3 { self.force.factor() } else { self.torque.factor() }
+    }
+
+    /// The unit in which columns of a kind are written, where a column may have another than the file's.
+    pub fn unit(&self, kind: Kind) -> Option<Unit> {
+        match kind {
+            Kind::Length => Some(Unit::Length(self.length)),
+            Kind::Angle => Some(Unit::Angle(self.angle)),
+            _ => None,
+        }
+    }
+
+    /// Units of a force and moment: fx, fy, fz, mx, my, mz.
+    pub fn of_wrench(&self) -> [Unit; 6] {
+        std::array::from_fn(|k| if k < 3 { Unit::Force(self.force) } else { Unit::Torque(self.torque) })
     }
 
     /// SI units in one of the file's units of a kind of quantity.

@@ -163,8 +163,9 @@ impl Residuals<'_> {
     /// Readings of one configuration. Deflections of one marker share the reading without load, and are not compared.
     fn within_a_pose(&self) -> Option<Case> {
         let campaign = self.campaign;
-        let components = campaign.components();
-        let units: Vec<Vec<f64>> = self.residual.as_slice().chunks(components).map(<[f64]>::to_vec).collect();
+        let width = campaign.most_rows();
+        let unit = |own: &[f64]| own.iter().copied().chain(std::iter::repeat(0.0)).take(width).collect();
+        let units: Vec<Vec<f64>> = campaign.by_reading(self.residual.as_slice(), 1).map(|(_, own)| unit(own)).collect();
         let mut by_pose: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut times: BTreeMap<(usize, Option<usize>), usize> = BTreeMap::new();
         let mut classes: BTreeMap<(Option<usize>, usize), Vec<usize>> = BTreeMap::new();
@@ -179,7 +180,7 @@ impl Residuals<'_> {
         }
         let is_free = |i: usize, j: usize| {
             let [a, b] = [i, j].map(|index| &campaign.readings[index]);
-            campaign.observes.is_comparable(a.marker == b.marker, a.anchor == b.anchor)
+            a.observes == b.observes && a.observes.is_comparable(a.marker == b.marker, a.target == b.target)
         };
         let mut pairs = Vec::new();
         for own in by_pose.values() {
@@ -230,7 +231,7 @@ struct Blocks {
 
 impl Blocks {
     fn new(campaign: &Campaign, residual: &DVector<f64>, of: impl Fn(usize) -> (usize, usize)) -> Self {
-        let components = campaign.components();
+        let width = campaign.most_rows();
         let mut block_of: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         let mut places: BTreeMap<(Option<usize>, usize), usize> = BTreeMap::new();
         let mut turns: BTreeMap<(usize, Option<usize>), usize> = BTreeMap::new();
@@ -250,9 +251,9 @@ impl Blocks {
                 (block, place)
             })
             .collect();
-        let mut units = vec![vec![0.0; places.len() * components]; first.len()];
-        for ((block, place), own) in at.into_iter().zip(residual.as_slice().chunks(components)) {
-            units[block][place * components..][..components].copy_from_slice(own);
+        let mut units = vec![vec![0.0; places.len() * width]; first.len()];
+        for ((block, place), (_, own)) in at.into_iter().zip(campaign.by_reading(residual.as_slice(), 1)) {
+            units[block][place * width..][..own.len()].copy_from_slice(own);
         }
         Self { units, first }
     }

@@ -90,7 +90,7 @@ fn solved(gram: DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
 /// 2.5 % and 97.5 % points, less the median; `None` of nothing.
 fn about_median(mut values: Vec<f64>) -> Option<[f64; 2]> {
     let ends = interval95(&mut values)?;
-    let middle = median(&mut values);
+    let middle = median(&mut values)?;
     Some(ends.map(|end| end - middle))
 }
 

@@ -53,6 +53,10 @@ impl Competition {
                 let asked =
                     estimation::Settings { only: Some(inputs.nuisance.clone()), ..estimation::Settings::default() };
                 let found = calibrate(model, &campaign, &held_out, &asked, &mut |_| {})?;
+                if !found.converged() {
+                    let (ending, iterations) = (found.ending, found.iterations);
+                    return Err(CalibrationError::NotConverged { ending, iterations });
+                }
                 let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
                 (found.values, kept, Some(found.registration.fit.distance[1]))
             };

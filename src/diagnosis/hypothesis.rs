@@ -6,9 +6,10 @@ use nalgebra::DMatrix;
 
 use super::result::EffectAtSite;
 use super::settings::Settings;
+use crate::description::robot::Motion;
 use crate::effects::{Effect, EffectParameter, Nonlinear, Site, Survey};
 use crate::math::independent;
-use crate::model::Model;
+use crate::model::{Model, SiteKind};
 use crate::parameter::Slot;
 
 /// An effect at a site with values of its nonlinear parameters, and its columns in the linear problem.
@@ -88,7 +89,12 @@ pub fn hypotheses(
     let mut found = Vec::new();
     for effect in model.catalogue.iter() {
         let is_known = settings.known.iter().any(|name| name == effect.name());
-        for site in effect.sites(model) {
+        // Bearings and belts of joints that no variable moves are declared where they are known: each would be one more guess.
+        let is_driven = |site: &Site| {
+            let motion = model.frames[site.frame].motion;
+            site.kind != SiteKind::Joint || matches!(motion, Motion::Variable { .. } | Motion::Actuator(_))
+        };
+        for site in effect.sites(model).into_iter().filter(is_driven) {
             let candidates = effect.candidates(model, &site, survey);
             for nonlinear in &candidates {
                 let constants = effect.constants(model, &site, nonlinear);

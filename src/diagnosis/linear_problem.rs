@@ -69,13 +69,18 @@ impl LinearProblem {
             law.columns = DMatrix::from_fn(rows, count, |row, k| all[row * width + first + k] / sigmas[row]);
             first += count;
         }
-        let components = campaign.components();
+        let readings = campaign.readings.iter().enumerate();
+        let of_rows = readings.flat_map(|(k, reading)| std::iter::repeat_n((reading.pose, k), reading.observes.rows()));
+        // Each constraint counts as a reading at a configuration of its own.
+        let (poses, count) = (campaign.poses.len(), campaign.readings.len());
+        let of_constraints = (0..campaign.constraints.len()).map(|k| (poses + k, count + k));
+        let (pose, reading) = of_rows.chain(of_constraints).unzip();
         Ok(Self {
             residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
             nuisance: columns_of(nuisance),
             sigmas,
-            pose: (0..rows).map(|row| campaign.readings[row / components].pose).collect(),
-            reading: (0..rows).map(|row| row / components).collect(),
+            pose,
+            reading,
             hypotheses,
         })
     }
@@ -90,15 +95,15 @@ impl LinearProblem {
 
     /// The problem without some readings; all of it where none would be left. Readings are numbered anew.
     pub fn without(&self, excluded: &[bool]) -> Self {
-        let rows: Vec<usize> = (0..self.rows()).filter(|&row| !excluded[self.reading[row]]).collect();
+        let rows: Vec<usize> = (0..self.rows()).filter(|&row| excluded.get(self.reading[row]) != Some(&true)).collect();
         if rows.len() == self.rows() || rows.is_empty() {
             return self.clone();
         }
         let mut number = Vec::with_capacity(excluded.len());
         let mut next = 0;
-        for excluded in excluded {
+        for reading in 0..self.reading.last().map_or(0, |last| last + 1) {
             number.push(next);
-            next += usize::from(!excluded);
+            next += usize::from(excluded.get(reading) != Some(&true));
         }
         let select = |h: &Hypothesis| Hypothesis { columns: h.columns.select_rows(&rows), ..h.clone() };
         Self {

@@ -74,8 +74,9 @@ fn between(inputs: &Inputs, competition: &Competition, trial: &Campaign, pair: [
     });
     let difference: DVector<f64> = one - other;
     let apart: Vec<f64> = predicted.errors(&difference).iter().map(|error| error.norm()).collect();
-    let components = trial.components();
-    let sigmas = |reading: usize| difference.rows(reading * components, components.min(3)).norm();
+    let first = trial.first_rows();
+    let sigmas =
+        |reading: usize| difference.rows(first[reading], trial.readings[reading].observes.rows().min(3)).norm();
     let mut order: Vec<usize> = (0..apart.len()).collect();
     order.sort_by(|&a, &b| apart[b].total_cmp(&apart[a]));
     let mut used: Vec<usize> = Vec::new();

@@ -6,12 +6,14 @@ use crate::model::Model;
 use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
 
-/// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all their sites.
+/// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all
+/// the joints, links and actuators that variables move.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
     let mut slots = Vec::new();
     for effect in known.iter().filter_map(|name| model.catalogue.get(name)) {
+        let sites = model.sites_with_constants(effect.as_ref());
         let mut own: Vec<Slot> =
-            effect.sites(model).iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
+            sites.iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
         // Where a description has some of them compliant, those are meant.
         let is_compliant = |slot: &Slot| model.registry[*slot].nominal != 0.0;
         if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && is_compliant(slot)) {

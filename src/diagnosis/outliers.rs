@@ -54,7 +54,7 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     let x = least_squares(&design.select_rows(&rows), &all.residual.select_rows(&rows));
     let residual = &all.residual - design * x;
     let mut used: Vec<f64> = rows.iter().map(|&row| residual[row].abs()).collect();
-    let sigma = (NORMAL * median(&mut used)).max(competition.noise.unwrap_or(0.0));
+    let sigma = (NORMAL * median(&mut used).unwrap_or(0.0)).max(competition.noise.unwrap_or(0.0));
     let mut distances = vec![0.0_f64; marked.len()];
     for (value, &reading) in residual.iter().zip(&all.reading) {
         distances[reading] = distances[reading].max(value.abs());

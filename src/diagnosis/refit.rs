@@ -3,7 +3,7 @@
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
-use crate::estimation::{Settings, calibrate};
+use crate::estimation::{Calibration, Settings, calibrate};
 use crate::parameter::Slot;
 
 /// A fit of the model with its causes.
@@ -42,7 +42,9 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
         return None;
     }
     let asked = Settings { only: Some(only), ..Settings::default() };
-    let found = calibrate(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {}).ok()?;
+    let found = calibrate(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
+        .ok()
+        .filter(Calibration::converged)?;
     let mut values = found.values.clone();
     let mut parameters = Vec::new();
     for (step, (&member, slots)) in members.iter().zip(&slots).enumerate() {

@@ -6,14 +6,16 @@ use crate::estimation::row_sigmas;
 /// Noise over the sigmas of the rows, from readings of one point at one configuration under one load and from one side of
 /// approach; `None` where they have fewer than `least` degrees of freedom.
 pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
-    let components = campaign.observes.length_rows();
     let sigmas = row_sigmas(campaign);
+    let first_rows = campaign.first_rows();
     let sides: Vec<&Vec<f64>> = campaign.conditions.approach.iter().flatten().collect();
     let is_repeat = |a: usize, b: usize| {
         let [one, other] = [&campaign.readings[a], &campaign.readings[b]];
         one.pose == other.pose
             && one.marker == other.marker
-            && one.anchor == other.anchor
+            && one.target == other.target
+            && one.observes == other.observes
+            && one.session == other.session
             && one.wrench == other.wrench
             && sides.iter().all(|all| all[a] == all[b])
     };
@@ -27,7 +29,13 @@ pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
             same.push(first);
             left = others;
             let count = same.len() as f64;
-            for (k, sigma) in sigmas.iter().enumerate().take(components) {
+            for k in 0..campaign.readings[first]
+                .observes
+                .columns()
+                .len()
+                .min(campaign.readings[first].observes.length_rows())
+            {
+                let sigma = sigmas[first_rows[first] + k];
                 let of = |i: &usize| campaign.readings[*i].measured[k];
                 let mean = same.iter().map(of).sum::<f64>() / count;
                 squares += same.iter().map(|i| ((of(i) - mean) / sigma).powi(2)).sum::<f64>();

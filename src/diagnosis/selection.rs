@@ -4,11 +4,10 @@
 //! Source: Schwarz, *Estimating the dimension of a model*, Ann. Statist. 6, 1978; Miller, *Subset Selection in
 //! Regression*, ch. 3 and 4.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
 use super::linear_problem::LinearProblem;
 use super::projection::{Gain, Projection, Subset};
 use super::settings::SelectionSettings;
+use crate::math::quantiles::f_tail;
 
 /// Compares and selects subsets.
 pub struct Selector<'a> {
@@ -46,8 +45,7 @@ impl<'a> Selector<'a> {
         let freedom = (self.projection.freedom - (used + gain.directions) as f64).max(1.0);
         let directions = gain.directions.max(1) as f64;
         let ratio = (gain.squares / directions) / (squares / freedom).max(f64::MIN_POSITIVE);
-        let tail = FisherSnedecor::new(directions, freedom).map_or(1.0, |f| f.sf(ratio));
-        (tail * self.projection.problem.hypotheses.len() as f64).min(1.0)
+        (f_tail(ratio, directions, freedom) * self.projection.problem.hypotheses.len() as f64).min(1.0)
     }
 
     /// Whether a gain of one hypothesis alone could be chance.

@@ -15,6 +15,11 @@ impl Effect for BearingCompliance {
         SiteKind::Joint
     }
 
+    /// Bearings sit in all joints, those that follow others or that a loop moves included.
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        model.joints_moved_by(|_| true)
+    }
+
     fn signature(&self) -> &'static str {
         "under load the parts after one joint tilt across its axis"
     }
@@ -25,6 +30,6 @@ impl Effect for BearingCompliance {
 
     fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
         let joint = &model.frames[site.frame].name;
-        model.slots_named(["krr", "kr"].map(|symbol| format!("joint{joint}.{symbol}")))
+        model.slots_named(["krr", "krrx", "krry", "kr", "krx", "kry"].map(|symbol| format!("joint{joint}.{symbol}")))
     }
 }

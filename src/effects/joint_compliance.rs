@@ -1,5 +1,6 @@
 //! `joint-compliance`: torsional spring about a joint's axis.
 
+use crate::description::robot::Motion;
 use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
@@ -13,6 +14,11 @@ impl Effect for JointCompliance {
 
     fn sits_at(&self) -> SiteKind {
         SiteKind::Joint
+    }
+
+    /// Joints that follow others as well: a belt gives, and has a phase. What a loop moves is held by the loop.
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        model.joints_moved_by(|motion| motion != Motion::Passive)
     }
 
     fn signature(&self) -> &'static str {

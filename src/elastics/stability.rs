@@ -4,6 +4,10 @@
 //! compliance of the structure and -Kg the stiffness that the loads take away. The tangent stiffness C^-1 - Kg is
 //! positive definite while all eigenvalues of A are below 1, and the inverse of the greatest is the load factor at which
 //! it ceases to be (Bathe 1996, sec. 6.8.2). The extreme ones stand apart and are found in few products.
+//!
+//! Arnoldi's method is written out, and only the small Hessenberg matrix goes to a library: the matrix-free solver of faer
+//! orders eigenvalues by magnitude, where the greatest real part is sought (a negative one of any size is no danger), and
+//! takes products that cannot fail, where a load here may be past the end of what can be placed.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -3,25 +3,26 @@
 //!
 //! Sources: IR663 calibration paper (reduction, equivalent springs); KR-270 paper (weights by direction, predicted errors).
 
+use super::bounds::bounds_of;
 use super::covariance::Covariance;
 use super::equivalence::{SpringGroup, moves};
-use super::fit::{Fit, bounds_of, fit};
-use super::problem::{CampaignProblem, Prior, row_sigmas};
+use super::fit::{Fit, fit};
+use super::problem::{CampaignProblem, LEAST_SIGMA, Prior, row_sigmas};
+use super::reduction::reduced;
 use super::registration::{arrangement, rough};
 use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
+use super::robust;
 use super::selection::Selection;
-use super::settings::{Scheme, Settings, Weights};
+use super::settings::{Scheme, Settings, Weights, loss_fault};
 use super::statistics::errors_of;
-use crate::description::campaign::Campaign;
-use crate::least_squares::{self, Bounds, Loss, Progress};
+use indexmap::IndexMap;
+
+use crate::description::campaign::{Campaign, Reading};
+use crate::least_squares::{Bounds, Loss, Progress};
 use crate::math::mean_rms_max;
 use crate::model::Model;
-use crate::parameter::{Group, Slot};
+use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
-
-/// Least standard deviation of a direction (m, rad) that weights are made of: below the resolution of any instrument, so
-/// that simulated readings without noise, whose residuals are rounding, have finite weights.
-const LEAST_SIGMA: f64 = 1e-9;
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).
 ///
@@ -76,11 +77,13 @@ pub fn calibrate(
         registration,
         after,
         noise_ratio: covariance.noise_ratio,
+        degrees_of_freedom: covariance.degrees_of_freedom,
         direction_noise,
         iterations: found.iterations,
         ending: found.status,
         residual,
         registered,
+        held_out: held_out.to_vec(),
     })
 }
 
@@ -137,6 +140,9 @@ impl<'a> Task<'a> {
             let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
             return malformed(message.into());
         }
+        if let Some(fault) = loss_fault(settings.loss) {
+            return malformed(fault);
+        }
         let mut held = Vec::with_capacity(settings.hold.len());
         for name in &settings.hold {
             match model.registry.slot(name) {
@@ -144,13 +150,20 @@ impl<'a> Task<'a> {
                 None => return malformed(format!("there is no parameter `{name}` to hold")),
             }
         }
+        // Where nothing says how large the robot is, its greatest length does.
+        if campaign.lacks_length() {
+            held.extend(longest(model));
+        }
         let fitted = campaign.select(|i, _| !held_out[i]);
         let sigmas = match settings.weights {
             Weights::Stated | Weights::Direction => row_sigmas(&fitted),
             // All axes alike; an orientation keeps its own unit's noise.
             Weights::Equal => {
-                let alike = fitted.sigma.map(|axes| [axes.into_iter().fold(f64::INFINITY, f64::min); 3]);
-                row_sigmas(&Campaign { sigma: alike, ..fitted.clone() })
+                let mut alike = fitted.clone();
+                for Reading { noise, .. } in &mut alike.readings {
+                    noise.position = [noise.position.into_iter().fold(f64::INFINITY, f64::min); 3];
+                }
+                row_sigmas(&alike)
             }
         };
         let everything = Predictor::new(model, campaign, Vec::new())?;
@@ -168,30 +181,45 @@ impl<'a> Task<'a> {
 
     /// A plain fit of `slots` from `start`: all values at its end.
     fn quick_fit(&self, slots: Vec<Slot>, start: &[f64], bounds: &Bounds) -> Result<Vec<f64>, CalibrationError> {
-        let zero = vec![0.0; slots.len()];
         let predictor = Predictor::new(self.model, &self.fitted, slots)?;
         let problem = CampaignProblem::new(predictor, start, self.sigmas.clone(), vec![]);
-        let solution = least_squares::minimize(&problem, &zero, bounds, &self.settings.least_squares())?;
+        let solution = robust::minimize(&problem, bounds, &self.settings.least_squares(), &mut |_| {})?;
         Ok(problem.values(&solution.x))
     }
 
-    /// All values with base, tool and markers fitted and the robot as described.
+    /// All values with base, tool and markers fitted and the robot as described. What the readings hardly show of them
+    /// stays as described: it would run away.
     fn registered(&self) -> Result<Vec<f64>, CalibrationError> {
         let mut start = rough(self.model, &self.fitted, &self.nominal, &self.settings.registration)?;
         self.held.iter().for_each(|&slot| start[slot] = self.nominal[slot]);
-        let mut slots = arrangement(self.model, &self.fitted);
-        slots.retain(|slot| !self.held.contains(slot));
+        let slots = arrangement(self.model, &self.fitted);
         if slots.is_empty() {
             return Ok(start);
         }
-        let bounds = Bounds::none(slots.len());
-        self.quick_fit(slots, &start, &bounds)
+        let predictor = Predictor::new(self.model, &self.fitted, slots.clone())?;
+        let (scaling, criterion) = (self.settings.scaling, self.settings.criterion);
+        let shown = |values: &[f64]| reduced(&predictor, values, &self.sigmas, &self.held, scaling, criterion);
+        let mut kept = shown(&start)?.identifiability.kept;
+        // Which directions show depends on where base and tool are: once more from there.
+        for _ in 0..2 {
+            let others = (0..slots.len()).filter(|column| !kept.contains(column)).map(|column| slots[column]);
+            others.for_each(|slot| start[slot] = self.nominal[slot]);
+            let fitted: Vec<Slot> = kept.iter().map(|&column| slots[column]).collect();
+            let bounds = Bounds::none(fitted.len());
+            start = self.quick_fit(fitted, &start, &bounds)?;
+            let now = shown(&start)?.identifiability.kept;
+            if now == kept {
+                break;
+            }
+            kept = now;
+        }
+        Ok(start)
     }
 
     /// The problem of fitting the kept parameters; groups of springs are gathered in `start`.
     fn problem(&self, selection: &Selection, start: &mut [f64]) -> Result<Selected<'_>, CalibrationError> {
         let kept = selection.kept();
-        let rows = self.fitted.readings.len() * self.fitted.components();
+        let rows = self.fitted.rows();
         // As many parameters as residuals would fit anything and leave nothing to judge the noise by.
         if !self.settings.prior && kept.len() >= rows {
             return Err(CalibrationError::TooFew { rows, parameters: kept.len() });
@@ -230,18 +258,27 @@ impl<'a> Task<'a> {
         let values = self.quick_fit(kept.to_vec(), start, &bounds_of(self.model, kept, start))?;
         let mut found = Linearised::default();
         Predictor::new(self.model, &self.fitted, Vec::new())?.linearise(&values, false, &mut found)?;
-        let components = self.fitted.components();
-        let of = |k: usize| mean_rms_max(found.residual.iter().skip(k).step_by(components).copied())[1];
-        let by_component: Vec<f64> = (0..components).map(|k| of(k).max(LEAST_SIGMA)).collect();
-        Ok(by_component.into_iter().cycle().take(found.residual.len()).collect())
+        // By kind of reading and component.
+        let mut by_component: IndexMap<(&str, usize), Vec<f64>> = IndexMap::new();
+        let readings = || self.fitted.by_reading(&found.residual, 1);
+        for (reading, own) in readings() {
+            for (k, residual) in own.iter().enumerate() {
+                by_component.entry((reading.observes.name(), k)).or_default().push(*residual);
+            }
+        }
+        let sigmas: IndexMap<_, f64> =
+            by_component.into_iter().map(|(of, all)| (of, mean_rms_max(all.into_iter())[1].max(LEAST_SIGMA))).collect();
+        let of_readings =
+            readings().flat_map(|(reading, own)| (0..own.len()).map(|k| sigmas[&(reading.observes.name(), k)]));
+        Ok(of_readings.chain(self.fitted.constraints.iter().map(|constraint| constraint.sigma)).collect())
     }
 
     /// Standard deviation of the fitted residuals of each direction, m.
     fn direction_noise(&self, residual: &[f64]) -> [f64; 3] {
-        let components = self.campaign.components();
         std::array::from_fn(|k| {
-            let fitted = residual.chunks(components).zip(self.held_out).filter(|(_, held_out)| !**held_out);
-            mean_rms_max(fitted.filter_map(|(r, _)| r[..components.min(3)].get(k)).copied())[1]
+            let readings = self.campaign.by_reading(residual, 1).zip(self.held_out);
+            let fitted = readings.filter(|(_, held_out)| !**held_out).map(|((_, own), _)| &own[..own.len().min(3)]);
+            mean_rms_max(fitted.filter_map(|own| own.get(k)).copied())[1]
         })
     }
 
@@ -285,10 +322,21 @@ impl<'a> Task<'a> {
         }
         let mut found = Linearised::default();
         Predictor::new(self.model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
-        let (components, width) = (check.components(), kept.len().max(1));
-        let position = found.jacobian.chunks(components * width).flat_map(|r| r.chunks(width).take(components.min(3)));
+        let width = kept.len().max(1);
+        let readings = check.by_reading(&found.jacobian, width);
+        let position = readings.flat_map(|(_, own)| own.chunks(width).take(3));
         let mean_square = position.map(|row| covariance.variance(row)).sum::<f64>() / check.readings.len() as f64;
         let noise: f64 = direction_noise.iter().map(|s| s * s).sum();
         Ok(Some(PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() }))
     }
+}
+
+/// The greatest length among the free constants of the robot.
+fn longest(model: &Model) -> Option<Slot> {
+    let size = |slot: &Slot| model.registry[*slot].nominal.abs();
+    let lengths = model
+        .free_slots()
+        .into_iter()
+        .filter(|slot| model.registry[*slot].group == Group::Geometry && model.registry[*slot].kind == Kind::Length);
+    lengths.max_by(|a, b| size(a).total_cmp(&size(b)))
 }

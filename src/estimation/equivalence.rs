@@ -4,6 +4,7 @@
 //! In series the columns of the members keep their ratio whatever the members' values are. In parallel they do not: a
 //! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed separates the two.
 
+use super::bounds;
 use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::model::Model;
@@ -157,7 +158,7 @@ impl SpringGroup {
     pub fn gather(&self, model: &Model, values: &mut [f64]) -> [f64; 2] {
         let (kept, others) = (self.members[0].0, &self.members[1..]);
         let bounds = |slot: Slot| {
-            let [low, high] = model.registry[slot].bounds;
+            let [low, high] = bounds::bounds(model, slot);
             let ends = [self.part(model, slot, low), self.part(model, slot, high)];
             if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] }
         };
@@ -206,11 +207,12 @@ impl SpringGroup {
 /// Greatest displacement (m) over the readings that each column causes at its parameter's value; `jacobian` is row-major
 /// and unweighted.
 pub fn moves(campaign: &Campaign, jacobian: &[f64], slots: &[Slot], values: &[f64]) -> Vec<f64> {
-    let (components, width) = (campaign.components(), slots.len());
+    let width = slots.len();
     let mut greatest = vec![0.0_f64; width];
-    for reading in jacobian.chunks(components * width.max(1)) {
+    for (of, reading) in campaign.by_reading(jacobian, width) {
+        let lengths = of.observes.length_rows().min(3);
         for (column, most) in greatest.iter_mut().enumerate() {
-            let square: f64 = (0..components.min(3)).map(|k| reading[k * width + column].powi(2)).sum();
+            let square: f64 = (0..lengths).map(|k| reading[k * width + column].powi(2)).sum();
             *most = most.max(square.sqrt() * values[slots[column]].abs());
         }
     }

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::problem::CampaignProblem;
 use super::result::CalibrationError;
+use super::robust;
 use super::schemes::{alternating, pose_by_pose};
 use super::settings::{Scheme, Settings};
-use crate::least_squares::{self, Bounds, EvaluationError, Problem, Progress, Status};
-use crate::model::Model;
-use crate::parameter::{Group, Slot};
+use crate::least_squares::{Bounds, EvaluationError, Problem, Progress, Status};
+use crate::parameter::Group;
 
 /// Where a fit ended; `n` parameters as changes from the start, `m` residuals in standard deviations.
 pub struct Fit {
@@ -26,12 +26,6 @@ pub struct Fit {
     pub status: Status,
 }
 
-/// Bounds of the changes of `slots` from `start`.
-pub fn bounds_of(model: &Model, slots: &[Slot], start: &[f64]) -> Bounds {
-    let side = |k: usize| slots.iter().map(|&slot| model.registry[slot].bounds[k] - start[slot]).collect();
-    Bounds { lower: side(0), upper: side(1) }
-}
-
 /// Fits by the scheme of the settings.
 pub fn fit(
     problem: &CampaignProblem,
@@ -42,12 +36,7 @@ pub fn fit(
     if settings.scheme != Scheme::Batch {
         return in_turns(problem, bounds, settings);
     }
-    let start = vec![0.0; problem.parameters()];
-    let limits = settings.least_squares();
-    let solution = least_squares::minimize_observed(problem, &start, bounds, &limits, progress)?;
-    if let Status::NoStart(error) = solution.status {
-        return Err(CalibrationError::Stopped(error.0));
-    }
+    let solution = robust::minimize(problem, bounds, &settings.least_squares(), progress)?;
     Ok(Fit {
         at_bound: solution.at_bound.iter().map(Option::is_some).collect(),
         iterations: solution.iterations,

@@ -1,21 +1,26 @@
 //! A calibration as a least-squares problem.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::{EvaluationError, Problem};
 use crate::model::Model;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 
-/// One sigma of each residual row (m, rad), as [`Campaign::noise`] says.
+/// One sigma of each residual row (m, rad), as its reading says.
 pub fn row_sigmas(campaign: &Campaign) -> Vec<f64> {
-    let rows = campaign.components();
-    let sigmas = campaign.observes.sigmas(&campaign.noise());
-    sigmas[..rows].iter().copied().cycle().take(rows * campaign.readings.len()).collect()
+    let of_reading =
+        |reading: &Reading| reading.observes.sigmas(&reading.noise).into_iter().take(reading.observes.rows());
+    let of_constraints = campaign.constraints.iter().map(|constraint| constraint.sigma);
+    campaign.readings.iter().flat_map(of_reading).chain(of_constraints).collect()
 }
+
+/// Least standard deviation (m, rad) that weights are made of: below the resolution of any instrument, so that simulated
+/// readings without noise, whose residuals are rounding, have finite weights.
+pub const LEAST_SIGMA: f64 = 1e-9;
 
 /// What is known of a parameter before any reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,13 +40,29 @@ pub struct CampaignProblem<'a> {
     start: Vec<f64>,
     sigmas: Vec<f64>,
     priors: Vec<Prior>,
+    /// By row of a reading.
+    kinds: Vec<usize>,
+    /// Robust standard deviations of lengths and of angles, in stated ones.
+    scales: Cell<[f64; 2]>,
     buffer: RefCell<Linearised>,
 }
 
 impl<'a> CampaignProblem<'a> {
     /// `start` are all values by slot, `sigmas` the standard deviation of each row of the predictor (m, rad).
     pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
-        Self { predictor, start: start.to_vec(), sigmas, priors, buffer: RefCell::default() }
+        let of_reading = |reading: &Reading| {
+            let lengths = reading.observes.length_rows();
+            (0..reading.observes.rows()).map(move |row| usize::from(row >= lengths))
+        };
+        Self {
+            kinds: predictor.campaign.readings.iter().flat_map(of_reading).collect(),
+            predictor,
+            start: start.to_vec(),
+            sigmas,
+            priors,
+            scales: Cell::new([1.0; 2]),
+            buffer: RefCell::default(),
+        }
     }
 
     /// All values at the changes `x`.
@@ -66,14 +87,37 @@ impl<'a> CampaignProblem<'a> {
         self.priors.len()
     }
 
-    /// Rows of the priors, then of each configuration, in their order; none is empty.
+    /// Robust standard deviations with which a loss is scaled: of lengths and of angles, in stated ones.
+    pub fn tuned(&self) -> [f64; 2] {
+        self.scales.get()
+    }
+
+    /// Sets them.
+    pub fn tune(&self, scales: [f64; 2]) {
+        self.scales.set(scales);
+    }
+
+    /// Of each row of a reading, whether it is a length (0) or an angle (1).
+    pub fn kinds(&self) -> &[usize] {
+        &self.kinds
+    }
+
+    /// Least robust standard deviations, of lengths and angles: the stated ones; where none is, no instrument's resolution.
+    pub fn least_scales(&self) -> [f64; 2] {
+        let campaign = self.predictor.campaign;
+        let (noise, stated) = (campaign.noise(), [campaign.sigma.is_some(), campaign.sigma_orientation.is_some()]);
+        let sigmas = [noise.position[0], noise.orientation];
+        std::array::from_fn(|kind| if stated[kind] { 1.0 } else { LEAST_SIGMA / sigmas[kind] })
+    }
+
+    /// Rows of constraints and priors, then of each configuration, in their order; none is empty.
     pub fn blocks(&self) -> Vec<Vec<usize>> {
         let campaign = self.predictor.campaign;
-        let components = campaign.components();
         let mut blocks: Vec<Vec<usize>> = vec![Vec::new(); 1 + campaign.poses.len()];
-        blocks[0].extend(self.predictor.rows()..self.residuals());
-        for (index, reading) in campaign.readings.iter().enumerate() {
-            blocks[1 + reading.pose].extend(index * components..(index + 1) * components);
+        let known = self.predictor.rows() - campaign.constraints.len();
+        blocks[0].extend(known..self.residuals());
+        for (first, reading) in campaign.first_rows().into_iter().zip(&campaign.readings) {
+            blocks[1 + reading.pose].extend(first..first + reading.observes.rows());
         }
         blocks.retain(|rows| !rows.is_empty());
         blocks
@@ -87,6 +131,11 @@ impl Problem for CampaignProblem<'_> {
 
     fn residuals(&self) -> usize {
         self.predictor.rows() + self.priors.len()
+    }
+
+    fn tuning(&self, residual: usize) -> f64 {
+        // What is known is never an outlier.
+        self.kinds.get(residual).map_or(f64::INFINITY, |&kind| self.scales.get()[kind])
     }
 
     fn evaluate(

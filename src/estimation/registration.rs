@@ -1,38 +1,70 @@
 //! Where the base, the tool and the markers are, the robot's geometry being given: the start of every calibration and
 //! its baseline.
 
-use std::collections::BTreeSet;
-
-use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
-
+use super::placing::{Group, placed};
 use super::settings::RegistrationSettings;
-use crate::description::campaign::Campaign;
-use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
+use crate::description::campaign::{Campaign, InSession, Reading, Sharing, Target};
+use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::Model;
+use crate::observation::{Observes, POSE};
 use crate::parameter::Slot;
-use crate::prediction::PredictionError;
+use crate::prediction::{PredictionError, undeflected_point};
 
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
     let mut slots: Vec<Slot> = Vec::new();
     if campaign.estimate_base {
-        slots.extend(model.base..model.base + 6);
+        slots.extend(
+            parts(campaign, campaign.sessions.base).flat_map(|of| model.base_slot(of)..model.base_slot(of) + 6),
+        );
     }
     if campaign.estimate_tool {
-        if campaign.readings.iter().any(|reading| reading.marker.is_none()) {
-            slots.extend(model.tool.1..model.tool.1 + if campaign.observes.sees_orientation() { 6 } else { 3 });
+        let rotation = if campaign.sees_orientation() { 6 } else { 3 };
+        let mut points: Vec<(Option<usize>, InSession)> = Vec::new();
+        for of in parts(campaign, campaign.sessions.tool) {
+            let own =
+                |reading: &&Reading| reading.session.part(campaign.sessions.tool) == of.part(campaign.sessions.tool);
+            let mut markers: Vec<Option<usize>> = campaign.readings.iter().filter(own).map(|r| r.marker).collect();
+            markers.sort_unstable();
+            markers.dedup();
+            points.extend(markers.into_iter().map(|marker| (marker, of)));
         }
-        let used = |marker: usize| campaign.readings.iter().any(|reading| reading.marker == Some(marker));
-        slots.extend((0..model.markers.len()).filter(|&m| used(m)).flat_map(|m| {
-            let slot = model.markers[m].slot;
-            slot..slot + 3
-        }));
+        for (marker, of) in points {
+            let first = model.point_slot(marker, of);
+            slots.extend(first..first + if marker.is_none() { rotation } else { 3 });
+        }
     }
+    if campaign.estimate_scale {
+        slots.extend(parts(campaign, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
+    }
+    let mut targets: Vec<usize> = campaign.readings.iter().map(|reading| reading.target).collect();
+    targets.sort_unstable();
+    targets.dedup();
+    let of_targets = targets.into_iter().flat_map(|target| model.target_values(target).iter().flatten().copied());
+    slots.extend(of_targets);
+    slots.sort_unstable();
+    slots.dedup();
     slots
 }
 
-/// A start for base, tool and markers, from the readings alone: best rigid fit of the base (Kabsch) and linear fit of
-/// the points, in turns. Where the campaign does not estimate the base, the values are returned as given.
+/// A reading's place in each part that is shared so, once each.
+fn parts(campaign: &Campaign, shared: Sharing) -> impl Iterator<Item = InSession> {
+    let mut known: Vec<usize> = Vec::new();
+    let mut all = Vec::new();
+    for reading in &campaign.readings {
+        let part = reading.session.part(shared);
+        if !known.contains(&part) {
+            known.push(part);
+            all.push(reading.session);
+        }
+    }
+    all.into_iter()
+}
+
+/// A start for base, tool and markers, from the readings alone, however far from the description they are: a global
+/// search with the robot rigid ([`placed`]), for each part of the readings that has a base of its own; then for what readings
+/// refer to, from where the robot is when they are taken. Where the campaign does not estimate the base, or its readings are
+/// differences in which base and tool drop out, base and points stay as given.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -43,86 +75,92 @@ pub fn rough(
     settings: &RegistrationSettings,
 ) -> Result<Vec<f64>, PredictionError> {
     let mut values = values.to_vec();
-    let positions = campaign.readings.iter().map(|reading| campaign.observes.measured_position(&reading.measured));
-    let Some(measured) = positions.collect::<Option<Vec<Vector3<f64>>>>().filter(|_| campaign.estimate_base) else {
-        return Ok(values);
-    };
-    let frames = frames(model, campaign, &values)?;
-    let point_slot = |marker: Option<usize>| marker.map_or(model.tool.1, |m| model.markers[m].slot);
-    let markers: BTreeSet<Option<usize>> = campaign.readings.iter().map(|reading| reading.marker).collect();
-    for _ in 0..if campaign.estimate_tool { settings.turns } else { 1 } {
-        let placed = campaign.readings.iter().zip(&frames);
-        let points =
-            placed.map(|(reading, frame)| (frame * Point3::from(at(&values, point_slot(reading.marker)))).coords);
-        let (rotation, position) = rigid_fit(&points.collect::<Vec<_>>(), &measured);
-        put(&mut values, model.base, position);
-        put(&mut values, model.base + 3, rotation_vector(&rotation));
-        for &marker in markers.iter().filter(|_| campaign.estimate_tool) {
-            // p = R_frame^T (R_base^T (m - p_base) - p_frame) is linear in p with orthogonal factors: the mean solves it.
-            let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-            let readings = campaign.readings.iter().zip(&frames).zip(&measured);
-            for ((_, frame), m) in readings.filter(|((reading, _), _)| reading.marker == marker) {
-                sum += frame.rotation.inverse() * (rotation.inverse() * (m - position) - frame.translation.vector);
-                count += 1.0;
-            }
-            put(&mut values, point_slot(marker), sum / count);
-        }
+    let shared = campaign.sessions.base;
+    let mut known: Vec<Slot> = Vec::new();
+    let with_base = campaign.estimate_base && !campaign.is_difference();
+    for of in parts(campaign, shared).filter(|_| with_base) {
+        let is_own = |reading: &Reading| reading.session.part(shared) == of.part(shared);
+        let Some(observes) = best_kind(model, campaign, is_own) else { continue };
+        let own = campaign.select(|_, reading| is_own(reading) && reading.observes == observes);
+        let points: Vec<Slot> = own.readings.iter().map(|r| model.point_slot(r.marker, r.session)).collect();
+        let sees_tool = observes.sees_orientation() && own.readings.iter().any(|reading| reading.marker.is_none());
+        let is_free = campaign.estimate_tool && !points.iter().any(|point| known.contains(point));
+        let group = Group {
+            campaign: &own,
+            observes,
+            frames: frames(model, &own, &values)?,
+            base: model.base_slot(of),
+            are_points_free: is_free,
+            tool_rotation: sees_tool.then_some((model.tool_slot(of) + 3, is_free)),
+            points,
+        };
+        placed(&group, &mut values, settings);
+        known.extend(group.points);
     }
-    if campaign.estimate_tool && campaign.observes.sees_orientation() {
-        let base = Rotation3::new(at(&values, model.base + 3));
-        let mut sum = Matrix3::zeros();
-        for (reading, frame) in campaign.readings.iter().zip(&frames) {
-            if let Some(turn) = campaign.observes.measured_orientation(&reading.measured) {
-                sum += ((base * frame.rotation).inverse() * turn).into_inner();
-            }
-        }
-        put(&mut values, model.tool.1 + 3, rotation_vector(&nearest_rotation(&sum)));
-    }
+    start_targets(model, campaign, &mut values)?;
     Ok(values)
+}
+
+/// The kind of those readings that says most about where the base is: poses, then positions, then lengths from known points.
+fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Option<Observes> {
+    let is_known = |reading: &Reading| model.target_values(reading.target).iter().all(Option::is_none);
+    let places = |reading: &&Reading| {
+        reading.observes.measured_position(&reading.measured).is_some()
+            || reading.observes.target_column().is_none()
+            || is_known(reading)
+    };
+    let kinds = || campaign.readings.iter().filter(|reading| is_own(reading)).filter(places).map(|r| r.observes);
+    kinds().find(|kind| *kind == POSE).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
 }
 
 /// The frame of each reading's marker or of the tool, base axes.
 fn frames(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<Transform>, PredictionError> {
+    let frame = |reading: &Reading| reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+    at_each(model, campaign, values, |_, placements, reading| placements.frames[frame(reading)])
+}
+
+/// Something of each reading at its configuration.
+fn at_each<T>(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    of: impl Fn(&Geometry, &Placements, &Reading) -> T,
+) -> Result<Vec<T>, PredictionError> {
     let geometry = Geometry::new(model, values)?;
     let mut placements = Placements::default();
-    let mut frames = Vec::with_capacity(campaign.readings.len());
+    let mut all = Vec::with_capacity(campaign.readings.len());
     for (index, reading) in campaign.readings.iter().enumerate() {
         geometry.place(campaign.configuration(index), &mut placements).map_err(|source| PredictionError::Assembly {
             row: reading.row,
             pose: campaign.poses[reading.pose].clone(),
             source,
         })?;
-        frames.push(placements.frames[reading.marker.map_or(model.tool.0, |m| model.markers[m].frame)]);
+        all.push(of(&geometry, &placements, reading));
     }
-    Ok(frames)
+    Ok(all)
 }
 
-fn at(values: &[f64], slot: Slot) -> Vector3<f64> {
-    Vector3::new(values[slot], values[slot + 1], values[slot + 2])
-}
-
-fn put(values: &mut [f64], slot: Slot, vector: Vector3<f64>) {
-    values[slot..slot + 3].copy_from_slice(vector.as_slice());
-}
-
-/// Rotation R and translation t that minimise the sum of |R a + t - b|^2 (Kabsch 1976).
-fn rigid_fit(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> (Rotation3<f64>, Vector3<f64>) {
-    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    let (mean_a, mean_b) = (mean(a), mean(b));
-    let covariance: Matrix3<f64> = a.iter().zip(b).map(|(a, b)| (b - mean_b) * (a - mean_a).transpose()).sum();
-    let rotation = nearest_rotation(&covariance);
-    (rotation, mean_b - rotation * mean_a)
-}
-
-/// The rotation nearest to a matrix; the identity where it has none.
-fn nearest_rotation(matrix: &Matrix3<f64>) -> Rotation3<f64> {
-    if matrix.iter().any(|v| !v.is_finite()) {
-        return Rotation3::identity();
+/// Starts for what readings refer to: from where their points are, and what they read.
+fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Result<(), PredictionError> {
+    let is_sought = |(_, target): &(usize, &Target)| target.is_to_be_sought();
+    let sought: Vec<(usize, &Target)> = campaign.targets.iter().enumerate().filter(is_sought).collect();
+    if sought.is_empty() {
+        return Ok(());
     }
-    let Some(svd) = matrix.try_svd(true, true, f64::EPSILON, 100) else { return Rotation3::identity() };
-    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return Rotation3::identity() };
-    let sign = (u * v).determinant().signum();
-    // Singular values come in descending order: the last may be mirrored.
-    let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v;
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).to_rotation_matrix()
+    let points = at_each(model, campaign, values, |geometry, placements, reading| {
+        let base = geometry.placement(model.base_slot(reading.session));
+        (base * undeflected_point(geometry, placements, reading)).coords
+    })?;
+    for (index, target) in sought {
+        let is_own =
+            |reading: &Reading| reading.target == index && reading.observes.target_column() == Some(target.column);
+        let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
+        let read: Vec<_> = own.clone().map(|(reading, point)| (*point, reading.measured)).collect();
+        let Some((reading, _)) = own.clone().next() else { continue };
+        let Some(found) = reading.observes.target_start(&read) else { continue };
+        for (slot, value) in model.target_values(index).iter().zip(found) {
+            slot.iter().for_each(|&slot| values[slot] = value);
+        }
+    }
+    Ok(())
 }

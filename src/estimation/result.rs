@@ -39,6 +39,16 @@ pub enum CalibrationError {
     /// The settings do not go together, or not with the campaign.
     #[error("{0}")]
     Malformed(String),
+    /// A fit on which everything else would rest stopped before a minimum.
+    #[error(
+        "the calibration did not converge ({ending}, {iterations} iterations), and nothing can be built on it: `identify` says what to try"
+    )]
+    NotConverged {
+        /// How it ended.
+        ending: Status,
+        /// After so many iterations.
+        iterations: usize,
+    },
     /// The fit broke down.
     #[error("the fit stopped: {0}")]
     Stopped(String),
@@ -111,6 +121,8 @@ pub struct Calibration {
     pub predicted: Option<PredictedError>,
     /// Standard deviation of the residuals, in units of the stated one (1: the noise is as stated).
     pub noise_ratio: f64,
+    /// Residuals and priors that determine something, less parameters; see [`super::covariance::Covariance`].
+    pub degrees_of_freedom: f64,
     /// Standard deviation of the residuals of each direction over the fitted readings, m; 0 for directions that the kind of
     /// readings does not have.
     pub direction_noise: [f64; 3],
@@ -122,6 +134,8 @@ pub struct Calibration {
     pub residual: Vec<f64>,
     /// The same with base, tool and markers fitted alone.
     pub registered: Vec<f64>,
+    /// Whether each reading was held out.
+    pub held_out: Vec<bool>,
 }
 
 impl Calibration {

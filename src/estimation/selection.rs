@@ -7,9 +7,9 @@ use super::result::CalibrationError;
 use super::settings::{Settings, What};
 use super::start::elastic_start;
 use crate::description::campaign::Campaign;
-use crate::identifiability::Identifiability;
+use crate::identifiability::{Identifiability, Why};
 use crate::model::Model;
-use crate::parameter::Slot;
+use crate::parameter::{Group, Slot};
 use crate::prediction::Predictor;
 
 /// What a calibration estimates, and of what it is made.
@@ -47,6 +47,17 @@ impl<'a> Selection<'a> {
         }
         let Reduction { identifiability, .. } =
             reduced(&predictor, start, sigmas, held, settings.scaling, settings.criterion)?;
+        // What moves no reading stays as described, whatever the search for a start tried with it.
+        let merged =
+            |column: usize| identifiability.combinations.iter().any(|(_, own)| own.iter().any(|(k, _)| *k == column));
+        for &(column, _) in
+            identifiability.dropped.iter().filter(|(column, why)| *why == Why::Exact && !merged(*column))
+        {
+            let slot = predictor.slots[column];
+            if model.registry[slot].group == Group::Elastic {
+                start[slot] = model.registry[slot].nominal;
+            }
+        }
         let groups = groups(&predictor, start, &identifiability)?;
         Ok(Self { predictor, identifiability, groups })
     }

@@ -29,6 +29,27 @@ impl Scheme {
     }
 }
 
+/// Least and greatest scale of a robust loss, standard deviations. Below 0.5 most sound readings count as outliers (Huber's
+/// loss comes to least absolute deviations, of 64 % efficiency); Tukey's below 1.547 would break down with fewer bad
+/// readings than half and use under 29 % of the sound ones (Rousseeuw and Yohai 1984). Beyond 1000 all are plain squares.
+const LOSS_SCALES: ([f64; 2], [f64; 2]) = ([0.5, 1e3], [1.547, 1e3]);
+
+/// What is wrong with the scale of a robust loss, if anything.
+///
+/// ```
+/// use elastogeo::{estimation::loss_fault, least_squares::Loss};
+///
+/// assert_eq!(loss_fault(Loss::Tukey(4.685)), None);
+/// assert!(loss_fault(Loss::Huber(1e-300)).is_some());
+/// ```
+pub fn loss_fault(loss: Loss) -> Option<String> {
+    let scale = loss.scale()?;
+    let [least, greatest] = if matches!(loss, Loss::Tukey(_)) { LOSS_SCALES.1 } else { LOSS_SCALES.0 };
+    let is_sound = (least..=greatest).contains(&scale);
+    (!is_sound)
+        .then(|| format!("a robust loss with the scale {scale:?} leaves no fit; from {least} to {greatest} it does"))
+}
+
 /// How readings are weighted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weights {
@@ -81,8 +102,9 @@ pub struct Settings {
     pub scheme: Scheme,
     /// Weights of readings.
     pub weights: Weights,
-    /// Robust loss, its scale in standard deviations of a residual. For campaigns with outliers; its own documentation
-    /// gives the usual scales.
+    /// Robust loss, for campaigns with outliers; its own documentation gives the usual scales, within [`loss_fault`]'s
+    /// limits. The scale counts standard deviations: the stated ones, or those that the median absolute deviation of a first
+    /// robust fit's residuals shows where they are greater or none is stated.
     pub loss: Loss,
     /// Whether the tolerances of geometric parameters pull them towards their nominal values: for campaigns too small to
     /// determine them.
@@ -137,15 +159,17 @@ impl Settings {
 /// The first guess of base, tool and markers ([`crate::estimation`] fits them properly afterwards).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegistrationSettings {
-    /// Times that base and points are fitted in turns where the campaign estimates both. Each turn is exact for the other
-    /// held; the error shrinks by a constant factor. 30 turns leave a guess from which the least-squares fit converges in a
-    /// few steps for all bundled campaigns.
-    pub turns: usize,
+    /// Most readings that a trial looks at, spread evenly: several times the dozen unknowns.
+    pub readings: usize,
+    /// Most iterations of a trial; a dozen bring a trial in the right valley to a fraction of the others' cost.
+    pub iterations: usize,
+    /// Trials that are fitted to all readings to the end.
+    pub finalists: usize,
 }
 
 impl Default for RegistrationSettings {
     fn default() -> Self {
-        Self { turns: 30 }
+        Self { readings: 60, iterations: 15, finalists: 4 }
     }
 }
 

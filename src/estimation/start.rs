@@ -4,14 +4,14 @@
 //! as a product, and one that is far too stiff hides the joint. So springs between bodies are left out at first, then their
 //! rates found for a few free lengths, and only then all are fitted together.
 
-use super::fit::bounds_of;
+use super::bounds::bounds_of;
 use super::problem::CampaignProblem;
 use super::reduction::{Reduction, reduced};
 use super::result::CalibrationError;
 use super::settings::Settings;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling, Why};
 use crate::kinematics::{Geometry, Placements};
-use crate::least_squares;
+use crate::least_squares::{self, Loss, UsageError};
 use crate::parameter::{Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
@@ -118,11 +118,16 @@ impl Search<'_> {
         let limits = least_squares::Settings {
             max_iterations: self.settings.start.max_iterations,
             cost_tolerance: self.settings.start.cost_tolerance,
+            // A start only: the fit that follows is robust where that was asked for.
+            loss: Loss::Squares,
             ..self.settings.least_squares()
         };
-        let solution = least_squares::minimize(&problem, &zero, &bounds, &limits)?;
-        let cost = if solution.cost.is_finite() { solution.cost } else { f64::INFINITY };
-        Ok((problem.values(&solution.x), cost))
+        match least_squares::minimize(&problem, &zero, &bounds, &limits) {
+            Ok(found) => Ok((problem.values(&found.x), found.cost)),
+            // Worse than any other trial.
+            Err(UsageError::NoStart(_)) => Ok((start.to_vec(), f64::INFINITY)),
+            Err(error) => Err(error.into()),
+        }
     }
 }
 

@@ -35,17 +35,18 @@ pub struct Errors {
 /// # Ok::<(), elastogeo::Error>(())
 /// ```
 pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) -> bool) -> Errors {
-    let components = campaign.components();
-    let chosen: Vec<&[f64]> =
-        residual.chunks(components).enumerate().filter(|(i, _)| among(*i)).map(|(_, r)| r).collect();
+    let readings = campaign.by_reading(residual, 1).enumerate().filter(|(index, _)| among(*index));
+    let chosen: Vec<(usize, &[f64])> =
+        readings.map(|(_, (reading, own))| (reading.observes.length_rows(), own)).collect();
     let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let position = campaign.observes.length_rows();
-    let coordinate = mean_rms_max(chosen.iter().flat_map(|r| r[..position].iter().copied()));
+    let with_lengths = || chosen.iter().filter(|(lengths, _)| *lengths > 0).map(|(lengths, own)| &own[..*lengths]);
+    let coordinate = mean_rms_max(with_lengths().flat_map(|own| own.iter().copied()));
+    let turned = chosen.iter().filter(|(lengths, own)| own.len() > *lengths);
     let orientation =
-        campaign.observes.sees_orientation().then(|| mean_rms_max(chosen.iter().map(|r| norm(&r[position..]))));
+        campaign.sees_orientation().then(|| mean_rms_max(turned.map(|(lengths, own)| norm(&own[*lengths..]))));
     Errors {
         readings: chosen.len(),
-        distance: mean_rms_max(chosen.iter().map(|r| norm(&r[..position]))),
+        distance: mean_rms_max(with_lengths().map(norm)),
         coordinate: [coordinate[1], coordinate[2]],
         orientation,
     }

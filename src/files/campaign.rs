@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::place::{CAMPAIGNS, Place, inside, open};
 use super::reader::Reader;
+use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
-use crate::description::campaign::raw::{OneOrMany, RawCampaign};
+use crate::description::campaign::raw::{RawCampaign, RawEntry};
 use crate::description::campaign::{self, Campaign};
-use crate::description::table::{Dialect, Table, read_table};
+use crate::description::table::Table;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 
@@ -32,6 +33,18 @@ impl Reader {
     /// Every fault found, located.
     pub fn campaign(&self, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Diagnostics> {
         Ok(read_campaign(self, file, robot)?)
+    }
+
+    /// Whether a name given for a robot or a campaign is a campaign's: a folder with a `campaign.yaml`, a bundled campaign, or
+    /// a file with a key that only campaigns have. Nothing is checked, so that a file with faults is reported as what it was meant to be.
+    pub fn is_campaign(&self, file: &str) -> bool {
+        let place = find_campaign(file);
+        let own = ["measurements", "observes", "campaign"];
+        matches!(place, Place::Bundled(_))
+            || Path::new(file).join("campaign.yaml").is_file()
+            || place.text(self).is_ok_and(|text| {
+                text.lines().any(|line| line.split_once(':').is_some_and(|(key, _)| own.contains(&key.trim_end())))
+            })
     }
 }
 
@@ -98,10 +111,12 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
-    match campaign::resolve(&raw, &locate, &robot.robot, &tables) {
+    let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
+    match campaign::resolve(&raw, &locate, &robot.robot, &read) {
         Ok((campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
+            let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
         Ok((_, mut reported)) | Err(mut reported) => {
@@ -147,10 +162,11 @@ fn check_table_files(
     document: &Document,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for (path, place) in table_files(raw, place, document, diagnostics) {
-        if let Err(diagnostic) = open(reader, &place) {
-            let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            diagnostics.push(diagnostic.at(document.place_of_value(&path)));
+    for file in table_files(raw, place, document, diagnostics) {
+        for (path, place) in file.all() {
+            if let Err(diagnostic) = open(reader, place) {
+                diagnostics.push(diagnostic.at(place_of(document, path)));
+            }
         }
     }
 }
@@ -163,49 +179,85 @@ fn tables(
     document: &Document,
     robot: &LoadedRobot,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<Table> {
+) -> Vec<(RawEntry, Table)> {
     let mut tables = Vec::new();
     let files = table_files(raw, place, document, diagnostics);
-    let expected = campaign::expected_columns(raw, &robot.robot);
-    let dialect = Dialect { delimiter: raw.csv.delimiter, decimal: raw.csv.decimal, of_campaign: true };
-    let most = raw.csv.max_rows.unwrap_or(1_000_000);
     // With a fault in what says how the files are read, their faults would be echoes.
-    let readable = ["observes", "columns", "ignore", "csv"].iter().all(|key| !document.holds_fault(&[key]));
-    for (path, place) in files {
-        let read = match open(reader, &place) {
-            Ok(bytes) if readable => {
-                read_table(&place.name(), bytes, &expected, &raw.columns, &raw.ignore, &dialect, most)
-            }
-            Ok(_) => continue,
-            Err(diagnostic) => {
-                let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                Err(vec![diagnostic.at(document.place_of_value(&path))])
-            }
+    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts"].into_iter();
+    let is_readable = keys.all(|key| !document.holds_fault(&[key]));
+    for file in files {
+        let entry = raw.completed(file.entry);
+        let asked = Asked {
+            expected: campaign::expected_columns(raw, &entry, &robot.robot),
+            variables: robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
+            units: entry.units.as_ref().unwrap_or(&raw.units),
+            entry: &entry,
         };
-        match read {
-            Ok(table) => tables.push(table),
+        let mut opened = Vec::new();
+        for (path, place) in file.all() {
+            match open(reader, place) {
+                Ok(bytes) => opened.push((place.name(), bytes)),
+                Err(diagnostic) => diagnostics.push(diagnostic.at(place_of(document, path))),
+            }
+        }
+        let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
+        if !is_readable || !declared.is_empty() || opened.len() < file.all().count() {
+            diagnostics.extend(declared);
+            continue;
+        }
+        match read(&asked, opened) {
+            Ok(table) => tables.push((entry, table)),
             Err(mut found) => diagnostics.append(&mut found),
         }
     }
     tables
 }
 
-/// The files of measurements and the paths that name them; a diagnostic where there are none.
-fn table_files(
-    raw: &RawCampaign,
+/// A file of measurements, and that of its joints where there is one; with the keys of the campaign file that name them.
+struct File<'r> {
+    path: Vec<String>,
+    place: Place,
+    joints: Option<(Vec<String>, Place)>,
+    entry: &'r RawEntry,
+}
+
+impl File<'_> {
+    fn all(&self) -> impl Iterator<Item = (&Vec<String>, &Place)> {
+        std::iter::once((&self.path, &self.place)).chain(self.joints.iter().map(|(path, place)| (path, place)))
+    }
+}
+
+fn place_of(document: &Document, path: &[String]) -> Option<crate::diagnostic::Place> {
+    document.place_of_value(&path.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// Where a key of the entry of a file stands.
+fn place_of_key(document: &Document, file: &[String], key: &str) -> Option<crate::diagnostic::Place> {
+    let mut path: Vec<&str> = file.iter().map(String::as_str).filter(|part| *part != "file").collect();
+    path.push(key);
+    document.place_of_value(&path)
+}
+
+/// The files of measurements; a diagnostic where there are none.
+fn table_files<'r>(
+    raw: &'r RawCampaign,
     place: &Place,
     document: &Document,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<(Vec<String>, Place)> {
-    let files: Vec<(Vec<String>, Place)> = match &raw.measurements {
-        Some(OneOrMany::One(file)) => vec![(vec!["measurements".into()], place.next_to(file))],
-        Some(OneOrMany::Many(files)) => files
-            .iter()
-            .enumerate()
-            .map(|(k, file)| (vec!["measurements".into(), k.to_string()], place.next_to(file)))
-            .collect(),
-        None => Vec::new(),
+) -> Vec<File<'r>> {
+    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
+    let has = |path: &[&str]| document.has(path);
+    let path = |k: usize, key: &str| {
+        let number = k.to_string();
+        let paths = [&["measurements", &number, key][..], &["measurements", key], &["measurements", &number]];
+        let named = paths.into_iter().find(|path| has(path)).unwrap_or(&["measurements"]);
+        named.iter().map(ToString::to_string).collect::<Vec<String>>()
     };
+    let file = |(k, entry): (usize, &'r RawEntry)| {
+        let joints = entry.joints.as_ref().map(|joints| (path(k, "joints"), place.next_to(joints)));
+        File { path: path(k, "file"), place: place.next_to(&entry.file), joints, entry }
+    };
+    let files: Vec<File> = entries.iter().enumerate().map(file).collect();
     if files.is_empty() && !document.explains_absence(&["measurements"]) {
         diagnostics.push(
             Diagnostic::error("the campaign names no measurements")

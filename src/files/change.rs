@@ -1,47 +1,7 @@
-//! What may change a description before it is resolved: a URDF beneath it, and elements that a campaign leaves out.
+//! Elements that a campaign leaves out of a description before it is resolved.
 
-use crate::description::raw::{JointKind, RawEffect, RawRobot};
-
-/// A description in YAML laid over what a URDF gave: single keys of a frame override, whole entries elsewhere.
-pub(super) fn merge(imported: RawRobot, over: RawRobot) -> RawRobot {
-    let (length, angle) = (over.units.length.factor(), over.units.angle.factor());
-    let mut merged = over.clone();
-    let mut frames = imported.frames;
-    for frame in frames.values_mut() {
-        // From SI into the units of the file that is merged in.
-        let joint_unit = if frame.joint == Some(JointKind::Prismatic) { length } else { angle };
-        for value in [&mut frame.beta, &mut frame.gamma, &mut frame.alpha, &mut frame.theta].into_iter().flatten() {
-            *value /= angle;
-        }
-        for value in [&mut frame.b, &mut frame.d, &mut frame.r].into_iter().flatten() {
-            *value /= length;
-        }
-        frame.offset = frame.offset.map(|v| v / joint_unit);
-        frame.limits = frame.limits.map(|limits| limits.map(|v| v / joint_unit));
-    }
-    for (name, given) in over.frames {
-        let frame = frames.entry(name).or_default();
-        macro_rules! take { ($($key:ident),*) => { $(if given.$key.is_some() { frame.$key = given.$key; })* } }
-        take!(antecedent, joint, variable, direction, coaxial, beta, gamma, b, alpha, d, theta, r, offset, limits);
-        frame.passive |= given.passive;
-    }
-    merged.frames = frames;
-    merged.robot = over.robot.or(imported.robot);
-    if over.tool == Default::default() {
-        merged.tool = imported.tool;
-        merged.tool.at = merged.tool.at.map(|at| at.map(|v| v / length));
-        merged.tool.rotation = merged.tool.rotation.map(|r| r.map(|v| v / angle));
-    }
-    let mut couplings = imported.couplings;
-    couplings.extend(over.couplings);
-    merged.couplings = couplings;
-    for (name, mut body) in imported.bodies {
-        body.mass = body.mass.map(|mass| mass / over.units.mass.factor());
-        body.com = body.com.map(|com| com.map(|v| v / length));
-        merged.bodies.entry(name).or_insert(body);
-    }
-    merged
-}
+use crate::description::parameters::{JOINT, RATE};
+use crate::description::raw::{RawEffect, RawRobot};
 
 /// Names that `without:` may hold.
 pub(super) fn elements(raw: &RawRobot) -> Vec<String> {
@@ -66,7 +26,7 @@ pub(super) fn leave_out(raw: &mut RawRobot, name: &str, own: Option<&RawRobot>) 
         .map(|o| o.1)
         .collect();
     let stays = |parameter: &str| {
-        let symbols = ["ka", "kr", "kar", "krr", "stiffness"];
+        let symbols: Vec<&str> = JOINT.iter().map(|row| row.symbol).chain([RATE.symbol]).collect();
         parameter
             .rsplit_once('.')
             .is_none_or(|(owner, symbol)| !(symbols.contains(&symbol) && owners.iter().any(|gone| gone == owner)))
@@ -74,6 +34,7 @@ pub(super) fn leave_out(raw: &mut RawRobot, name: &str, own: Option<&RawRobot>) 
     raw.calibration.free.retain(|parameter| stays(parameter));
     raw.calibration.fixed.retain(|parameter| stays(parameter));
     raw.calibration.tolerances.retain(|parameter, _| stays(parameter));
+    raw.calibration.uncertainties.retain(|parameter, _| stays(parameter));
     raw.calibration.bounds.retain(|parameter, _| stays(parameter));
     stiffness || spring || other || raw.effects.len() < before
 }

@@ -5,8 +5,10 @@ mod change;
 mod path;
 mod place;
 mod reader;
+mod readings;
 mod robot;
 mod schema_line;
+mod start;
 #[cfg(feature = "cli")]
 mod write;
 
@@ -15,5 +17,6 @@ pub use place::bundled_robots;
 pub use reader::Reader;
 pub use robot::{LoadedRobot, load_robot};
 pub use schema_line::schema_line;
+pub use start::{moved_to, source_urdf};
 #[cfg(feature = "cli")]
-pub use write::{writable, write_whole};
+pub use write::{writable, writable_table, write_whole};

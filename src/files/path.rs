@@ -68,7 +68,7 @@ impl Reader {
     /// # Ok::<(), elastogeo::Error>(())
     /// ```
     pub fn path(&self, name: &str, robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
-        Ok(read(&table(self, name, robot, &[])?, &robot.robot, units)?)
+        Ok(read(&table(self, name, robot, &units, &[])?, &robot.robot, units)?)
     }
 
     /// Reads commands to carry out: where there are joints they count, and poses next to them are ignored.
@@ -82,7 +82,7 @@ impl Reader {
             .filter(|name| robot.robot.variables.iter().all(|v| v.name != *name))
             .map(String::from)
             .collect();
-        match table(self, name, robot, &ignored) {
+        match table(self, name, robot, &units, &ignored) {
             Ok(table) if robot.robot.variables.iter().all(|variable| table.has(&variable.name)) => {
                 Ok(read(&table, &robot.robot, units)?)
             }
@@ -110,9 +110,15 @@ impl Reader {
     }
 }
 
-fn table(reader: &Reader, name: &str, robot: &LoadedRobot, ignored: &[String]) -> Result<Table, Vec<Diagnostic>> {
+fn table(
+    reader: &Reader,
+    name: &str,
+    robot: &LoadedRobot,
+    units: &Units,
+    ignored: &[String],
+) -> Result<Table, Vec<Diagnostic>> {
     let place = found(name, "path.csv");
     let bytes = open(reader, &place).map_err(|diagnostic| or_bundled(vec![diagnostic], name))?;
-    let expected = expected_columns(&robot.robot);
+    let expected = expected_columns(&robot.robot, units);
     read_table(&place.name(), bytes, &expected, &BTreeMap::new(), ignored, &Dialect::default(), MOST_POINTS)
 }

@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 use include_dir::{Dir, include_dir};
 
 use super::reader::Reader;
+use crate::description::table::workbook_name;
 use crate::description::yaml;
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 
 static ROBOTS: Dir = include_dir!("$CARGO_MANIFEST_DIR/robots");
 pub(super) static CAMPAIGNS: Dir = include_dir!("$CARGO_MANIFEST_DIR/campaigns");
 pub(super) static PROCESSES: Dir = include_dir!("$CARGO_MANIFEST_DIR/processes");
+
+/// What the names of bundled files begin with.
+pub(super) const BUNDLED: &str = "bundled:";
 
 /// Most bytes of a description or campaign file.
 const MOST_BYTES: u64 = 20 << 20;
@@ -41,7 +45,7 @@ impl Place {
     pub(super) fn name(&self) -> String {
         match self {
             Self::Disk(path) => path.display().to_string(),
-            Self::Bundled(path) => format!("bundled:{}", path.display()),
+            Self::Bundled(path) => format!("{BUNDLED}{}", path.display()),
         }
     }
 
@@ -109,7 +113,9 @@ pub(super) fn inside(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(10_000).flatten();
     let mut names: Vec<String> = entries
         .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|end| ["yaml", "yml", "urdf", "csv"].iter().any(|e| end == *e)))
+        .filter(|path| {
+            path.extension().is_some_and(|end| ["yaml", "yml", "urdf", "csv", "xlsx"].iter().any(|e| end == *e))
+        })
         .map(|path| format!("`{}`", path.display()))
         .collect();
     names.sort();
@@ -150,23 +156,26 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     }
 }
 
-/// Opens a file of measurements.
+/// Opens a file of measurements: of a sheet of a workbook the workbook.
 pub(super) fn open(reader: &Reader, place: &Place) -> Result<Box<dyn Read>, Diagnostic> {
     match place {
-        Place::Disk(path) if path.is_dir() => {
-            Err(Diagnostic::error(format!("`{}` is a folder, and a CSV file is needed", place.name()))
-                .remedy(inside(path)))
+        Place::Disk(path) => {
+            let name = path.to_str().and_then(workbook_name).map(|(workbook, _)| Path::new(workbook));
+            open_on_disk(reader, name.unwrap_or(path))
         }
-        Place::Disk(path) => match std::fs::File::open(path) {
-            Ok(file) => {
-                reader.remember(path);
-                Ok(Box::new(file))
-            }
-            Err(error) => Err(unreadable(path, &error)),
-        },
         Place::Bundled(path) => match CAMPAIGNS.get_file(path).or_else(|| PROCESSES.get_file(path)) {
             Some(found) => Ok(Box::new(found.contents())),
             None => Err(Diagnostic::error(format!("`{}` is not bundled", place.name()))),
         },
     }
+}
+
+fn open_on_disk(reader: &Reader, path: &Path) -> Result<Box<dyn Read>, Diagnostic> {
+    if path.is_dir() {
+        let diagnostic = Diagnostic::error(format!("`{}` is a folder, and a CSV file is needed", path.display()));
+        return Err(diagnostic.remedy(inside(path)));
+    }
+    let file = std::fs::File::open(path).map_err(|error| unreadable(path, &error))?;
+    reader.remember(path);
+    Ok(Box::new(file))
 }

@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use super::change::{elements, leave_out, merge};
+use super::change::{elements, leave_out};
 use super::place::{Place, bundled_robots};
 use super::reader::Reader;
 use super::schema_line::name_schema;
-use crate::description::raw::{RawFuzzy, RawRobot};
+use super::start::{whole_urdf, with_ur_kinematics, with_urdf};
+use crate::description::convention::{declared_path, khalil_kleinfinger};
+use crate::description::raw::{Convention, RawFuzzy, RawRobot};
 use crate::description::resolve::{doubtful_sizes, resolve_explained};
 use crate::description::robot::Robot;
-use crate::description::urdf;
+use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
 use crate::kinematics::{AssemblyError, Geometry};
@@ -128,8 +130,12 @@ pub(super) struct Without {
 pub(super) fn read_robot(reader: &Reader, place: &Place, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let text = place.text(reader)?;
     if place.is_urdf() {
-        let (raw, diagnostics) = import(place, &text)?;
-        return finish(raw, &Located { document: None, rules: None }, diagnostics, without, reader);
+        let (raw, diagnostics) = whole_urdf(place, &text)?;
+        return finish(raw, &Located { document: None, rules: None, declared: None }, diagnostics, without, reader);
+    }
+    if is_ur_kinematics(&text) {
+        let (raw, diagnostics) = ur_kinematics::read(&place.name(), &text)?;
+        return finish(raw, &Located { document: None, rules: None, declared: None }, diagnostics, without, reader);
     }
     from_yaml(reader, place, &text, without)
 }
@@ -137,17 +143,15 @@ pub(super) fn read_robot(reader: &Reader, place: &Place, without: &Without) -> R
 fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> Result<LoadedRobot, Vec<Diagnostic>> {
     let (raw, document, mut diagnostics) = yaml::read::<RawRobot>(&place.name(), text);
     name_schema(&mut diagnostics, "robot");
-    let Some(mut raw) = raw else { return Err(diagnostics) };
-    if let Some(file) = raw.urdf.take() {
-        let urdf_place = place.next_to(&file);
-        match urdf_place.text(reader).and_then(|text| import(&urdf_place, &text)) {
-            Ok((imported, mut reported)) => {
+    let Some(raw) = raw else { return Err(diagnostics) };
+    let mut raw = raw;
+    for start in [with_ur_kinematics, with_urdf] {
+        match start(reader, place, raw, &document) {
+            Ok((started, mut reported)) => {
                 diagnostics.append(&mut reported);
-                raw = merge(imported, raw);
+                raw = started;
             }
             Err(mut reported) => {
-                let missing = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
-                missing.for_each(|diagnostic| diagnostic.place = document.place_of_value(&["urdf"]));
                 diagnostics.append(&mut reported);
                 return Err(diagnostics);
             }
@@ -163,8 +167,12 @@ fn from_yaml(reader: &Reader, place: &Place, text: &str, without: &Without) -> R
             return Err(diagnostics);
         }
     };
-    let located = Located { document: Some(&document), rules: rules.as_ref() };
-    finish(raw, &located, diagnostics, without, reader)
+    let (locate, explained) =
+        (|path: &[&str]| document.place_of_value(path), |path: &[&str]| document.explains_absence(path));
+    let (written, faults) = khalil_kleinfinger(&raw, &locate, &explained);
+    diagnostics.extend(faults);
+    let located = Located { document: Some(&document), rules: rules.as_ref(), declared: Some(&raw) };
+    finish(written, &located, diagnostics, without, reader)
 }
 
 /// Puts the rules of the file that `fuzzy` names in its place; the file's text, if there is one, and what is reported of it.
@@ -206,6 +214,8 @@ struct Located<'a> {
     document: Option<&'a Document>,
     /// That of `fuzzy`, where it is a file of its own.
     rules: Option<&'a Document>,
+    /// The description as declared, where that is not as Khalil and Kleinfinger write it.
+    declared: Option<&'a RawRobot>,
 }
 
 impl<'a> Located<'a> {
@@ -217,27 +227,25 @@ impl<'a> Located<'a> {
         }
     }
 
+    /// The path as the description declares it.
+    fn declared<'p>(&'p self, path: &[&'p str]) -> Vec<&'p str> {
+        let Some(declared) = self.declared else { return path.to_vec() };
+        let frame = path.get(1).and_then(|name| declared.frames.get(*name));
+        let convention = declared.convention.unwrap_or(Convention::KhalilKleinfinger);
+        declared_path(convention, path, frame.and_then(|frame| frame.antecedent.as_deref()))
+    }
+
     fn value(&self, path: &[&str]) -> Option<Location> {
-        self.text(path).and_then(|(text, path)| text.place_of_value(path))
+        self.text(&self.declared(path)).and_then(|(text, path)| text.place_of_value(path))
     }
 
     fn key(&self, path: &[&str]) -> Option<Location> {
-        self.text(path).and_then(|(text, path)| text.place_of_key(path))
+        self.text(&self.declared(path)).and_then(|(text, path)| text.place_of_key(path))
     }
 
     fn explains(&self, path: &[&str]) -> bool {
-        self.text(path).is_some_and(|(text, path)| text.explains_absence(path))
+        self.text(&self.declared(path)).is_some_and(|(text, path)| text.explains_absence(path))
     }
-}
-
-/// Reads a URDF; what concerns the whole of it is located at its start.
-fn import(place: &Place, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let name = place.name();
-    urdf::import(&name, text).map_err(|mut reported| {
-        let unplaced = reported.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
-        unplaced.for_each(|diagnostic| diagnostic.place = Some(Location::in_text(&name, text, 0..0)));
-        reported
-    })
 }
 
 /// Leaves out what a campaign leaves out; whether there was any, with warnings of names that the robot does not have.
@@ -310,7 +318,7 @@ fn finish(
     }
     if let Err(error) = Geometry::nominal(&model) {
         let path: Vec<&str> = match &error {
-            AssemblyError::Loop { name, .. } => vec!["loops", name],
+            AssemblyError::Loop { name, .. } | AssemblyError::Singular { name, .. } => vec!["loops", name],
             AssemblyError::SliderCrank { name, .. } => vec!["actuators", name],
             _ => vec!["frames"],
         };

@@ -71,10 +71,10 @@ pub struct Identifiability {
     pub remainder: Vec<f64>,
     /// Singular values of the kept, scaled columns, descending.
     pub singular_values: Vec<f64>,
-    /// Ratio of the first to the last.
-    pub condition: f64,
-    /// Observability indices O1 to O5 of the kept, scaled columns.
-    pub observability: [f64; 5],
+    /// Ratio of the first to the last; `None` where nothing is kept.
+    pub condition: Option<f64>,
+    /// Observability indices O1 to O5 of the kept, scaled columns; `None` where nothing is kept.
+    pub observability: Option<[f64; 5]>,
     /// The tolerance asked for, if it was relative.
     pub tolerance: Option<f64>,
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Criterion, Identifiability, Scaling, Why};
+use super::{Criterion, DEFAULT_TOLERANCE, Identifiability, Scaling, Why};
 use crate::math::linear::{PivotedQr, singular_values, triangle};
 use crate::math::project_off;
 use crate::parameter::{Group, Parameter};
@@ -25,6 +25,8 @@ const NEGLIGIBLE: f64 = 1e-6;
 pub struct Column {
     /// Belongs to the measuring arrangement (base, tool, markers), which is kept before all others.
     pub first: bool,
+    /// Belongs to base, tool or markers: dropped like others where the readings hardly show it.
+    pub placed: bool,
     /// One sigma of its parameter, in its unit.
     pub tolerance: f64,
     /// Readiness to keep it when it and others are nearly dependent: 1, or less for what is given up first.
@@ -38,6 +40,7 @@ impl Column {
     pub fn about(parameter: &Parameter, held: bool) -> Self {
         Self {
             first: parameter.group != Group::Geometry,
+            placed: matches!(parameter.group, Group::Base | Group::Tool),
             tolerance: parameter.tolerance,
             preference: if parameter.closing { 0.1 } else { 1.0 },
             held,
@@ -98,11 +101,17 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     let columns = Columns::new(matrix, about, scaling);
     let (chosen, remainder) = independent(&columns, about);
     let eligible: Vec<usize> = chosen.iter().copied().filter(|&column| !about[column].held).collect();
+    // Base and tool are judged among themselves first: what is weak of them would else push out parameters of the robot.
+    let (placed, robot): (Vec<usize>, Vec<usize>) = eligible.iter().partition(|&&column| about[column].placed);
+    let relative = match criterion {
+        Criterion::Relative(tolerance) => tolerance,
+        Criterion::Noise => DEFAULT_TOLERANCE,
+    };
+    let placed = shown(&columns, placed, relative);
+    let eligible = [placed, robot].concat();
     let mut kept: Vec<usize> = match criterion {
         Criterion::Relative(tolerance) => {
-            let values = singular_values(&columns.choose(&eligible)).unwrap_or_default();
-            let least = tolerance * values.first().copied().unwrap_or(0.0);
-            let count = values.iter().filter(|value| **value >= least).count();
+            let count = shown(&columns, eligible.clone(), tolerance).len();
             let position = eligible.iter().enumerate();
             position.filter(|&(k, &column)| k < count || about[column].first).map(|(_, &column)| column).collect()
         }
@@ -120,7 +129,7 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     let is_dropped = |column: &usize| kept.binary_search(column).is_err();
     let dropped: Vec<(usize, Why)> = (0..about.len()).filter(is_dropped).map(|column| (column, why(column))).collect();
     let singular_values = singular_values(&columns.choose(&kept)).unwrap_or_default();
-    let (condition, observability) = indices(&singular_values, columns.rows);
+    let (condition, observability) = indices(&singular_values, columns.rows).unzip();
     let tolerance = match criterion {
         Criterion::Relative(tolerance) => Some(tolerance),
         Criterion::Noise => None,
@@ -137,6 +146,15 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
         observability,
         tolerance,
     }
+}
+
+/// As many of some columns, in their order of choice, as their matrix has singular values of at least a fraction of the
+/// first.
+fn shown(columns: &Columns, mut chosen: Vec<usize>, fraction: f64) -> Vec<usize> {
+    let values = singular_values(&columns.choose(&chosen)).unwrap_or_default();
+    let least = fraction * values.first().copied().unwrap_or(0.0);
+    chosen.truncate(values.iter().filter(|value| **value >= least).count());
+    chosen
 }
 
 /// Columns that are not exactly dependent, in the order of choice, and of every column the part of its length that those
@@ -195,12 +213,12 @@ fn combine(columns: &Columns, kept: &[usize], dropped: &[(usize, Why)]) -> Vec<(
 }
 
 /// Condition number and O1..O5: (product)^(1/n) / sqrt(rows), last / first, last, last^2 / first, 1 / sum of inverses.
-fn indices(singular_values: &[f64], rows: usize) -> (f64, [f64; 5]) {
-    let (Some(&first), Some(&last)) = (singular_values.first(), singular_values.last()) else {
-        return (f64::NAN, [f64::NAN; 5]);
-    };
+/// `None` where there are no columns.
+fn indices(singular_values: &[f64], rows: usize) -> Option<(f64, [f64; 5])> {
+    let (&first, &last) = (singular_values.first()?, singular_values.last()?);
     let n = singular_values.len() as f64;
     let mean_log = singular_values.iter().map(|s| s.ln()).sum::<f64>() / n;
     let inverse: f64 = singular_values.iter().map(|s| 1.0 / s).sum();
-    (first / last, [mean_log.exp() / (rows as f64).sqrt(), last / first, last, last * last / first, 1.0 / inverse])
+    let all = [mean_log.exp() / (rows as f64).sqrt(), last / first, last, last * last / first, 1.0 / inverse];
+    Some((first / last, all))
 }

@@ -18,6 +18,24 @@ pub enum AssemblyError {
         /// What was said about the branch.
         branch: &'static str,
     },
+    /// A closed loop's declared assembly branch does not lead there: two assemblies meet on the way.
+    #[error(
+        "loop {} comes to a singular position, where two of its assemblies meet, on the way there from where its branch is \
+         declared: at {} (passive joints {}); on which assembly it goes on is not known",
+        quoted(name, others),
+        joints(inputs),
+        joints(passive)
+    )]
+    Singular {
+        /// The loop, or the first of those that are closed together.
+        name: String,
+        /// The others that are closed together with it.
+        others: Vec<String>,
+        /// Joints of the loops that had moved when it was reached.
+        inputs: Vec<At>,
+        /// Its passive joints there.
+        passive: Vec<At>,
+    },
     /// A slider-crank's triangle does not close.
     #[error(
         "the triangle of actuator `{name}` cannot close at stroke {stroke:.6} m: its length is {gap:.3e} m out of reach"
@@ -41,6 +59,25 @@ pub enum AssemblyError {
         /// Number given.
         found: usize,
     },
+}
+
+/// A joint and its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct At {
+    /// Name of its frame.
+    pub joint: String,
+    /// Joint variable, rad or m.
+    pub value: f64,
+    /// Whether it is an angle.
+    pub is_angle: bool,
+}
+
+fn joints(all: &[At]) -> String {
+    let shown = |at: &At| match at.is_angle {
+        true => format!("`{}` = {:.1} deg", at.joint, at.value.to_degrees()),
+        false => format!("`{}` = {:.4} m", at.joint, at.value),
+    };
+    all.iter().map(shown).collect::<Vec<_>>().join(", ")
 }
 
 fn quoted(name: &str, others: &[String]) -> String {

@@ -1,4 +1,5 @@
-//! Generic loop closure: Newton on the cut joints, from the declared branch, with continuation where it is far.
+//! Generic loop closure: Newton on the cut joints, from the declared branch. Whether what it finds belongs to that branch
+//! is the matter of [`super::branch`].
 
 use super::assembly_error::AssemblyError;
 use super::constants::Constants;
@@ -13,30 +14,68 @@ use crate::model::{LoopGroup, Stage};
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     pub linearisation: Linearisation,
-    matrix: Vec<f64>,
-    residual: Vec<f64>,
-    step: Vec<f64>,
+    pub(super) matrix: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) step: Vec<f64>,
     trial: Vec<f64>,
-    inputs: Vec<f64>,
+    /// Change of the inputs along the way that is followed.
+    pub(super) direction: Vec<f64>,
+    /// How the residual changes with the inputs along that way, the unknowns held.
+    pub(super) drive: Vec<f64>,
+    /// Ends of a stride along that way.
+    pub(super) from: Node,
+    pub(super) to: Node,
+    /// Inputs for which the loops are being closed.
+    pub(super) target: Vec<f64>,
+    /// Unknowns as they were found first.
+    pub(super) found: Vec<f64>,
+    /// Values by which loops were closed last, and where.
+    pub(super) values: Vec<f64>,
+    pub(super) last: Vec<Last>,
+}
+
+/// Where a group of loops was closed last.
+#[derive(Debug, Clone, Default)]
+pub struct Last {
+    /// Its unknowns.
+    pub unknowns: Vec<FrameIndex>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// Values of its inputs.
+    pub inputs: Vec<f64>,
+}
+
+/// A position on the way that is followed.
+#[derive(Debug, Clone, Default)]
+pub struct Node {
+    /// Share of the way.
+    pub share: f64,
+    /// Unknowns there.
+    pub unknowns: Vec<f64>,
+    /// How they change with the share.
+    pub tangent: Vec<f64>,
 }
 
 /// Loops that are closed together, assembled once on their declared branch.
 #[derive(Debug, Clone)]
 pub struct ClosedLoops {
-    group: LoopGroup,
+    pub(super) group: LoopGroup,
     grounds: Vec<Option<GroundLink>>,
     /// Joints (unknowns) at the reference configuration.
-    reference: Vec<f64>,
+    pub(super) reference: Vec<f64>,
     /// Inputs at the reference configuration.
-    inputs: Vec<f64>,
-    /// Sign of the closure's determinant on the declared branch; of an over-constrained closure, of its Jacobian's
-    /// against that of the reference, which is +1 by definition.
-    sign: f64,
+    pub(super) inputs: Vec<f64>,
+    /// The closure's determinant at the reference; of an over-constrained closure, of its Jacobian times the transpose of
+    /// that at the reference.
+    determinant: f64,
     /// Jacobian at the reference, where there are more equations than unknowns; empty otherwise.
     jacobian: Vec<f64>,
+    /// Change of the unknowns at the reference by each input, row-major: unknowns x inputs.
+    pub(super) rates: Vec<f64>,
 }
 
-const MAX_ITERATIONS: usize = 60;
+/// Most steps of Newton's method, and how often one is halved: as many as may help from afar.
+pub const ANYHOW: [usize; 2] = [60, 12];
 /// A Newton step below this (rad or m) leaves an error of its square.
 const SMALL_STEP: f64 = 1e-8;
 /// Residual (m or rad) below which a loop is closed.
@@ -53,8 +92,9 @@ impl ClosedLoops {
             grounds,
             reference: group.guess.clone(),
             inputs: Vec::new(),
-            sign: 0.0,
+            determinant: 1.0,
             jacobian: Vec::new(),
+            rates: Vec::new(),
         };
         let mut joints = Vec::new();
         constants.direct_joints(&group.at, &mut joints);
@@ -75,22 +115,24 @@ impl ClosedLoops {
         for (&frame, &guess) in group.unknowns.iter().zip(&group.guess) {
             joints[frame] = guess;
         }
-        match closed.newton(constants, &mut joints, &mut scratch) {
-            Ok(sign) => {
-                closed.sign = sign;
+        match closed.newton(constants, &mut joints, ANYHOW, &mut scratch) {
+            Ok(determinant) => {
+                closed.determinant = determinant;
                 closed.reference = group.unknowns.iter().map(|&frame| joints[frame]).collect();
+                closed.evaluate(constants, &joints, &mut scratch);
                 if group.equations > group.unknowns.len() {
-                    closed.evaluate(constants, &joints, &mut scratch);
-                    closed.jacobian = scratch.matrix;
-                    closed.sign = 1.0;
+                    closed.jacobian.clone_from(&scratch.matrix);
+                    closed.determinant = 1.0;
+                    closed.determinant = closed.quality(0.0, &scratch.matrix);
                 }
+                closed.rates_by_inputs(constants, &joints, &mut scratch);
                 Ok(closed)
             }
             Err(gap) => Err(closed.failure(gap, " where its branch is declared")),
         }
     }
 
-    fn failure(&self, gap: f64, branch: &'static str) -> AssemblyError {
+    pub(super) fn failure(&self, gap: f64, branch: &'static str) -> AssemblyError {
         let mut names = self.group.loops.iter().map(|plan| plan.name.clone());
         AssemblyError::Loop { name: names.next().unwrap_or_default(), others: names.collect(), gap, branch }
     }
@@ -100,87 +142,38 @@ impl ClosedLoops {
         &self.group
     }
 
-    /// Finds the passive joints for given other joints, on the declared branch: Newton from the reference, and where
-    /// that fails or ends on another branch, by continuation from it in smaller and smaller steps.
-    pub fn close(&self, constants: &Constants, joints: &mut [f64], scratch: &mut Scratch) -> Result<(), AssemblyError> {
-        self.set(&self.group.unknowns, &self.reference, joints);
-        if self.newton(constants, joints, scratch).is_ok_and(|sign| sign == self.sign) {
-            return Ok(());
-        }
-        let mut target = std::mem::take(&mut scratch.inputs);
-        target.clear();
-        target.extend(self.group.inputs.iter().map(|&frame| joints[frame]));
-        let result = self.continuation(constants, &target, joints, scratch);
-        self.set(&self.group.inputs, &target, joints);
-        scratch.inputs = target;
-        // From where the branch ends, the gap that stays for the joints asked for.
-        result.map_err(|gap| match self.newton(constants, joints, scratch) {
-            Err(gap) => self.failure(gap, ""),
-            Ok(_) => self.failure(gap, " on its declared branch"),
-        })
-    }
-
-    /// The determinant's sign, from what a solve found: see [`ClosedLoops::sign`].
-    fn branch(&self, sign: f64, matrix: &[f64]) -> f64 {
+    /// The closure's determinant over that at the reference, from the determinant that a solve found and its matrix: 1 at
+    /// the reference, 0 at a singular position, negative on the other side of one.
+    pub(super) fn quality(&self, determinant: f64, matrix: &[f64]) -> f64 {
         if self.jacobian.is_empty() {
-            return sign;
+            return determinant / self.determinant;
         }
         let (rows, columns) = (self.group.equations, self.group.unknowns.len());
         let reference = nalgebra::DMatrix::from_row_slice(rows, columns, &self.jacobian);
-        reference.tr_mul(&nalgebra::DMatrix::from_row_slice(rows, columns, matrix)).determinant().signum()
+        let product = reference.tr_mul(&nalgebra::DMatrix::from_row_slice(rows, columns, matrix));
+        product.determinant() / self.determinant
     }
 
-    fn set(&self, frames: &[FrameIndex], values: &[f64], joints: &mut [f64]) {
+    pub(super) fn set(&self, frames: &[FrameIndex], values: &[f64], joints: &mut [f64]) {
         for (&frame, &value) in frames.iter().zip(values) {
             joints[frame] = value;
         }
     }
 
-    fn continuation(
+    /// Newton with step halving on the unknowns in `joints`; the determinant over that at the reference, or the gap that
+    /// stays. The scratch then holds the closure's matrix and drive where the loops are closed.
+    pub(super) fn newton(
         &self,
         constants: &Constants,
-        target: &[f64],
         joints: &mut [f64],
+        [steps, halvings]: [usize; 2],
         scratch: &mut Scratch,
-    ) -> Result<(), f64> {
-        self.set(&self.group.unknowns, &self.reference, joints);
-        let mut good = self.reference.clone();
-        let (mut done, mut step) = (0.0, 0.25);
-        let mut gap = f64::INFINITY;
-        while done < 1.0 {
-            let next = f64::min(done + step, 1.0);
-            for ((&frame, from), to) in self.group.inputs.iter().zip(&self.inputs).zip(target) {
-                joints[frame] = from + next * (to - from);
-            }
-            self.set(&self.group.unknowns, &good, joints);
-            match self.newton(constants, joints, scratch) {
-                Ok(sign) if sign == self.sign => {
-                    done = next;
-                    step *= 1.5;
-                    for (value, &frame) in good.iter_mut().zip(&self.group.unknowns) {
-                        *value = joints[frame];
-                    }
-                }
-                outcome => {
-                    gap = outcome.err().unwrap_or(gap);
-                    step *= 0.5;
-                    if step < 1e-3 {
-                        self.set(&self.group.unknowns, &good, joints);
-                        return Err(if gap.is_finite() { gap } else { 0.0 });
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Newton with step halving on the unknowns in `joints`; the determinant's sign, or the gap that stays.
-    fn newton(&self, constants: &Constants, joints: &mut [f64], scratch: &mut Scratch) -> Result<f64, f64> {
+    ) -> Result<f64, f64> {
         let n = self.group.unknowns.len();
         let mut best = self.evaluate(constants, joints, scratch);
-        for _ in 0..MAX_ITERATIONS {
+        for _ in 0..steps {
             scratch.step.resize(n, 0.0);
-            let Some(sign) =
+            let Some(determinant) =
                 linear::solve(&scratch.matrix, &scratch.residual, self.group.equations, n, &mut scratch.step)
             else {
                 return Err(best);
@@ -191,14 +184,14 @@ impl ClosedLoops {
             scratch.trial.clear();
             scratch.trial.extend(self.group.unknowns.iter().map(|&frame| joints[frame]));
             let mut gap = f64::INFINITY;
-            for _ in 0..12 {
+            for _ in 0..halvings {
                 for (k, &frame) in self.group.unknowns.iter().enumerate() {
                     joints[frame] = scratch.trial[k] - factor * scratch.step[k];
                 }
                 if factor == 1.0 && largest < SMALL_STEP {
                     // Quadratic convergence: what is left is the step's square. Over-constrained loops keep their gap.
                     return if best < CLOSED || best <= self.group.gap || self.group.equations == n && best < 1e-6 {
-                        Ok(self.branch(sign, &scratch.matrix))
+                        Ok(self.quality(determinant, &scratch.matrix))
                     } else {
                         Err(best)
                     };
@@ -218,12 +211,14 @@ impl ClosedLoops {
     }
 
     /// Residual (returned as its largest component) and Jacobian by the unknowns, into the scratch.
-    fn evaluate(&self, constants: &Constants, joints: &[f64], scratch: &mut Scratch) -> f64 {
+    pub(super) fn evaluate(&self, constants: &Constants, joints: &[f64], scratch: &mut Scratch) -> f64 {
         let n = self.group.unknowns.len();
         scratch.matrix.clear();
         scratch.matrix.resize(self.group.equations * n, 0.0);
         scratch.residual.clear();
         scratch.residual.resize(self.group.equations, 0.0);
+        scratch.drive.clear();
+        scratch.drive.resize(self.group.equations, 0.0);
         for at in 0..self.group.loops.len() {
             let plan = &self.group.loops[at];
             self.linearise(constants, at, joints, false, &mut scratch.linearisation);
@@ -233,6 +228,11 @@ impl ClosedLoops {
                 if let Some(k) = self.group.unknowns.iter().position(|unknown| unknown == frame) {
                     for (row, value) in column[..found.rows].iter().enumerate() {
                         scratch.matrix[(plan.row + row) * n + k] += value;
+                    }
+                } else if let Some(k) = self.group.inputs.iter().position(|input| input == frame) {
+                    let rate = scratch.direction.get(k).copied().unwrap_or_default();
+                    for (row, value) in column[..found.rows].iter().enumerate() {
+                        scratch.drive[plan.row + row] += value * rate;
                     }
                 }
             }

@@ -137,11 +137,16 @@ impl<'m> Geometry<'m> {
 
     /// Position of a marker in its frame.
     pub fn marker(&self, marker: usize) -> Point3<f64> {
-        let slot = self.model.markers[marker].slot;
+        self.point(self.model.markers[marker].slot)
+    }
+
+    /// The point that three values from a slot describe, m.
+    pub fn point(&self, slot: Slot) -> Point3<f64> {
         Point3::new(self.constants.values[slot], self.constants.values[slot + 1], self.constants.values[slot + 2])
     }
 
-    fn placement(&self, slot: Slot) -> Transform {
+    /// The pose that six values from a slot describe: position (m) and rotation vector.
+    pub fn placement(&self, slot: Slot) -> Transform {
         let v = &self.constants.values[slot..slot + 6];
         Transform::from_parts(Translation3::new(v[0], v[1], v[2]), Rotation3::new(Vector3::new(v[3], v[4], v[5])))
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// Least-squares solution x of `a x = b` (row-major, `rows` x `columns`), and the sign of det a where a is square (else 0).
+/// Least-squares solution x of `a x = b` (row-major, `rows` x `columns`), and det a where a is square (else 0).
 /// Fixed sizes, which most loops have, allocate nothing.
 pub fn solve(a: &[f64], b: &[f64], rows: usize, columns: usize, x: &mut [f64]) -> Option<f64> {
     match (rows, columns) {
@@ -14,12 +14,12 @@ pub fn solve(a: &[f64], b: &[f64], rows: usize, columns: usize, x: &mut [f64]) -
             if matrix.iter().chain(b).any(|v| !v.is_finite()) {
                 return None; // the decomposition would not end
             }
-            let sign = if rows == columns { matrix.determinant().signum() } else { 0.0 };
+            let determinant = if rows == columns { matrix.determinant() } else { 0.0 };
             let svd = matrix.try_svd(true, true, f64::EPSILON, 200)?;
             let tolerance = 1e-11 * svd.singular_values.max();
             let solution = svd.solve(&DVector::from_column_slice(b), tolerance).ok()?;
             x.copy_from_slice(solution.as_slice());
-            Some(sign)
+            Some(determinant)
         }
     }
 }
@@ -35,7 +35,7 @@ macro_rules! square {
                 return None;
             }
             x.copy_from_slice(solution.as_slice());
-            Some(determinant.signum())
+            Some(determinant)
         }
     };
 }

@@ -4,11 +4,13 @@
 //! elementary transforms give twists, loops give implicit derivatives.
 
 mod assembly_error;
+mod branch;
 mod closure;
 mod constants;
 mod geometry;
 mod inverse;
 mod jacobian;
+mod limits;
 mod linear;
 mod linearisation;
 mod planar;
@@ -17,10 +19,11 @@ mod slider_crank;
 mod spatial;
 mod transform;
 
-pub use assembly_error::AssemblyError;
+pub use assembly_error::{AssemblyError, At};
 pub use geometry::{Geometry, Placements};
-pub use inverse::{InverseError, InverseSettings, Solution, Target, beyond_limits, solve};
+pub use inverse::{Hold, InverseError, InverseSettings, Solution, Target, solve};
 pub use jacobian::{By, ErrorColumns, shift};
+pub use limits::{Limited, beyond_limits, limited};
 pub use rates::Rates;
 pub use slider_crank::slider_crank;
 pub use transform::{Transform, rotation_vector};

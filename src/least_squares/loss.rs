@@ -2,6 +2,8 @@
 
 use nalgebra::DVector;
 
+use super::problem::Problem;
+
 /// The function `rho` in the cost `1/2 sum rho(r^2)`.
 ///
 /// The number is a scale `k` in units of the residual; with residuals in standard deviations the values quoted give 95 %
@@ -58,21 +60,50 @@ impl Loss {
         }
     }
 
-    /// `1/2 sum rho(r^2)`.
-    pub(super) fn cost(self, residual: &DVector<f64>) -> f64 {
+    /// The same loss with its scale times `factor`; plain squares where that is infinite.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
         match self {
-            Self::Squares => 0.5 * residual.norm_squared(),
-            _ => 0.5 * residual.iter().map(|&r| self.value(r)).sum::<f64>(),
+            _ if factor == f64::INFINITY => Self::Squares,
+            Self::Squares => Self::Squares,
+            Self::Huber(k) => Self::Huber(k * factor),
+            Self::Cauchy(k) => Self::Cauchy(k * factor),
+            Self::Tukey(k) => Self::Tukey(k * factor),
+        }
+    }
+}
+
+/// The loss of each residual of a problem; `None` for plain squares.
+pub(super) struct Losses(Option<Vec<Loss>>);
+
+impl Losses {
+    pub fn new(problem: &impl Problem, loss: Loss) -> Self {
+        let each = || (0..problem.residuals()).map(|row| loss.scaled(problem.tuning(row))).collect();
+        Self((loss != Loss::Squares).then(each))
+    }
+
+    /// Robust weights (m); `None` where all are 1.
+    pub fn weights(&self, residual: &DVector<f64>) -> Option<DVector<f64>> {
+        let weight = |(loss, r): (&Loss, &f64)| loss.weight(*r);
+        self.0.as_ref().map(|losses| DVector::from_iterator(residual.len(), losses.iter().zip(residual).map(weight)))
+    }
+
+    /// `1/2 sum rho(r^2)`.
+    pub fn cost(&self, residual: &DVector<f64>) -> f64 {
+        let value = |(loss, r): (&Loss, &f64)| loss.value(*r);
+        match &self.0 {
+            None => 0.5 * residual.norm_squared(),
+            Some(losses) => 0.5 * losses.iter().zip(residual).map(value).sum::<f64>(),
         }
     }
 
     /// Cost at `before` minus cost at `after`, summed term by term: the difference of the two sums would lose the last
     /// digits just where they decide whether a tiny step is an improvement.
-    pub(super) fn reduction(self, before: &DVector<f64>, after: &DVector<f64>) -> f64 {
+    pub fn reduction(&self, before: &DVector<f64>, after: &DVector<f64>) -> f64 {
         let pairs = before.iter().zip(after);
-        match self {
-            Self::Squares => 0.5 * pairs.map(|(b, a)| (b - a) * (b + a)).sum::<f64>(),
-            _ => 0.5 * pairs.map(|(&b, &a)| self.value(b) - self.value(a)).sum::<f64>(),
+        match &self.0 {
+            None => 0.5 * pairs.map(|(b, a)| (b - a) * (b + a)).sum::<f64>(),
+            Some(losses) => 0.5 * pairs.zip(losses).map(|((&b, &a), loss)| loss.value(b) - loss.value(a)).sum::<f64>(),
         }
     }
 }

@@ -11,6 +11,12 @@ pub trait Problem {
     /// Number of residuals, m; any number, also less than n.
     fn residuals(&self) -> usize;
 
+    /// Factor (above 0) of the scale of the [`Loss`](super::Loss) for one residual: residuals of several kinds may have a
+    /// robust scale each. Infinite for one that counts by its square whatever its size, as a prior does.
+    fn tuning(&self, _residual: usize) -> f64 {
+        1.0
+    }
+
     /// Writes `r(x)`, already weighted, into `residual` (m) and, if asked, `dr/dx` into `jacobian` (m x n).
     ///
     /// Both arrive with the right shape and with whatever an earlier call left in them: write every entry. The same `x`

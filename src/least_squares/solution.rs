@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::{BoundsError, EvaluationError, Side};
 
-/// The question makes no sense; nothing was computed.
+/// The question makes no sense, or not at its start; nothing was computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum UsageError {
     /// A list has not one entry per parameter.
@@ -26,6 +26,9 @@ pub enum UsageError {
         /// The value found.
         value: f64,
     },
+    /// The model has no value at the start, moved inside the bounds.
+    #[error("there is no value at the start: {0}")]
+    NoStart(EvaluationError),
     /// The limits leave no value.
     #[error(transparent)]
     Bounds(#[from] BoundsError),
@@ -67,8 +70,6 @@ pub enum Status {
     /// The trust region shrank to nothing though the model promises progress: the derivative is wrong, the model jumps,
     /// or a wall of the domain is in the way. Also after a step lost in rounding noise.
     Stalled,
-    /// The model has no value at the (clamped) start; residual and Jacobian of the solution are NaN.
-    NoStart(EvaluationError),
 }
 
 impl std::fmt::Display for Status {
@@ -81,7 +82,6 @@ impl std::fmt::Display for Status {
             Self::PerfectFit => "perfectfit",
             Self::IterationLimit => "iterationlimit",
             Self::Stalled => "stalled",
-            Self::NoStart(_) => "nostart",
         })
     }
 }

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::bounds::Bounds;
 use super::box_step::Region;
 use super::linear::{Linear, Reduced, Step};
+use super::loss::Losses;
 use super::problem::{EvaluationError, Problem};
 use super::settings::{Progress, Settings};
 use super::solution::{Solution, Status, UsageError};
@@ -52,10 +53,8 @@ pub fn minimize_observed(
     let mut x = start.to_vec();
     bounds.clamp(&mut x);
     let mut search = Search::new(problem, bounds, settings, x);
-    let status = match search.begin()? {
-        Ok(linear) => search.run(linear, observer)?,
-        Err(reason) => Status::NoStart(reason),
-    };
+    let linear = search.begin()?.map_err(UsageError::NoStart)?;
+    let status = search.run(linear, observer)?;
     Ok(search.finish(status))
 }
 
@@ -82,6 +81,7 @@ struct Search<'a, P> {
     problem: &'a P,
     bounds: &'a Bounds,
     settings: &'a Settings,
+    losses: Losses,
     x: Vec<f64>,
     residual: DVector<f64>,
     jacobian: DMatrix<f64>,
@@ -105,6 +105,7 @@ impl<'a, P: Problem> Search<'a, P> {
             problem,
             bounds,
             settings,
+            losses: Losses::new(problem, settings.loss),
             x,
             residual: DVector::from_element(m, f64::NAN),
             jacobian: DMatrix::from_element(m, n, f64::NAN),
@@ -236,7 +237,7 @@ impl<'a, P: Problem> Search<'a, P> {
         if evaluate(self.problem, &x, &mut residual, None)?.is_err() {
             return Ok(None);
         }
-        let reduction = self.settings.loss.reduction(&self.residual, &residual);
+        let reduction = self.losses.reduction(&self.residual, &residual);
         Ok(reduction.is_finite().then_some(Trial { x, residual, reduction }))
     }
 
@@ -259,10 +260,10 @@ impl<'a, P: Problem> Search<'a, P> {
         if let Err(reason) = evaluate(self.problem, x, &mut self.trial_residual, Some(&mut self.trial_jacobian))? {
             return Ok(Err(reason));
         }
-        let weights = self.weights(&self.trial_residual);
+        let weights = self.losses.weights(&self.trial_residual);
         let memory = std::mem::take(&mut self.memory);
         let reduced = Reduced::new(&self.trial_jacobian, &self.trial_residual, weights.as_ref(), memory);
-        let cost = self.settings.loss.cost(&self.trial_residual);
+        let cost = self.losses.cost(&self.trial_residual);
         Ok(reduced
             .filter(|_| cost.is_finite())
             .ok_or_else(|| EvaluationError("the squares of the residuals or derivatives overflow".into())))
@@ -273,11 +274,7 @@ impl<'a, P: Problem> Search<'a, P> {
         self.x = x;
         std::mem::swap(&mut self.residual, &mut self.trial_residual);
         std::mem::swap(&mut self.jacobian, &mut self.trial_jacobian);
-        self.cost = self.settings.loss.cost(&self.residual);
-    }
-
-    fn weights(&self, residual: &DVector<f64>) -> Option<DVector<f64>> {
-        self.settings.loss.scale().map(|_| residual.map(|r| self.settings.loss.weight(r)))
+        self.cost = self.losses.cost(&self.residual);
     }
 
     /// Whether this step, or any step from here, is too small to matter.
@@ -290,7 +287,8 @@ impl<'a, P: Problem> Search<'a, P> {
     }
 
     fn finish(self, status: Status) -> Solution {
-        let weights = self.weights(&self.residual).unwrap_or_else(|| DVector::from_element(self.residual.len(), 1.0));
+        let weights =
+            self.losses.weights(&self.residual).unwrap_or_else(|| DVector::from_element(self.residual.len(), 1.0));
         Solution {
             gradient: self.jacobian.tr_mul(&weights.component_mul(&self.residual)),
             at_bound: self.bounds.touched(&self.x),

@@ -1,8 +1,9 @@
-//! Quantiles of the distributions that intervals are made of. Every interval of the library is two-sided and holds 95 %.
+//! Quantiles and tails of the distributions that intervals and tests are made of. Every interval of the library is two-sided
+//! and holds 95 %. Nothing else asks the distributions: what is not finite is answered here and never reaches them.
 
 use std::sync::LazyLock;
 
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// Probability below the upper end of a two-sided 95 % interval.
 const UPPER: f64 = 0.975;
@@ -14,7 +15,40 @@ pub fn normal95() -> f64 {
 }
 
 /// Half width of the two-sided 95 % interval of Student's t: the standard deviation is estimated with so many degrees of
-/// freedom. Infinite where none is left (0 or fewer).
+/// freedom. Infinite where none is left (0 or fewer, or not a number); that of a normal variable for infinitely many.
 pub fn t95(degrees_of_freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(UPPER))
+    if degrees_of_freedom == f64::INFINITY {
+        return normal95();
+    }
+    let known = StudentsT::new(0.0, 1.0, degrees_of_freedom).ok().filter(|_| degrees_of_freedom.is_finite());
+    known.map_or(f64::INFINITY, |t| t.inverse_cdf(UPPER))
+}
+
+/// Probability that Fisher's F with so many degrees of freedom is `ratio` or more. An infinite ratio, of something to
+/// nothing, is never chance: 0. A ratio that is no number (nothing to nothing), or degrees that are not finite and positive,
+/// show nothing: 1.
+pub fn f_tail(ratio: f64, numerator: f64, denominator: f64) -> f64 {
+    let is_usable = |degrees: f64| degrees.is_finite() && degrees > 0.0;
+    if !(is_usable(numerator) && is_usable(denominator)) || ratio.is_nan() || ratio <= 0.0 {
+        return 1.0;
+    }
+    if ratio == f64::INFINITY {
+        return 0.0;
+    }
+    // The incomplete beta function is asked at d1 x / (d1 x + d2), which must not overflow either.
+    let greatest = f64::MAX / numerator.max(denominator) / 4.0;
+    FisherSnedecor::new(numerator, denominator).map_or(1.0, |f| f.sf(ratio.min(greatest)))
+}
+
+/// Probability that a variable of Student's t with so many degrees of freedom (at least one) is farther from 0 than `t`.
+///
+/// ```
+/// use elastogeo::math::quantiles::{t95, two_sided_t};
+///
+/// assert!((two_sided_t(-t95(7.0), 7.0) - 0.05).abs() < 1e-9);
+/// ```
+pub fn two_sided_t(t: f64, degrees_of_freedom: f64) -> f64 {
+    // Beyond so many the distribution is normal to rounding.
+    let degrees_of_freedom = degrees_of_freedom.clamp(1.0, 1e9);
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(1.0, |of| 2.0 * of.cdf(-t.abs()))
 }

@@ -12,16 +12,13 @@ pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {
     if n == 0.0 { [0.0; 3] } else { [sum / n, f64::sqrt(squares / n), max] }
 }
 
-/// Median; NaN for none.
+/// Median; `None` of none.
 ///
 /// ```
-/// assert_eq!(elastogeo::math::median(&mut [3.0, 1.0, 2.0]), 2.0);
+/// assert_eq!(elastogeo::math::median(&mut [3.0, 1.0, 2.0]), Some(2.0));
 /// ```
-pub fn median(values: &mut [f64]) -> f64 {
+pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    match values.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => values[n / 2],
-        n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
-    }
+    let upper = *values.get(values.len() / 2)?;
+    Some(if values.len() % 2 == 1 { upper } else { 0.5 * (values[values.len() / 2 - 1] + upper) })
 }

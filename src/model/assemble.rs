@@ -6,13 +6,13 @@ use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
 use super::structure::{Edge, MassElement, Spot, Structure, Vertex, nearest};
 use super::{Fault, Model};
-use crate::description::elastic::{BASE_SYMBOLS, Shear, Stiffness, own_axis};
+use crate::description::elastic::{BASE_SYMBOLS, Node, Shear, Stiffness, own_axis};
 use crate::description::parameters::{
     ANCHORS, AXIAL, CENTRE, DENSITY, FREE_LENGTH, JOINT, MASS, Number, Owner, PEDESTAL, POISSON, RATE, SECTION, SHEAR,
-    Stiffness as Row, YOUNG,
+    Stiffness as Row, YOUNG, joint_directions, joint_springs,
 };
 use crate::description::raw::{JointKind, LoadPath, LoopKind, Meet, Support};
-use crate::description::robot::{FrameIndex, Motion, Robot};
+use crate::description::robot::{Frame, FrameIndex, Motion, Robot};
 use crate::elements::{
     Axes, BodyPoint, Law, Lumped, Material, Screw, ScrewTriangle, Section, Spring, VertexIndex, screw_pins,
 };
@@ -20,7 +20,7 @@ use crate::parameter::{Group, Kind, Parameter, Slot};
 
 /// Compliance by which what is declared rigid is commonly off, m/N and rad/(N.m): a start for effects.
 const COMMON: [f64; 2] = [1e-9, 1e-7];
-/// Symbols of lumped springs about a joint: along x, y, z (its axis), about x, y, z.
+/// Symbols of lumped springs at the cut of a loop: along x, y, z, about x, y, z.
 const LUMPED: [&str; 6] = ["kr", "kr", "ka", "krr", "krr", "kar"];
 
 pub(super) struct Builder<'a> {
@@ -51,8 +51,12 @@ pub fn assemble(robot: &Robot, model: &mut Model) -> Result<Structure, Vec<Fault
     builder.hang()
 }
 
-/// Frames with all joints at zero.
+/// Frames with all joints at zero, but for slides, which are in the middle of their limits: a boom is out of its sleeve there.
 fn home(robot: &Robot) -> Vec<Isometry3<f64>> {
+    let out = |frame: &Frame| match frame.limits {
+        Some([low, high]) if frame.joint == JointKind::Prismatic && (high - low).is_finite() => 0.5 * (low + high),
+        _ => 0.0,
+    };
     let mut home: Vec<Isometry3<f64>> = Vec::with_capacity(robot.frames.len());
     for frame in &robot.frames {
         let c = &frame.constants;
@@ -68,7 +72,7 @@ fn home(robot: &Robot) -> Vec<Isometry3<f64>> {
             * turn(Vector3::x_axis(), c.alpha)
             * Translation3::new(c.d, 0.0, 0.0)
             * turn(Vector3::z_axis(), c.theta)
-            * Translation3::new(0.0, 0.0, c.r);
+            * Translation3::new(0.0, 0.0, c.r + out(frame));
         home.push(match home.get(frame.antecedent) {
             Some(antecedent) => antecedent * own,
             None => Isometry3::identity(),
@@ -212,24 +216,27 @@ impl Builder<'_> {
                 continue;
             }
             let declared = self.robot.elastic.joints.iter().find(|joint| joint.frame == index);
-            let springs = declared.map_or([None; 4], |joint| joint.springs);
+            let springs = declared.map_or([None; 8], |joint| joint.springs);
             let axis = own_axis(frame.joint);
             let screw = match frame.motion {
                 Motion::Actuator(which) => self.model.actuators.iter().position(|a| a.joint == index).zip(Some(which)),
                 _ => None,
             };
             let owner = Owner::Joint(&frame.name);
-            let slots = std::array::from_fn(|k| {
+            let directions = joint_directions(|k| springs[k].is_some());
+            let mut slots = [0; 8];
+            for k in joint_springs(directions) {
                 // A passive axis is free, or held by a soft spring: a stiffness, zero where none is given.
-                if frame.motion == Motion::Passive && k == axis {
+                slots[k] = if frame.motion == Motion::Passive && k == axis {
                     let given = springs[k].unwrap_or(Stiffness::undeclared(JOINT[k].kind));
-                    return self.stiffness(owner.parameter(JOINT[k].symbol), given, (0.3 * given.nominal).max(1.0));
-                }
-                // What the screw holds is free of itself, and the joint's own spring is then rigid.
-                self.compliance(owner, &JOINT[k], springs[k].filter(|given| given.nominal.is_finite()))
-            });
-            let [ka, kr, kar, krr] = slots;
-            let mut laws = [kr, kr, ka, krr, krr, kar].map(Law::Compliance);
+                    self.stiffness(owner.parameter(JOINT[k].symbol), given, (0.3 * given.nominal).max(1.0))
+                } else {
+                    // What the screw holds is free of itself, and the joint's own spring is then rigid.
+                    self.compliance(owner, &JOINT[k], springs[k].filter(|given| given.nominal.is_finite()))
+                };
+            }
+            let mut laws = directions.map(|k| Law::Compliance(slots[k]));
+            let (symbols, kar) = (directions.map(|k| JOINT[k].symbol), slots[2]);
             let along = if axis == 0 { 2 } else { 5 };
             if frame.motion == Motion::Passive {
                 laws[along] = Law::Released(Some(slots[axis]));
@@ -251,12 +258,28 @@ impl Builder<'_> {
                 }
             }
             let origin = BodyPoint { frame: index, point: Vector3::zeros() };
-            let at = declared.and_then(|joint| joint.at).map_or(origin, |node| self.node(node));
+            let at = declared.and_then(|joint| joint.at).or_else(|| self.sleeve(index));
+            let at = at.map_or(origin, |node| self.node(node));
             let home = (self.structure.home[at.frame] * nalgebra::Point3::from(at.point)).coords;
             let ends = [self.carrier(frame.antecedent, &home), self.carrier(index, &home)];
-            let element = Arc::new(Lumped { at, axes: Axes::Frame(index), laws, symbols: LUMPED, end_of: None });
+            let element = Arc::new(Lumped { at, axes: Axes::Frame(index), laws, symbols, end_of: None });
             self.edges.push(Edge { name: format!("joint:{}", frame.name), ends, element });
         }
+    }
+
+    /// The node at which a boom leaves its sleeve: the end of a beam of what a prismatic joint moves, at a point of the
+    /// antecedent's body.
+    fn sleeve(&self, joint: FrameIndex) -> Option<usize> {
+        let frame = &self.robot.frames[joint];
+        let (own, antecedent) = (self.root(joint), self.root(frame.antecedent));
+        let mut nodes = self.robot.elastic.nodes.iter().enumerate();
+        let is_sleeve = |(index, node): (usize, &Node)| {
+            self.root(node.body) == own
+                && self.root(node.at) == antecedent
+                && self.robot.elastic.beams.iter().any(|beam| beam.nodes.contains(&index))
+        };
+        let found = nodes.position(is_sleeve)?;
+        (frame.joint == JointKind::Prismatic).then_some(found)
     }
 
     fn triangle(&self, actuator: usize) -> ScrewTriangle {

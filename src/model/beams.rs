@@ -86,8 +86,8 @@ impl Builder<'_> {
             let length = (self.structure.at_home(first) - self.structure.at_home(last)).norm();
             if length < 1e-9 {
                 let message = format!("beam `{}` has no length: its two nodes lie at one point", beam.name);
-                let diagnostic =
-                    Diagnostic::error(message).remedy("name two nodes that lie apart, or leave the beam out");
+                let remedy = "name two nodes that lie apart (of a boom that slides, in the middle of its `limits`), or leave it out";
+                let diagnostic = Diagnostic::error(message).remedy(remedy);
                 self.faults.push(Fault::new(&["beams", &beam.name], diagnostic));
                 continue;
             }

@@ -32,6 +32,7 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         frames: parts.frames,
         actuators: parts.actuators.into_iter().flatten().collect(),
         couplings: robot.couplings.iter().map(|coupling| coupling.terms.clone()).collect(),
+        limits: robot.limits.clone(),
         stages: Vec::new(),
         base,
         tool,
@@ -40,6 +41,7 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         structure: super::Structure::default(),
         catalogue: catalogue.into(),
         effects: Vec::new(),
+        arrangement: super::Arrangement::default(),
         fuzzy: robot.fuzzy.clone(),
         registry: parts.registry,
     };

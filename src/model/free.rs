@@ -16,7 +16,8 @@ const NEAR_PARALLEL: f64 = 0.017;
 /// * a frame that carries the tool or a marker: alpha, d, r, and theta if a variable of its own moves it;
 /// * beta as well where its axis is near-parallel to that of the joint before it (Hayati 1983);
 /// * a fixed frame only at the end of the chain, without theta (which its joint's zero already gives);
-/// * a frame that only closes a planar loop: its length d, where it has one; one that closes a spatial loop: as above;
+/// * a frame that only closes a planar loop: its length d, where it has one, and the zero of its joint, if a variable of its own
+///   moves it; one that closes a spatial loop: as above;
 /// * a slider-crank: all five of its parameters.
 ///
 /// Pose of the base, tool and markers are added by the campaign. What the data cannot tell apart is found later.
@@ -50,8 +51,13 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
                 }
                 symbols.push("r");
             }
-        } else if in_planar[index] && robot.frames[index].constants.d != 0.0 {
-            symbols.push("d");
+        } else if in_planar[index] {
+            if robot.frames[index].constants.d != 0.0 {
+                symbols.push("d");
+            }
+            if matches!(frame.motion, Motion::Variable { .. }) {
+                symbols.push("theta");
+            }
         }
         // Constants shared with a coaxial frame have no name of this frame's and are skipped.
         free.extend(symbols.into_iter().filter_map(named));
@@ -82,14 +88,18 @@ fn carrying(model: &Model) -> Vec<bool> {
     carries
 }
 
-/// Constants of frames that only close a loop.
+/// Constants of frames that only close a loop, but for the zeros of joints that a variable of their own moves.
 pub fn closing_lengths(model: &Model, robot: &Robot) -> Vec<Slot> {
     let carries = carrying(model);
     let members =
         robot.loops.iter().flat_map(|closed| branches(&robot.frames, closed.frames[0], closed.frames[1]).concat());
     members
         .filter(|&index| !carries[index] && robot.frames[index].coaxial.is_none())
-        .flat_map(|index| model.frames[index].slots)
+        .flat_map(|index| {
+            let frame = &model.frames[index];
+            let zero = matches!(frame.motion, Motion::Variable { .. }).then(|| frame.moving_slot());
+            frame.slots.into_iter().filter(move |slot| Some(*slot) != zero)
+        })
         .collect()
 }
 

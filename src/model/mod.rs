@@ -3,6 +3,7 @@
 //! The model holds structure (tree, what moves each joint, loops, order of evaluation) and the parameter registry; it
 //! holds no values but nominal ones. Values travel next to it as one vector by slot.
 
+mod arrangement;
 mod assemble;
 mod beams;
 mod bounds;
@@ -15,6 +16,7 @@ mod rewrite;
 mod spanning;
 mod structure;
 
+pub use arrangement::Arrangement;
 pub use bounds::contradictions;
 pub use build::build;
 pub use effect::{
@@ -28,7 +30,7 @@ pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
 use crate::description::raw::JointKind;
-use crate::description::robot::{FrameIndex, Motion, Variable};
+use crate::description::robot::{FrameIndex, Motion, SumLimit, Variable};
 use crate::parameter::{Group, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
@@ -47,6 +49,8 @@ pub struct Model {
     pub actuators: Vec<Actuator>,
     /// Terms of each coupling.
     pub couplings: Vec<Vec<(f64, FrameIndex)>>,
+    /// Limits of sums of joints.
+    pub limits: Vec<SumLimit>,
     /// Joints that are not driven by a variable of their own, in the order in which they can be evaluated.
     pub stages: Vec<Stage>,
     /// First of the six slots of the base's pose in the measurement frame.
@@ -63,6 +67,8 @@ pub struct Model {
     pub catalogue: Arc<Catalogue>,
     /// Effects that have been switched on.
     pub effects: Vec<SwitchedOn>,
+    /// What belongs to a campaign: sessions, anchors, contacts ([`Model::arranged`]).
+    pub arrangement: Arrangement,
     /// Fuzzy compliance of the tool.
     pub fuzzy: Option<crate::description::fuzzy::Fuzzy>,
     /// All parameters.

@@ -1,9 +1,8 @@
 //! A description with other values: calibrated robots go back to the file they came from.
 
 use super::Model;
-use crate::description::parameters::{Key, MARKER, Owner, parameters};
+use crate::description::parameters::{Owner, parameters};
 use crate::description::raw::{JointKind, RawFuzzy, RawFuzzyComponent, RawRobot};
-use crate::parameter::Slot;
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
 /// The zero of a joint goes to `offset`, so that couplings and loops see it when the file is read again.
@@ -15,7 +14,9 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         (value != model.registry[slot].nominal).then_some(value)
     };
     for key in parameters(raw) {
-        let Some((slot, value)) = slot_of(model, &key).and_then(|slot| Some((slot, changed(slot)?))) else { continue };
+        let Some((slot, value)) = model.registry.slot(&key.name).and_then(|slot| Some((slot, changed(slot)?))) else {
+            continue;
+        };
         if let Owner::Frame(name) = key.owner
             && let Some(of) = model.frame(name).map(|index| &model.frames[index])
             && of.moves()
@@ -42,13 +43,6 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         }
     }
     written
-}
-
-/// Slot of a parameter. A marker may have the name of a body (`body6`): its slots are known to the model.
-fn slot_of(model: &Model, key: &Key) -> Option<Slot> {
-    let Owner::Marker(name) = key.owner else { return model.registry.slot(&key.name) };
-    let component = MARKER.iter().position(|row| row.symbol == key.symbol)?;
-    Some(model.markers[model.marker(name)?].slot + component)
 }
 
 /// The description with the model's fuzzy compliance put in, in the file's units.

@@ -34,7 +34,8 @@ pub struct Structure {
     pub sections: Vec<Section>,
     /// Vertices of the body of each frame.
     pub bodies: Vec<Vec<VertexIndex>>,
-    /// Frames with all joints at zero, loops open: where on a body something is attached.
+    /// Frames with all joints at zero (slides in the middle of their limits), loops open: where on a body something is
+    /// attached.
     pub home: Vec<Isometry3<f64>>,
     /// Nodes by name, and the vertex that each is.
     pub nodes: Vec<(String, VertexIndex)>,

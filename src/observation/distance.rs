@@ -1,17 +1,22 @@
 //! `distance`: length (m) from a fixed anchor of the measurement frame to a marker or the tool centre point, as a draw wire
-//! or a ball bar gives it.
+//! or a ball bar gives it, and a zero that is added to it. Values of its target: the anchor, the zero (m).
 
 use nalgebra::Vector3;
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn};
+use super::kind::{
+    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of,
+};
 
 pub(super) struct Distance;
 
 const COLUMNS: [ValueColumn; 1] = [ValueColumn::length("distance")];
 
+/// Position of the zero among the values of the target.
+const ZERO: usize = 3;
+
 /// Length from the anchor to the point, and its direction.
 fn from_anchor(point: &MeasuredPoint) -> (f64, Vector3<f64>) {
-    let arm = point.position() - point.anchor;
+    let arm = point.position() - point.anchor();
     let length = arm.norm();
     (length, arm / length.max(f64::MIN_POSITIVE))
 }
@@ -33,7 +38,7 @@ impl Observation for Distance {
         &COLUMNS
     }
 
-    fn anchor_column(&self) -> Option<&'static str> {
+    fn target_column(&self) -> Option<&'static str> {
         Some("anchor")
     }
 
@@ -46,11 +51,24 @@ impl Observation for Distance {
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {
-        row(from_anchor(point).0)
+        row(from_anchor(point).0 + point.target[ZERO])
     }
 
     fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
         row(from_anchor(point).1.dot(&by.total().displacement))
+    }
+
+    /// |p|^2 - d^2 = 2 a.p - |a|^2 is linear in the anchor a (a zero is left out).
+    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+        let (anchor, _) = centre_of(read.iter().map(|(at, d)| (*at, at.norm_squared() - d[0] * d[0])))?;
+        let mut start = [0.0; MOST_TARGET_VALUES];
+        start[..3].copy_from_slice(anchor.as_slice());
+        Some(start)
+    }
+
+    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
+        let (_, direction) = from_anchor(point);
+        row(if k == ZERO { 1.0 } else { -direction[k.min(2)] })
     }
 
     fn sigmas(&self, noise: &Noise) -> Rows {
@@ -58,7 +76,7 @@ impl Observation for Distance {
     }
 
     /// The direction of a distance is that to its anchor.
-    fn is_comparable(&self, _same_point: bool, same_anchor: bool) -> bool {
-        same_anchor
+    fn is_comparable(&self, _same_point: bool, same_target: bool) -> bool {
+        same_target
     }
 }

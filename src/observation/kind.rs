@@ -4,7 +4,7 @@
 //! are spatial (left) rotation vectors, so that residuals of orientations are to first order what derivatives describe
 //! (Barfoot, *State Estimation for Robotics*, sec. 7.1).
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::parameter::Kind;
 
@@ -47,14 +47,25 @@ pub struct MeasuredPoint {
     pub displacement: Vector3<f64>,
     /// Orientation of the tool, deflected.
     pub orientation: Rotation3<f64>,
-    /// The fixed point to which a distance is measured, m; the origin for kinds without one.
-    pub anchor: Vector3<f64>,
+    /// Values of what the reading refers to, in the order of its kind; zero for kinds that refer to nothing.
+    pub target: TargetValues,
 }
+
+/// Greatest number of values of what a reading refers to.
+pub const MOST_TARGET_VALUES: usize = 8;
+
+/// Values of what a reading refers to (a fixed point, m; a zero; a gain), in the order that its kind says, SI.
+pub type TargetValues = [f64; MOST_TARGET_VALUES];
 
 impl MeasuredPoint {
     /// Position, deflected, m.
     pub fn position(&self) -> Vector3<f64> {
         self.undeflected + self.displacement
+    }
+
+    /// The fixed point to which the reading refers, m: the first three values of its target.
+    pub fn anchor(&self) -> Vector3<f64> {
+        Vector3::from_column_slice(&self.target[..3])
     }
 }
 
@@ -115,6 +126,31 @@ pub struct Noise {
     pub position: [f64; 3],
     /// Of a component of a rotation vector, rad.
     pub orientation: f64,
+    /// What is added to that of positions with their distance from the instrument, m/m, as variances add.
+    pub ppm: f64,
+    /// Whether a file states that of positions.
+    pub is_stated: bool,
+}
+
+impl Noise {
+    /// Noise of an instrument, m and rad.
+    pub fn of(position: [f64; 3], orientation: f64) -> Self {
+        Self { position, orientation, ppm: 0.0, is_stated: true }
+    }
+
+    /// That of a measured value, with what its distance from the instrument adds.
+    #[must_use]
+    pub fn at(mut self, observes: &dyn Observation, measured: &Rows) -> Self {
+        let distance = match observes.measured_position(measured) {
+            Some(position) => position.norm(),
+            None if observes.length_rows() == 1 => measured[0].abs(),
+            None => 0.0,
+        };
+        let more = self.ppm * distance;
+        self.position.iter_mut().for_each(|sigma| *sigma = sigma.hypot(more));
+        self.ppm = 0.0;
+        self
+    }
 }
 
 /// What the readings of a kind are made for: it decides what is estimated where nobody says.
@@ -153,9 +189,14 @@ pub trait Observation: Sync {
         false
     }
 
-    /// The text column that names the fixed point of a reading ([`MeasuredPoint::anchor`]), for kinds that need one.
-    fn anchor_column(&self) -> Option<&'static str> {
+    /// The text column that names what a reading refers to ([`MeasuredPoint::target`]), for kinds that need something.
+    fn target_column(&self) -> Option<&'static str> {
         None
+    }
+
+    /// Derivative of the prediction by the value `k` of what it refers to.
+    fn by_target(&self, _point: &MeasuredPoint, _k: usize) -> Rows {
+        [0.0; MOST_ROWS]
     }
 
     /// Whether a reading is the difference of two at one configuration, with and without the wrench: then own weight and
@@ -167,6 +208,12 @@ pub trait Observation: Sync {
     /// What is usually estimated from it.
     fn purpose(&self) -> Purpose {
         Purpose::Geometry
+    }
+
+    /// A start for the values of what readings refer to, from the points (m, measurement frame) at which they were taken and
+    /// what they read; none where nothing better than the first point is known.
+    fn target_start(&self, _read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+        None
     }
 
     /// Name of one residual in reports, in the plural.
@@ -215,7 +262,7 @@ pub trait Observation: Sync {
 
     /// Whether residuals of two readings of one configuration may be compared: neither shares a measurement with the
     /// other, and both look along the same direction.
-    fn is_comparable(&self, _same_point: bool, _same_anchor: bool) -> bool {
+    fn is_comparable(&self, _same_point: bool, _same_target: bool) -> bool {
         true
     }
 }
@@ -223,4 +270,18 @@ pub trait Observation: Sync {
 /// A vector in the first three rows.
 pub fn rows_of(vector: &Vector3<f64>) -> Rows {
     [vector.x, vector.y, vector.z, 0.0, 0.0, 0.0]
+}
+
+/// Centre a and constant c of the least-squares solution of y = 2 a.p + c over points p (m) and y (m^2): what spheres and
+/// distances from one point come down to. None where the points do not determine it.
+pub(super) fn centre_of(pairs: impl Iterator<Item = (Vector3<f64>, f64)> + Clone) -> Option<(Vector3<f64>, f64)> {
+    let count = pairs.clone().count() as f64;
+    let (at, of) = pairs.clone().fold((Vector3::zeros(), 0.0), |(at, of), (p, y)| (at + p / count, of + y / count));
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (p, y) in pairs {
+        normal += (p - at) * (p - at).transpose();
+        right += (p - at) * (y - of);
+    }
+    let centre = 0.5 * (normal.try_inverse()? * right);
+    (centre.norm().is_finite()).then(|| (centre, of - 2.0 * centre.dot(&at)))
 }

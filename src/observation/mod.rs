@@ -2,20 +2,24 @@
 //! with the point, and its noise. To add a kind: its file, and its line in [`FAMILY`]; nothing else in the program asks which
 //! kind a campaign has. SI throughout; vectors have the axes of the measurement frame.
 
+mod contact;
 mod deflection;
 mod distance;
 mod kind;
+mod orientation;
 mod pose;
 mod position;
 
 use std::borrow::Cow;
 use std::sync::LazyLock;
 
+#[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use kind::{
-    MOST_ROWS, MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, Twist, ValueColumn, XYZ, rows_of,
+    MOST_ROWS, MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, TargetValues,
+    Twist, ValueColumn, XYZ, rows_of,
 };
 
 /// The kind of a campaign's readings: a handle on an [`Observation`], equal by name.
@@ -30,9 +34,20 @@ pub const POSE: Observes = Observes(&pose::Pose);
 pub const DEFLECTION: Observes = Observes(&deflection::Deflection);
 /// Length from a fixed anchor.
 pub const DISTANCE: Observes = Observes(&distance::Distance);
+/// A ball on the tool touches something; a reading's own kind is one of the three that follow.
+pub const CONTACT: Observes = Observes(&contact::Contact);
+/// A ball in a socket.
+pub const SOCKET: Observes = Observes(&contact::Socket);
+/// A ball on a face.
+pub const PLANE: Observes = Observes(&contact::Plane);
+/// A ball on a sphere.
+pub const SPHERE: Observes = Observes(&contact::Sphere);
+
+/// Orientation of the tool alone.
+pub const ORIENTATION: Observes = Observes(&orientation::Orientation);
 
 /// All kinds, in the order in which help and schema list them.
-pub const FAMILY: [Observes; 4] = [POSITION, POSE, DEFLECTION, DISTANCE];
+pub const FAMILY: [Observes; 6] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION];
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
 
@@ -81,6 +96,7 @@ impl<'de> Deserialize<'de> for Observes {
     }
 }
 
+#[cfg(feature = "cli")]
 impl JsonSchema for Observes {
     fn schema_name() -> Cow<'static, str> {
         "Observes".into()

@@ -46,19 +46,17 @@ pub enum Target {
     Trace(DMatrix<f64>),
     /// Less the mean logarithm of the eigenvalues.
     Determinant,
-    /// Of the singular values of the Jacobian by scaled parameters, whose information is S' M S.
-    Singular(Optimality, DMatrix<f64>),
+    /// Of the singular values of the Jacobian by scaled parameters, whose information is S' M S; and so many candidates are
+    /// tried, the best by the determinant.
+    Singular(Optimality, DMatrix<f64>, usize),
 }
-
-/// Candidates of which this many, by the determinant, are tried for criteria of singular values.
-const SHORT_LIST: usize = 24;
 
 impl Target {
     pub fn loss(&self, m: &DMatrix<f64>) -> f64 {
         let loss = match self {
             Self::Trace(weight) => m.clone().cholesky().map(|c| 0.5 * c.solve(weight).trace().ln()),
             Self::Determinant => m.clone().cholesky().map(|c| -log_determinant(&c) / m.nrows() as f64),
-            Self::Singular(kind, scale) => singular_loss(*kind, &scale.tr_mul(&m.tr_mul(scale))),
+            Self::Singular(kind, scale, _) => singular_loss(*kind, &scale.tr_mul(&m.tr_mul(scale))),
         };
         loss.filter(|loss| loss.is_finite()).unwrap_or(f64::INFINITY)
     }
@@ -95,12 +93,12 @@ impl Target {
                     small.map_or(f64::INFINITY, |small| before - log_determinant(&small) / n)
                 })
             }
-            Self::Singular(..) => {
+            Self::Singular(_, _, short_list) => {
                 let coarse = Self::Determinant.joined(m, blocks, allowed);
                 let mut order: Vec<usize> = (0..blocks.len()).filter(|&k| coarse[k].is_finite()).collect();
                 order.sort_by(|&a, &b| coarse[a].total_cmp(&coarse[b]));
                 let mut losses = vec![f64::INFINITY; blocks.len()];
-                for &k in order.iter().take(SHORT_LIST) {
+                for &k in order.iter().take(*short_list) {
                     losses[k] = self.loss(&joined(m, blocks[k]));
                 }
                 losses

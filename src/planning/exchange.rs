@@ -21,12 +21,10 @@ pub struct Design {
     /// Tool centre points of what is measured already.
     pub before: Vec<Station>,
     pub apart: f64,
+    /// As in [`super::Settings`].
+    pub worth: f64,
+    pub passes: usize,
 }
-
-/// Least gain (of a loss, a logarithm) that is worth an exchange.
-pub const WORTH: f64 = 1e-4;
-/// Most passes of exchanges over all stations.
-const PASSES: usize = 6;
 
 impl Design {
     pub fn information(&self) -> DMatrix<f64> {
@@ -69,17 +67,17 @@ impl Design {
     /// Exchanges chosen stations for candidates while that helps; the loss at the end.
     pub fn exchange(&mut self, target: &Target, pool: &[Candidate]) -> f64 {
         let mut loss = target.loss(&self.information());
-        for _ in 0..PASSES {
+        for _ in 0..self.passes {
             let before = loss;
             for k in 0..self.chosen.len() {
                 if let Some((better, new)) = self.best(target, &self.without(k), pool, k)
-                    && new < loss - WORTH
+                    && new < loss - self.worth
                 {
                     self.chosen[k] = pool[better].clone();
                     loss = new;
                 }
             }
-            if loss > before - WORTH {
+            if loss > before - self.worth {
                 break;
             }
         }

@@ -13,13 +13,7 @@ use crate::model::Model;
 use crate::observation::POSITION;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
-use crate::simulation::{BLANK, Loaded, Plan, unmeasured};
-
-/// Added to the information matrix, of which a reading of the pool holds 1 in the mean: keeps it invertible while
-/// stations are too few.
-const RIDGE: f64 = 1e-9;
-/// Least information about any combination, on the same scale, with which it counts as seen.
-const SEEN: f64 = 1e-7;
+use crate::simulation::{Loaded, Plan, unmeasured};
 
 /// Derivatives of readings by identifiable parameters in the coordinates in which the mean candidate's information is
 /// the identity: parameters are `unwhiten` times the coordinates.
@@ -36,6 +30,9 @@ pub struct Information<'a> {
     pub unwhiten: DMatrix<f64>,
     /// Information of what is measured already, with the ridge (p x p).
     pub known: DMatrix<f64>,
+    /// As in [`super::Settings`].
+    seen: f64,
+    short_list: usize,
 }
 
 impl<'a> Information<'a> {
@@ -81,8 +78,9 @@ impl<'a> Information<'a> {
         let inverse = r.try_inverse().ok_or(PlanningError::NothingSeen)?;
         let unwhiten = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]);
         let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
-        let known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * RIDGE;
-        Ok(Self { model, values, blank, repeats, slots, identifiability, unwhiten, known })
+        let (seen, short_list) = (request.settings.seen, request.settings.short_list);
+        let known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
+        Ok(Self { model, values, blank, repeats, slots, identifiability, unwhiten, known, seen, short_list })
     }
 
     /// Rows of each station's readings over their noise, as columns (p x rows).
@@ -94,7 +92,7 @@ impl<'a> Information<'a> {
         Ok(stations
             .iter()
             .map(|station| {
-                let count = station.markers.len() * campaign.components() * self.blank.anchors_per_point();
+                let count = station.markers.len() * self.blank.observes.rows() * self.blank.targets_per_point();
                 let block = whitened.columns(first, count).into_owned();
                 first += count;
                 block
@@ -158,7 +156,8 @@ impl<'a> Information<'a> {
                 // The coordinates of one tolerance of each parameter.
                 let n = tolerances.len();
                 let whiten = self.unwhiten.clone().try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
-                Target::Singular(other, DMatrix::from_fn(n, n, |i, j| whiten[(i, j)] * tolerances[j]))
+                let scale = DMatrix::from_fn(n, n, |i, j| whiten[(i, j)] * tolerances[j]);
+                Target::Singular(other, scale, self.short_list)
             }
         }
     }
@@ -168,17 +167,17 @@ impl<'a> Information<'a> {
         self.identifiability.kept.iter().map(|&column| self.slots[column])
     }
 
-    /// One sigma of each kept parameter, SI.
-    pub fn deviations(&self, m: &DMatrix<f64>) -> Vec<f64> {
+    /// One sigma of each kept parameter, SI; `None` where some combination of them is not seen.
+    pub fn deviations(&self, m: &DMatrix<f64>) -> Option<Vec<f64>> {
         let n = m.nrows();
-        let Some(factor) = m.clone().cholesky() else { return vec![f64::NAN; n] };
+        let factor = m.clone().cholesky()?;
         let spread = factor.solve(&self.unwhiten.transpose());
-        (0..n).map(|k| self.unwhiten.row(k).transpose().dot(&spread.column(k)).max(0.0).sqrt()).collect()
+        Some((0..n).map(|k| self.unwhiten.row(k).transpose().dot(&spread.column(k)).max(0.0).sqrt()).collect())
     }
 
     /// Whether every combination of the parameters is seen.
-    pub fn is_whole(m: &DMatrix<f64>) -> bool {
-        m.symmetric_eigenvalues().min() > SEEN
+    pub fn is_whole(&self, m: &DMatrix<f64>) -> bool {
+        m.symmetric_eigenvalues().min() > self.seen
     }
 }
 
@@ -191,9 +190,9 @@ fn measured_at(blank: &Campaign, stations: &[Station]) -> Campaign {
     for (pose, station) in stations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for &marker in &station.markers {
-            for anchor in 0..blank.anchors_per_point() {
+            for target in 0..blank.targets_per_point() {
                 let row = campaign.readings.len() + 1;
-                campaign.readings.push(Reading { row, pose, marker, anchor, wrench: station.load, ..BLANK });
+                campaign.readings.push(Reading { row, pose, marker, target, wrench: station.load, ..blank.blank() });
                 campaign.joints.extend_from_slice(&station.q);
             }
         }

@@ -17,10 +17,12 @@ mod refine;
 mod request;
 mod result;
 mod search;
+mod settings;
 
 pub use criterion::Optimality;
 pub use error::PlanningError;
 pub use place::Station;
 pub use request::{Request, Sight};
-pub use result::{Bought, Planned, SETS};
+pub use result::{Bought, Planned};
 pub use search::plan;
+pub use settings::Settings;

@@ -27,12 +27,6 @@ impl Station {
     }
 }
 
-/// Robots as far off as this many tolerances have to take every configuration too: one at the edge of what the nominal
-/// linkage can take is out of the real one's reach.
-const OFF: f64 = 2.0;
-/// How many of them are tried.
-const DISTURBED: u64 = 6;
-
 /// What a configuration has to keep.
 pub struct Rules<'a> {
     pub request: &'a Request,
@@ -43,14 +37,14 @@ pub struct Rules<'a> {
 impl<'a> Rules<'a> {
     pub fn new(request: &'a Request, geometry: &'a Geometry<'a>) -> Self {
         let model = geometry.model;
-        let count = if model.stages.is_empty() { 0 } else { DISTURBED };
-        let off = |k| Geometry::new(model, &draw_errors(model, OFF, 0.0, &mut generator(k))).ok();
+        let count = if model.stages.is_empty() { 0 } else { request.settings.disturbed };
+        let off = |k| Geometry::new(model, &draw_errors(model, request.settings.off, 0.0, &mut generator(k))).ok();
         Self { request, geometry, disturbed: (0..count).filter_map(off).collect() }
     }
 
     /// The same for configurations that are not measured: without line of sight and workspace.
     pub fn seen_from_anywhere(&self, q: &[f64], placements: &Placements) -> bool {
-        within_limits(self.geometry.model, placements) && self.is_sturdy(q)
+        within_limits(self.geometry.model, q, placements) && self.is_sturdy(q)
     }
 
     fn is_sturdy(&self, q: &[f64]) -> bool {
@@ -60,7 +54,7 @@ impl<'a> Rules<'a> {
 
     /// What can be measured at placed frames; nothing where a rule is broken.
     pub fn seen(&self, q: &[f64], placements: &Placements) -> Option<Vec<Option<usize>>> {
-        if !within_limits(self.geometry.model, placements) {
+        if !within_limits(self.geometry.model, q, placements) {
             return None;
         }
         let mut found = Vec::with_capacity(self.request.markers.len());

@@ -4,17 +4,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::criterion::Target;
-use super::exchange::{Candidate, Design, WORTH};
+use super::exchange::{Candidate, Design};
 use super::information::Information;
 use super::place::Rules;
 use crate::kinematics::Placements;
-
-/// Steps as parts of the box.
-const STEPS: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
-/// Directions drawn in addition to those of single variables.
-const DRAWN: usize = 6;
-/// Moves of one station before the next has its turn.
-const MOVES: usize = 3;
 
 /// Moves the stations of a design; the loss at the end.
 pub fn refine(
@@ -26,10 +19,11 @@ pub fn refine(
 ) -> f64 {
     let mut placements = Placements::default();
     let mut loss = target.loss(&design.information());
-    for step in STEPS {
+    let settings = &rules.request.settings;
+    for step in settings.steps {
         for k in 0..design.chosen.len() {
             let m = design.without(k);
-            for _ in 0..MOVES {
+            for _ in 0..settings.moves {
                 let current = &design.chosen[k].station;
                 let mut directions: Vec<Vec<f64>> = Vec::new();
                 for variable in 0..current.q.len() {
@@ -37,7 +31,7 @@ pub fn refine(
                         directions.push((0..current.q.len()).map(|j| if j == variable { sign } else { 0.0 }).collect());
                     }
                 }
-                for _ in 0..DRAWN {
+                for _ in 0..settings.directions {
                     directions.push(current.q.iter().map(|_| 2.0 * random.random::<f64>() - 1.0).collect());
                 }
                 let mut trials = Vec::new();
@@ -52,7 +46,7 @@ pub fn refine(
                 let pool: Vec<Candidate> =
                     trials.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect();
                 match design.best(target, &m, &pool, k) {
-                    Some((better, new)) if new < loss - WORTH => {
+                    Some((better, new)) if new < loss - settings.worth => {
                         design.chosen[k] = pool[better].clone();
                         loss = new;
                     }

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::criterion::Optimality;
+use super::settings::Settings;
 use crate::description::campaign::Campaign;
 use crate::estimation::What;
 use crate::identifiability::{Criterion, Scaling};
@@ -75,4 +76,6 @@ pub struct Request {
     pub tolerance: Criterion,
     /// Seed of all that is drawn.
     pub seed: u64,
+    /// How the search proceeds.
+    pub settings: Settings,
 }

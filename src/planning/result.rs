@@ -5,9 +5,6 @@ use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::parameter::Slot;
 
-/// Random sets with which a planned one is compared: the standard error of their median is 0.28 of the spread of single sets.
-pub const SETS: u64 = 20;
-
 /// What a number of configurations buys.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bought {
@@ -15,7 +12,7 @@ pub struct Bought {
     pub count: usize,
     /// Root mean square position error at the test poses when they are planned, m.
     pub planned: f64,
-    /// The same when they are drawn at random: median of [`SETS`] sets.
+    /// The same when they are drawn at random: median of [`super::Settings::random_sets`].
     pub random: f64,
 }
 
@@ -39,7 +36,7 @@ pub struct Planned {
     pub error: f64,
     /// What other numbers of configurations would buy.
     pub bought: Vec<Bought>,
-    /// How many random configurations (median of [`SETS`] sets) do as well; none if more than there are candidates.
+    /// How many random configurations (median of [`super::Settings::random_sets`]) do as well; none if more than there are candidates.
     pub random_equal: Option<usize>,
     /// Fewest configurations that separate the parameters.
     pub least: usize,

@@ -11,24 +11,12 @@ use super::information::Information;
 use super::place::{Rules, Station};
 use super::refine::refine;
 use super::request::Request;
-use super::result::{Bought, Planned, SETS};
+use super::result::{Bought, Planned};
 use crate::description::campaign::Campaign;
 use crate::kinematics::{Geometry, Placements};
 use crate::math::median;
 use crate::model::Model;
 use crate::simulation::{Loaded, draw_in_box, generator};
-
-/// Configurations drawn to choose from (three for each asked for, if that is more). Refinement moves their joints, so that they
-/// need not be dense.
-const DRAWN: usize = 300;
-/// Random designs from which the exchange starts in addition to the greedy one: it ends in local optima.
-const STARTS: u64 = 8;
-/// Most refinements of the joints, each with an exchange after it; the search ends by [`LEAST_REFINEMENT`] before.
-const REFINEMENTS: u32 = 8;
-/// A refinement that lowers the loss (a logarithm: this share of the error) by less is the last.
-const LEAST_REFINEMENT: f64 = 1e-3;
-/// Test poses drawn where none are given.
-const TESTS: usize = 100;
 
 /// Plans measurements. `progress` is called with the share that is done.
 ///
@@ -65,6 +53,7 @@ const TESTS: usize = 100;
 ///     scaling: Scaling::Norm,
 ///     tolerance: Criterion::Relative(DEFAULT_TOLERANCE),
 ///     seed: 1,
+///     settings: Default::default(),
 /// };
 /// let planned = plan(&model, &request, &mut |_| {})?;
 /// assert_eq!(planned.stations.len(), 12);
@@ -86,12 +75,19 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let search = Search {
         request,
         pool: stations.into_iter().zip(blocks).map(|(station, block)| Candidate { station, block }).collect(),
-        empty: Design { known: information.known.clone(), chosen: Vec::new(), before, apart: request.apart },
+        empty: Design {
+            known: information.known.clone(),
+            chosen: Vec::new(),
+            before,
+            apart: request.apart,
+            worth: request.settings.worth,
+            passes: request.settings.passes,
+        },
         target: information.target(request.criterion, &weight),
         errors: Target::Trace(weight),
         parameters: information.identifiability.kept.len(),
     };
-    let least = search.least()?;
+    let least = search.least(&information)?;
     let others = counts(request.count, least, search.pool.len());
     let steps = (others.len() + 6) as f64;
     let mut bought = Vec::with_capacity(others.len() + 1);
@@ -104,7 +100,7 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let mut within = |part: f64| progress(((others.len() as f64 + part) / steps).min(1.0));
     let design = search.best(&rules, &information, &mut within)?;
     let m = design.information();
-    if !Information::is_whole(&m) {
+    if !information.is_whole(&m) {
         return Err(search.too_few(request.count + 1));
     }
     let error = search.errors.loss(&m).exp();
@@ -116,10 +112,10 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     Ok(Planned {
         identifiability: information.reduced(request, &campaign)?,
         slots: information.slots.clone(),
-        deviations: information.kept().zip(information.deviations(&m)).collect(),
+        deviations: information.kept().zip(information.deviations(&m).unwrap_or_default()).collect(),
         campaign,
         stations,
-        before: Information::is_whole(known).then(|| search.errors.loss(known).exp()),
+        before: information.is_whole(known).then(|| search.errors.loss(known).exp()),
         error,
         bought,
         random_equal: search.random_equal(error),
@@ -152,9 +148,9 @@ impl Search<'_> {
     }
 
     /// Fewest configurations that separate the parameters; an error where more are needed than asked for.
-    fn least(&self) -> Result<usize, PlanningError> {
+    fn least(&self, information: &Information) -> Result<usize, PlanningError> {
         let count = self.request.count;
-        match fewest(&self.empty, &self.pool) {
+        match fewest(information, &self.empty, &self.pool) {
             Some(least) if count >= least => Ok(least),
             Some(least) => Err(self.too_few(least)),
             None => {
@@ -179,18 +175,19 @@ impl Search<'_> {
         information: &Information,
         within: &mut dyn FnMut(f64),
     ) -> Result<Design, PlanningError> {
-        let (mut design, mut loss) = self.chosen(self.request.count, STARTS);
+        let (mut design, mut loss) = self.chosen(self.request.count, self.request.settings.starts);
         if design.chosen.len() < self.request.count {
             return Err(self.too_near(design.chosen.len()));
         }
         within(1.0);
         let mut drawn = generator(self.request.seed ^ 0x5EED);
-        for refinement in 0..REFINEMENTS {
+        let most = self.request.settings.refinements;
+        for refinement in 0..most {
             let refined = refine(rules, information, &self.target, &mut design, &mut drawn);
-            within(2.0 + 4.0 * f64::from(refinement + 1) / f64::from(REFINEMENTS));
+            within(2.0 + 4.0 * f64::from(refinement + 1) / f64::from(most));
             let gained = loss - refined;
             loss = design.exchange(&self.target, &self.pool);
-            if gained < LEAST_REFINEMENT {
+            if gained < self.request.settings.least_refinement {
                 break;
             }
         }
@@ -225,7 +222,7 @@ impl Search<'_> {
         order
     }
 
-    /// Error at the test poses with random stations: median of [`SETS`] sets.
+    /// Error at the test poses with random stations: median of [`super::Settings::random_sets`].
     fn random(&self, count: usize) -> f64 {
         let one = |set: u64| {
             let mut m: DMatrix<f64> = self.empty.known.clone();
@@ -234,8 +231,8 @@ impl Search<'_> {
             }
             self.errors.loss(&m).exp()
         };
-        let mut found: Vec<f64> = (0..SETS).into_par_iter().map(one).collect();
-        median(&mut found)
+        let mut found: Vec<f64> = (0..self.request.settings.random_sets).into_par_iter().map(one).collect();
+        median(&mut found).unwrap_or(f64::INFINITY)
     }
 
     /// Fewest random stations that do as well as `error`, by bisection.
@@ -258,7 +255,7 @@ impl Search<'_> {
 /// Candidates: every configuration drawn under every load.
 fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError> {
     let (request, geometry) = (rules.request, rules.geometry);
-    let wanted = DRAWN.max(3 * request.count);
+    let wanted = request.settings.drawn.max(3 * request.count);
     let accepted = |q: &[f64], placements: &Placements| rules.seen(q, placements).is_some();
     let (drawn, error) = draw_in_box(geometry, &request.within, wanted, &mut generator(request.seed), accepted);
     if drawn.len() < request.count.max(1) {
@@ -284,11 +281,12 @@ fn tests(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Loaded>, PlanningError
         }
         return Ok(request.tests.clone());
     }
+    let wanted = request.settings.tests;
     // Another stream than the candidates': the plan must not be tested where it may measure.
     let accepted = |q: &[f64], placements: &Placements| rules.seen_from_anywhere(q, placements);
-    let (drawn, _) = draw_in_box(geometry, &request.tested_within, TESTS, &mut generator(!request.seed), accepted);
+    let (drawn, _) = draw_in_box(geometry, &request.tested_within, wanted, &mut generator(!request.seed), accepted);
     if drawn.is_empty() {
-        return Err(PlanningError::NoTest { tried: 1000 * TESTS });
+        return Err(PlanningError::NoTest { tried: 1000 * wanted });
     }
     Ok(drawn.into_iter().enumerate().map(|(k, q)| (q, loads[k % loads.len()])).collect())
 }
@@ -309,11 +307,11 @@ fn measured_before(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, P
 }
 
 /// Fewest stations that separate the parameters: chosen for that alone.
-fn fewest(empty: &Design, pool: &[Candidate]) -> Option<usize> {
+fn fewest(information: &Information, empty: &Design, pool: &[Candidate]) -> Option<usize> {
     let mut design = empty.clone();
     let mut m = design.known.clone();
     loop {
-        if Information::is_whole(&m) {
+        if information.is_whole(&m) {
             return Some(design.chosen.len().max(1));
         }
         let (k, _) = design.best(&Target::Determinant, &m, pool, usize::MAX)?;

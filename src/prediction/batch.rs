@@ -1,12 +1,13 @@
 //! Predictions of all readings of a campaign, and their derivatives.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::columns::{Columns, ReadingRows, elastic};
 use super::error::PredictionError;
 use super::reading::{Predicted, ReadingAt, by_column};
 use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 use crate::observation::{MOST_ROWS, Rows, Twist};
 use crate::parameter::Slot;
@@ -30,8 +31,8 @@ pub struct Predictor<'a> {
 /// Readings at one configuration.
 pub(super) type Block = std::ops::Range<usize>;
 
-/// Residuals of a campaign (measured minus predicted), one after the other: 3, 6 or 1 a reading, m and rad, in the
-/// measurement frame; and the derivatives of the predictions.
+/// Residuals of a campaign (measured minus predicted), one after the other: as many a reading as its kind has, m and rad, in
+/// the measurement frame, then one for each constraint; and the derivatives of the predictions.
 #[derive(Debug, Clone, Default)]
 pub struct Linearised {
     /// Residuals.
@@ -61,7 +62,7 @@ impl<'a> Predictor<'a> {
                 _ => blocks.push(reading..reading + 1),
             }
         }
-        let moves_deflection = loads(campaign).wrench || campaign.observes.is_difference();
+        let moves_deflection = loads(campaign).wrench || campaign.is_difference();
         Ok(Self { model, campaign, slots, moves_deflection, blocks })
     }
 
@@ -73,7 +74,7 @@ impl<'a> Predictor<'a> {
 
     /// Number of residuals.
     pub fn rows(&self) -> usize {
-        self.campaign.readings.len() * self.campaign.components()
+        self.campaign.rows()
     }
 
     /// Residuals at `values` (all slots, SI) and, if asked, derivatives of the predictions.
@@ -106,14 +107,38 @@ impl<'a> Predictor<'a> {
         out.jacobian.resize(self.rows() * slots.len(), 0.0);
         let results: Vec<Result<(), PredictionError>> =
             batch.tasks(out).into_par_iter().map(|task| batch.run(task)).collect();
-        results.into_iter().collect()
+        results.into_iter().collect::<Result<(), _>>()?;
+        self.constrain(values, slots, out);
+        Ok(())
+    }
+
+    /// Rows of the constraints, behind those of the readings.
+    fn constrain(&self, values: &[f64], slots: &[Slot], out: &mut Linearised) {
+        let (campaign, width) = (self.campaign, slots.len());
+        let first = self.rows() - campaign.constraints.len();
+        for (row, constraint) in (first..).zip(&campaign.constraints) {
+            let own = constraint.targets.map(|target| self.model.target_values(target));
+            let [a, b] = [0, 1].map(|k| {
+                let mut at = campaign.targets[constraint.targets[k]].assumed();
+                own[k].iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |slot| values[slot]));
+                Vector3::from_column_slice(&at[..3])
+            });
+            let arm = a - b;
+            out.residual[row] = constraint.distance - arm.norm();
+            let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
+            for (column, slot) in slots.iter().enumerate() {
+                let by = |own: &[Option<Slot>]| own.iter().take(3).position(|known| *known == Some(*slot));
+                let derivative = by(own[0]).map_or(0.0, |k| direction[k]) - by(own[1]).map_or(0.0, |k| direction[k]);
+                out.jacobian[row * width + column] = derivative;
+            }
+        }
     }
 }
 
 /// What loads a campaign's readings.
 pub(super) fn loads(campaign: &Campaign) -> Loads {
-    let wrench = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
-    Loads { weight: !campaign.observes.is_difference(), wrench }
+    let wrench = campaign.readings.iter().any(Reading::is_loaded);
+    Loads { weight: !campaign.is_difference(), wrench }
 }
 
 /// What predictions at one vector of values share; shared between threads.
@@ -169,14 +194,15 @@ impl<'a> Batch<'a> {
     }
 
     fn tasks<'t>(&'t self, out: &'t mut Linearised) -> Vec<Task<'t>> {
-        let components = self.campaign.components();
         let (mut residual, mut jacobian) = (out.residual.as_mut_slice(), out.jacobian.as_mut_slice());
         let mut predicted = out.predicted.as_mut_slice();
         let mut tasks = Vec::new();
         for blocks in self.blocks.chunks(BLOCKS) {
             let readings: usize = blocks.iter().map(Block::len).sum();
-            let (own_residual, residual_left) = residual.split_at_mut(readings * components);
-            let (own_jacobian, jacobian_left) = jacobian.split_at_mut(readings * components * self.width);
+            let own = blocks.iter().flat_map(Clone::clone);
+            let rows: usize = own.map(|index| self.campaign.readings[index].observes.rows()).sum();
+            let (own_residual, residual_left) = residual.split_at_mut(rows);
+            let (own_jacobian, jacobian_left) = jacobian.split_at_mut(rows * self.width);
             let (own_predicted, predicted_left) = predicted.split_at_mut(readings);
             (residual, jacobian, predicted) = (residual_left, jacobian_left, predicted_left);
             tasks.push(Task { blocks, residual: own_residual, jacobian: own_jacobian, predicted: own_predicted });
@@ -187,24 +213,23 @@ impl<'a> Batch<'a> {
     fn run(&self, task: Task) -> Result<(), PredictionError> {
         let mut workspace =
             Workspace { state: self.mechanics.state(), terms: self.terms.workspace(), twists: self.columns.twists() };
-        let components = self.campaign.components();
-        let readings =
-            task.blocks.iter().flat_map(|block| block.clone().map(move |index| (index, index == block.start)));
-        let residuals = task.residual.chunks_exact_mut(components).zip(task.predicted);
-        let mut jacobian = task.jacobian;
-        for ((index, is_first), (residual, value)) in readings.zip(residuals) {
+        let Task { blocks, mut residual, mut jacobian, predicted } = task;
+        let readings = blocks.iter().flat_map(|block| block.clone().map(move |index| (index, index == block.start)));
+        for ((index, is_first), value) in readings.zip(predicted) {
             if is_first {
                 self.place(index, &mut workspace)?;
             }
             let (point, predicted) = self.predict(index, &mut workspace)?;
-            let found = self.campaign.observes.residual(&self.campaign.readings[index].measured, &predicted.point);
-            residual.copy_from_slice(&found[..components]);
-            *value = self.campaign.observes.value(&predicted.point);
+            let reading = &self.campaign.readings[index];
+            let (observes, count) = (reading.observes, reading.observes.rows());
+            let (own, left) = residual.split_at_mut(count);
+            residual = left;
+            own.copy_from_slice(&observes.residual(&reading.measured, &predicted.point)[..count]);
+            *value = observes.value(&predicted.point);
             if self.width > 0 {
-                let (rows, left) = jacobian.split_at_mut(components * self.width);
+                let (rows, left) = jacobian.split_at_mut(count * self.width);
                 jacobian = left;
                 rows.fill(0.0);
-                let rows = ReadingRows { observes: self.campaign.observes, width: self.width, rows };
                 self.differentiate(index, &point, &predicted, &mut workspace, rows);
             }
         }
@@ -228,7 +253,7 @@ impl<'a> Batch<'a> {
     fn predict(&self, index: usize, workspace: &mut Workspace) -> Result<(LoadedPoint, Predicted), PredictionError> {
         let Workspace { state, terms, .. } = workspace;
         let reading = &self.campaign.readings[index];
-        let point = self.mechanics.point(state, reading.marker, &reading.wrench);
+        let point = self.mechanics.point(state, reading, &reading.wrench);
         let at = self.reading(index, state, &point);
         let mut predicted = at.predict(&self.mechanics.deflection(state, &point));
         if self.terms.columns > 0 {
@@ -253,10 +278,12 @@ impl<'a> Batch<'a> {
         point: &LoadedPoint,
         predicted: &Predicted,
         workspace: &mut Workspace,
-        mut rows: ReadingRows,
+        rows: &mut [f64],
     ) {
         let Workspace { state, terms, twists } = workspace;
         let at = self.reading(index, state, point);
+        let observes = self.campaign.readings[index].observes;
+        let mut rows = ReadingRows { observes, scale: at.scale(), width: self.width, rows };
         if self.moves_deflection {
             self.columns.by_frames(&at, twists, predicted, &mut rows);
             self.columns.by_motion(&self.mechanics, state, point, twists, predicted, &mut rows);

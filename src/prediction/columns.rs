@@ -7,7 +7,7 @@ use crate::description::campaign::Campaign;
 use crate::kinematics::{By, Geometry, shift};
 use crate::math::left_jacobian;
 use crate::model::Model;
-use crate::observation::{MeasuredPoint, Observes, PointDerivative, Twist};
+use crate::observation::{MeasuredPoint, Observes, PointDerivative, Rows, Twist};
 use crate::parameter::{Group, Slot};
 use crate::state::{ColumnMotion, FrameTwistPlan, FrameTwists, LoadedPoint, Mechanics, State};
 
@@ -16,16 +16,17 @@ pub(super) struct Columns {
     twists: FrameTwistPlan,
     /// The robot's own parameters.
     robot: Vec<RobotColumn>,
-    /// Component of the base's pose, column.
-    base: Vec<(usize, usize)>,
-    /// Component of the tool's pose, column.
-    tool: Vec<(usize, usize)>,
-    /// Marker, component, column.
-    markers: Vec<(usize, usize, usize)>,
+    /// Of poses of the base, of tools and markers, and of what readings refer to.
+    arrangement: Vec<ArrangementColumn>,
     /// Columns of elastic parameters.
     elastic: Vec<usize>,
-    base_jacobian: Matrix3<f64>,
-    tool_jacobian: Matrix3<f64>,
+}
+
+/// A parameter of the measuring arrangement. It changes the readings whose own it is.
+#[derive(Debug, Clone, Copy)]
+struct ArrangementColumn {
+    column: usize,
+    slot: Slot,
 }
 
 /// A parameter of the robot's geometry.
@@ -40,14 +41,21 @@ struct RobotColumn {
 /// Rows of one reading in the derivatives, row-major.
 pub(super) struct ReadingRows<'a> {
     pub observes: Observes,
+    /// What the instrument shows of a length of one.
+    pub scale: f64,
     pub width: usize,
     pub rows: &'a mut [f64],
 }
 
 impl ReadingRows<'_> {
     /// Adds to a column how the reading changes with its point.
-    pub fn add(&mut self, column: usize, point: &MeasuredPoint, by: PointDerivative) {
-        let derivative = self.observes.derivative(point, &by);
+    pub fn add(&mut self, column: usize, point: &MeasuredPoint, mut by: PointDerivative) {
+        by.undeflected.displacement *= self.scale;
+        by.deflection.displacement *= self.scale;
+        self.put(column, self.observes.derivative(point, &by));
+    }
+
+    fn put(&mut self, column: usize, derivative: Rows) {
         for (row, value) in self.rows.chunks_exact_mut(self.width).zip(derivative) {
             row[column] += value;
         }
@@ -64,17 +72,10 @@ impl Columns {
     pub fn new(mechanics: &Mechanics, campaign: &Campaign, slots: &[Slot], all: bool) -> Self {
         let geometry = &mechanics.geometry;
         let model = geometry.model;
-        let (mut robot, mut base, mut tool, mut markers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut robot, mut arrangement) = (Vec::new(), Vec::new());
         for (column, &slot) in slots.iter().enumerate() {
             match model.registry[slot].group {
-                Group::Base => base.push((slot - model.base, column)),
-                Group::Tool if (model.tool.1..model.tool.1 + 6).contains(&slot) => {
-                    tool.push((slot - model.tool.1, column));
-                }
-                Group::Tool => {
-                    let marker = model.markers.iter().position(|marker| (marker.slot..marker.slot + 3).contains(&slot));
-                    markers.extend(marker.map(|m| (m, slot - model.markers[m].slot, column)));
-                }
+                Group::Base | Group::Tool | Group::Arrangement => arrangement.push(ArrangementColumn { column, slot }),
                 Group::Geometry => robot.push(RobotColumn { column, slot, driver: mechanics.driver(slot) }),
                 Group::Elastic | Group::Effect => {}
             }
@@ -87,16 +88,7 @@ impl Columns {
             std::iter::once(model.tool.0).chain(measured.map(|marker| model.markers[marker].frame)).collect()
         };
         let by: Vec<By> = robot.iter().map(|of| By::Slot(of.slot)).collect();
-        Self {
-            twists: mechanics.twist_plan(frames, &by),
-            robot,
-            base,
-            tool,
-            markers,
-            elastic: elastic(model, slots),
-            base_jacobian: left_jacobian(&vector(geometry, model.base + 3)),
-            tool_jacobian: left_jacobian(&vector(geometry, model.tool.1 + 3)),
-        }
+        Self { twists: mechanics.twist_plan(frames, &by), robot, arrangement, elastic: elastic(model, slots) }
     }
 
     /// Workspace of the frames' columns.
@@ -111,46 +103,60 @@ impl Columns {
 
     /// Derivatives of one reading as its frame, base, tool and marker move; the deflection keeps its axes in the base.
     pub fn by_frames(&self, at: &ReadingAt, twists: &FrameTwists, predicted: &Predicted, rows: &mut ReadingRows) {
-        let geometry = &at.mechanics.geometry;
-        let (base, marker) = (geometry.base(), at.point.marker);
+        let base = at.base();
         let to_frame = &at.state.placements.frames[at.point.at.frame];
-        let in_measurement = base.rotation.matrix() * to_frame.rotation.matrix();
         let arm = to_frame.rotation.matrix() * at.point.at.point;
-        let mut put = |column: usize, by: PointDerivative| rows.add(column, &predicted.point, by);
-        let of_frames = |displacement: Vector3<f64>, rotation: Vector3<f64>| {
-            PointDerivative::of_frames(Twist::new(displacement, rotation))
-        };
         // What load turns, it turns after the robot has.
         let after = turned(predicted);
         for (of, moved) in self.robot.iter().zip(twists.of(at.point.at.frame)) {
             let turn = Vector3::new(moved[3], moved[4], moved[5]);
-            put(of.column, of_frames(base.rotation * shift(moved, &arm), after * (base.rotation * turn)));
+            let by = of_frames(base.rotation * shift(moved, &arm), after * (base.rotation * turn));
+            rows.add(of.column, &predicted.point, by);
         }
-        let from_base = predicted.point.undeflected - base.translation.vector;
-        for &(k, column) in &self.base {
-            match k {
-                0..=2 => put(column, of_frames(axis(k), Vector3::zeros())),
-                _ => {
-                    let turn = self.base_jacobian.column(k - 3).into_owned();
+        self.by_arrangement(at, predicted, rows);
+    }
+
+    /// Derivatives by base, tool, marker, scale and target.
+    fn by_arrangement(&self, at: &ReadingAt, predicted: &Predicted, rows: &mut ReadingRows) {
+        if self.arrangement.is_empty() {
+            return;
+        }
+        let geometry = &at.mechanics.geometry;
+        let (model, session, point) = (geometry.model, at.point.session, &predicted.point);
+        let own = Own {
+            base: model.base_slot(session),
+            point: model.point_slot(at.point.marker, session),
+            tool: model.tool_slot(session) + 3,
+            scale: model.scale_slot(session),
+            targets: model.target_values(at.reading().target),
+        };
+        let base = at.base();
+        let in_measurement = base.rotation.matrix() * at.state.placements.frames[at.point.at.frame].rotation.matrix();
+        let scale = at.scale();
+        let from_base = point.undeflected / scale - base.translation.vector;
+        for &ArrangementColumn { column, slot } in &self.arrangement {
+            if let Some(k) = offset(slot, own.base, 6) {
+                let by = if k < 3 {
+                    of_frames(axis(k), Vector3::zeros())
+                } else {
+                    let turn: Vector3<f64> = left_jacobian(&vector(geometry, own.base + 3)).column(k - 3).into();
                     // The deflection turns with the base.
-                    let deflection = Twist::new(turn.cross(&predicted.point.displacement), Vector3::zeros());
-                    put(column, PointDerivative { undeflected: Twist::new(turn.cross(&from_base), turn), deflection });
-                }
-            }
-        }
-        for &(k, column) in &self.tool {
-            match k {
-                0..=2 if marker.is_none() => put(column, of_frames(in_measurement * axis(k), Vector3::zeros())),
-                3.. => {
-                    let turn = after * (in_measurement * self.tool_jacobian.column(k - 3));
-                    put(column, of_frames(Vector3::zeros(), turn));
-                }
-                _ => {}
-            }
-        }
-        for &(own, k, column) in &self.markers {
-            if marker == Some(own) {
-                put(column, of_frames(in_measurement * axis(k), Vector3::zeros()));
+                    let deflection = Twist::new(turn.cross(&point.displacement) / scale, Vector3::zeros());
+                    PointDerivative { undeflected: Twist::new(turn.cross(&from_base), turn), deflection }
+                };
+                rows.add(column, point, by);
+            } else if let Some(k) = offset(slot, own.point, 3) {
+                rows.add(column, point, of_frames(in_measurement * axis(k), Vector3::zeros()));
+            } else if let Some(k) = offset(slot, own.tool, 3) {
+                let turn = turned(predicted) * (in_measurement * left_jacobian(&vector(geometry, own.tool)).column(k));
+                rows.add(column, point, of_frames(Vector3::zeros(), turn));
+            } else if own.scale == Some(slot) {
+                let moved = |part: Vector3<f64>| Twist::new(part / scale, Vector3::zeros());
+                let by =
+                    PointDerivative { undeflected: moved(point.undeflected), deflection: moved(point.displacement) };
+                rows.put(column, rows.observes.derivative(point, &by));
+            } else if let Some(k) = own.targets.iter().position(|own| *own == Some(slot)) {
+                rows.put(column, rows.observes.by_target(point, k));
             }
         }
     }
@@ -168,16 +174,16 @@ impl Columns {
     ) {
         let turned = state.placements.frames[point.at.frame].rotation;
         let arm = turned.matrix() * point.at.point;
-        let to_measurement = DeflectionAxes::new(mechanics, predicted);
+        let to_measurement = DeflectionAxes::new(mechanics, point, predicted);
         for (k, of) in self.robot.iter().enumerate() {
             let moved = shift(&twists.of(point.at.frame)[k], &arm);
             let motion = ColumnMotion { twists, column: k, by: Some(of.slot), driver: of.driver };
             let change = mechanics.deflection_by_motion(state, point, &moved, Some(motion));
             rows.add(of.column, &predicted.point, to_measurement.derivative(&change));
         }
-        let tool = self.tool.iter().filter(|(k, _)| *k < 3 && point.marker.is_none()).copied();
-        let markers = self.markers.iter().filter(|(own, _, _)| point.marker == Some(*own));
-        for (k, column) in tool.chain(markers.map(|&(_, k, column)| (k, column))) {
+        let own = mechanics.geometry.model.point_slot(point.marker, point.session);
+        for &ArrangementColumn { column, slot } in &self.arrangement {
+            let Some(k) = offset(slot, own, 3) else { continue };
             let change = mechanics.deflection_by_motion(state, point, &(turned * axis(k)), None);
             rows.add(column, &predicted.point, to_measurement.derivative(&change));
         }
@@ -192,7 +198,7 @@ impl Columns {
         predicted: &Predicted,
         rows: &mut ReadingRows,
     ) {
-        let to_measurement = DeflectionAxes::new(mechanics, predicted);
+        let to_measurement = DeflectionAxes::new(mechanics, point, predicted);
         let changes = mechanics.deflection_by_parameters(state, point);
         for (&column, change) in self.elastic.iter().zip(changes) {
             rows.add(column, &predicted.point, to_measurement.derivative(&change));
@@ -207,8 +213,10 @@ struct DeflectionAxes {
 }
 
 impl DeflectionAxes {
-    fn new(mechanics: &Mechanics, predicted: &Predicted) -> Self {
-        Self { base: mechanics.geometry.base().rotation, jacobian: left_jacobian(&predicted.turned) }
+    fn new(mechanics: &Mechanics, point: &LoadedPoint, predicted: &Predicted) -> Self {
+        let geometry = &mechanics.geometry;
+        let base = geometry.placement(geometry.model.base_slot(point.session));
+        Self { base: base.rotation, jacobian: left_jacobian(&predicted.turned) }
     }
 
     fn derivative(&self, change: &Twist) -> PointDerivative {
@@ -224,6 +232,24 @@ fn turned(predicted: &Predicted) -> Matrix3<f64> {
     } else {
         Rotation3::new(predicted.turned).into_inner()
     }
+}
+
+/// Slots that are a reading's own.
+struct Own<'a> {
+    base: Slot,
+    point: Slot,
+    tool: Slot,
+    scale: Option<Slot>,
+    targets: &'a [Option<Slot>],
+}
+
+/// Place of a slot among `count` ones from `first`.
+fn offset(slot: Slot, first: Slot, count: usize) -> Option<usize> {
+    slot.checked_sub(first).filter(|k| *k < count)
+}
+
+fn of_frames(displacement: Vector3<f64>, rotation: Vector3<f64>) -> PointDerivative {
+    PointDerivative::of_frames(Twist::new(displacement, rotation))
 }
 
 fn axis(k: usize) -> Vector3<f64> {

@@ -31,6 +31,8 @@ pub fn effect_columns(
     for rows in found {
         all.extend(rows?);
     }
+    // Nothing that a robot does changes what is known of the arrangement.
+    all.resize(predictor.rows() * terms.columns, 0.0);
     Ok((all, terms.columns))
 }
 
@@ -41,7 +43,7 @@ fn rows_of(
     blocks: &[Block],
 ) -> Result<Vec<f64>, PredictionError> {
     let (mut state, mut workspace) = (mechanics.state(), terms.workspace());
-    let (components, width) = (campaign.components(), terms.columns);
+    let width = terms.columns;
     let mut rows = Vec::new();
     for block in blocks {
         let placed = mechanics.place(campaign.configuration(block.start), &mut state);
@@ -49,14 +51,14 @@ fn rows_of(
         terms.place(mechanics, &mut state, &mut workspace);
         for index in block.clone() {
             let reading = &campaign.readings[index];
-            let point = mechanics.point(&state, reading.marker, &reading.wrench);
+            let point = mechanics.point(&state, reading, &reading.wrench);
             let at = ReadingAt { mechanics, state: &state, campaign, index, point: &point };
             terms.evaluate(&at, &mut workspace);
             let seen = at.predict(&Twist::zero()).point;
             let first = rows.len();
-            rows.resize(first + components * width, 0.0);
+            rows.resize(first + reading.observes.rows() * width, 0.0);
             for (column, by) in workspace.columns.iter().enumerate() {
-                let derivative = campaign.observes.derivative(&seen, &by_column(by));
+                let derivative = reading.observes.derivative(&seen, &by_column(by));
                 for (row, value) in rows[first..].chunks_exact_mut(width).zip(derivative) {
                     row[column] = value;
                 }

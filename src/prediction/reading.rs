@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use crate::description::campaign::{Campaign, Reading};
-use crate::kinematics::{Geometry, Placements};
-use crate::observation::{MeasuredPoint, PointDerivative, Twist};
+use crate::kinematics::{Geometry, Placements, Transform};
+use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, PointDerivative, TargetValues, Twist};
 use crate::state::{LoadedPoint, Mechanics, State};
 
 /// A reading of a campaign at a placed state.
@@ -33,17 +33,44 @@ impl ReadingAt<'_> {
         &self.campaign.readings[self.index]
     }
 
+    /// Pose of the base in the measurement frame.
+    pub fn base(&self) -> Transform {
+        let geometry = &self.mechanics.geometry;
+        geometry.placement(geometry.model.base_slot(self.point.session))
+    }
+
+    /// What the instrument shows of a length of one.
+    pub fn scale(&self) -> f64 {
+        let geometry = &self.mechanics.geometry;
+        geometry.model.scale_slot(self.point.session).map_or(1.0, |slot| 1.0 + geometry.values()[slot])
+    }
+
+    /// Values of what the reading refers to.
+    fn target(&self) -> TargetValues {
+        let geometry = &self.mechanics.geometry;
+        let index = self.reading().target;
+        let Some(target) = self.campaign.targets.get(index) else { return [0.0; MOST_TARGET_VALUES] };
+        let mut values = target.assumed();
+        for (value, slot) in values.iter_mut().zip(geometry.model.target_values(index)) {
+            *value = slot.map_or(*value, |slot| geometry.values()[slot]);
+        }
+        values
+    }
+
     /// Prediction with what load does to the point, base axes.
     pub fn predict(&self, deflection: &Twist) -> Predicted {
         let geometry = &self.mechanics.geometry;
-        let base = geometry.base();
+        let model = geometry.model;
+        let base = self.base();
+        let tool = geometry.placement(model.tool_slot(self.point.session));
+        let scale = self.scale();
         let in_frame = base * self.state.placements.frames[self.point.at.frame];
         let turned = base.rotation * deflection.rotation;
         let point = MeasuredPoint {
-            undeflected: (in_frame * Point3::from(self.point.at.point)).coords,
-            displacement: base.rotation * deflection.displacement,
-            orientation: Rotation3::new(turned) * in_frame.rotation * geometry.tool().rotation,
-            anchor: self.campaign.anchor(self.reading()),
+            undeflected: scale * (in_frame * Point3::from(self.point.at.point)).coords,
+            displacement: scale * (base.rotation * deflection.displacement),
+            orientation: Rotation3::new(turned) * in_frame.rotation * tool.rotation,
+            target: self.target(),
         };
         Predicted { point, turned }
     }
@@ -69,9 +96,7 @@ pub(super) fn by_column(column: &[f64; 6]) -> PointDerivative {
 
 /// The measured point of a reading with nothing deflected, m, base frame.
 pub fn undeflected_point(geometry: &Geometry, placements: &Placements, reading: &Reading) -> Point3<f64> {
-    let (frame, point) = match reading.marker {
-        Some(marker) => (geometry.model.markers[marker].frame, geometry.marker(marker)),
-        None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
-    };
-    placements.frames[frame] * point
+    let model = geometry.model;
+    let frame = reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+    placements.frames[frame] * geometry.point(model.point_slot(reading.marker, reading.session))
 }

@@ -204,6 +204,12 @@ impl Seen {
         self.real.translation.vector - self.rigid.translation.vector - self.by_weight - self.by_wrench
     }
 
+    /// Displacement (m) and rotation vector (rad) of the point by own weight, preloads and the wrench, base axes.
+    pub fn deflection(&self) -> [f64; 6] {
+        let (d, r) = (self.by_weight + self.by_wrench, self.turned);
+        [d.x, d.y, d.z, r.x, r.y, r.z]
+    }
+
     /// Displacement and rotation vector that bring the point to a pose, base axes.
     pub fn to(&self, target: &Transform) -> Vector6<f64> {
         let moved = target.translation.vector - self.real.translation.vector;

@@ -2,7 +2,7 @@
 
 use super::error::PredictionError;
 use super::terms::measured_frames;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::Geometry;
 use crate::model::Survey;
 use crate::state::{JointLoadPlan, Loads, Mechanics};
@@ -28,7 +28,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
             placed.map_err(|source| PredictionError::at(campaign, index, source))?;
             plan.place(&mechanics, &mut state, &mut loads);
         }
-        plan.load(&state, &mechanics.point(&state, reading.marker, &reading.wrench), &mut loads);
+        plan.load(&state, &mechanics.point(&state, reading, &reading.wrench), &mut loads);
         for (variable, (load, own)) in loads.total.iter().zip(&loads.own).enumerate() {
             let shown = load - if is_difference { *own } else { 0.0 };
             survey.greatest_load[variable] = survey.greatest_load[variable].max(shown.abs());
@@ -45,7 +45,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
     survey.mean_temperatures = temperatures.collect();
     survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
-    survey.loaded = campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
     survey.is_difference = is_difference;
     Ok(survey)
 }

@@ -119,7 +119,7 @@ impl Terms {
             *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
         }
         let time = conditions.time.as_ref().map(|all| all[at.index]);
-        let base = at.mechanics.geometry.base();
+        let base = at.base();
         let position = (base * Point3::from(at.point.position)).coords;
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
@@ -162,7 +162,7 @@ impl Terms {
             },
             Change::Point(moved, turned) => return [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z],
         };
-        let base = at.mechanics.geometry.base().rotation;
+        let base = at.base().rotation;
         let arm = at.state.placements.frames[at.point.at.frame].rotation * at.point.at.point;
         let moved = base * shift(&column, &arm) * amount;
         let turned = base * Vector3::new(column[3], column[4], column[5]) * amount;

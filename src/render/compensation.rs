@@ -1,6 +1,9 @@
 //! Compensated paths as text and as a table of commands. Lengths in mm, angles in deg.
 
 use std::fmt::Write;
+use std::path::Path;
+
+use indexmap::IndexMap;
 
 use super::table::Screen;
 use crate::description::table::Sheet;
@@ -47,6 +50,8 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
             mm(found.after.max)
         )
     };
+    out += &let_go(found);
+    let _ = writeln!(out, "{}", found.own_weight.words(""));
     if !found.left_out.is_empty() {
         let names = found.left_out.join(", ");
         let _ = writeln!(out, "left out, being of the measurement and not of the robot: {names}");
@@ -61,6 +66,28 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
         let _ = writeln!(out, "and {} more refused", found.refused.len() - MOST_SHOWN);
     }
     out
+}
+
+/// The directions that are not held, and how far the points are off in them.
+fn let_go(found: &Compensation) -> String {
+    let mut most: IndexMap<&str, f64> = IndexMap::new();
+    for (name, off) in found.met().flat_map(|point| &point.let_go) {
+        let most = most.entry(name).or_default();
+        *most = most.max(off.abs());
+    }
+    if most.is_empty() {
+        return String::new();
+    }
+    let shown = most.iter().map(|(name, off)| {
+        let is_angle = name.starts_with('r');
+        format!("{name} {:.4} {}", shown(*off, is_angle), shown_unit(is_angle))
+    });
+    let free = found.variables.len().saturating_sub(found.held.len());
+    let more = match free {
+        0 => String::new(),
+        _ => format!("; {free} more could be held (--hold)"),
+    };
+    format!("held {}; let go, off by at most: {}{more}\n", found.held.join(", "), shown.collect::<Vec<_>>().join(", "))
 }
 
 fn row(found: &Compensation, point: &CorrectedPoint) -> Vec<String> {
@@ -83,15 +110,16 @@ fn largest(found: &Compensation, point: &CorrectedPoint) -> String {
     most.map_or(String::new(), |(variable, by)| format!("{} {by:+.4} {}", variable.name, shown_unit(variable.is_angle)))
 }
 
-/// CSV of the points that are met, in units: commands, and the poses by the controller's geometry.
+/// Table of the points that are met, in units, to be written to a file of that name: commands, and the poses by the
+/// controller's geometry.
 ///
 /// # Errors
-/// As [`Sheet::csv`].
-pub fn csv(found: &Compensation, units: &Units) -> std::io::Result<String> {
+/// As [`Sheet::file`].
+pub fn table(found: &Compensation, units: &Units, file: &Path) -> std::io::Result<Vec<u8>> {
     let points: Vec<&CorrectedPoint> = found.met().collect();
     let points = &points;
     let mut sheet = Sheet::new();
-    sheet.column("pose", |row| points[row].name.clone());
+    sheet.texts("pose", |row| points[row].name.clone());
     for (k, variable) in found.variables.iter().enumerate() {
         let unit = units.of(variable.kind());
         sheet.column(&variable.name, move |row| format!("{:.9}", points[row].joints[k] / unit));
@@ -103,5 +131,5 @@ pub fn csv(found: &Compensation, units: &Units) -> std::io::Result<String> {
             points[row].pose.map_or_else(String::new, |pose| format!("{:.9}", pose[k] / unit))
         });
     }
-    sheet.csv(0..points.len())
+    sheet.file(file, 0..points.len())
 }

@@ -66,7 +66,8 @@ fn headers(place: &Place) -> Option<(String, String)> {
     let column = 1 + before.rsplit('\n').next()?.chars().count();
     let header = |line: usize, column: usize| format!("{}:{line}:{column}", inert(&place.file));
     let line = place.line + before.matches('\n').count();
-    ((line, column) != (place.line, place.column)).then(|| (header(line, column), header(place.line, place.column)))
+    let differs = (line, column) != (place.line, place.column) || place.in_sheet;
+    differs.then(|| (header(line, column), inert(&place.address())))
 }
 
 /// The excerpt, long lines cut, and the highlight on character boundaries.

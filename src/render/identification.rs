@@ -7,8 +7,8 @@ use super::table::{Screen, number};
 
 use crate::results::units::{deg, mm};
 use crate::results::{
-    DescriptionResiduals, Dropped, Identification, ParameterEstimate, ReadingErrors, Reduction, SchemeComparison,
-    Sensitivities, SpringGroup,
+    DescriptionResiduals, Dropped, IN_BOTH_READINGS, Identification, MovedParameter, ParameterEstimate, PartErrors,
+    ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup,
 };
 
 /// Factors below this are not shown.
@@ -20,12 +20,7 @@ const MOST_MERGED: usize = 8;
 pub fn reduction(found: &Reduction, screen: Screen) -> String {
     let limit = found.tolerance.map_or("at the noise".into(), |tolerance| format!("at tolerance {tolerance:.1e}"));
     let mut out = format!("{} columns, rank {} (exact), {} kept {limit}\n", found.columns, found.rank, found.kept);
-    let o = &found.observability;
-    let _ = writeln!(
-        out,
-        "condition number {:.3e}; observability O1 {:.3e}  O2 {:.3e}  O3 {:.3e}  O4 {:.3e}  O5 {:.3e}",
-        found.condition, o.o1, o.o2, o.o3, o.o4, o.o5
-    );
+    out += &conditioning(found);
     if found.dropped.is_empty() {
         return out;
     }
@@ -33,6 +28,15 @@ pub fn reduction(found: &Reduction, screen: Screen) -> String {
     out += "\n";
     out += &screen.table(&["dropped", "why", "remainder", "merged into (factor)"], found.dropped.iter().map(row));
     out
+}
+
+/// Condition number and observability indices; nothing where no parameter is kept.
+pub(super) fn conditioning(found: &Reduction) -> String {
+    let (Some(condition), Some(o)) = (found.condition, &found.observability) else { return String::new() };
+    format!(
+        "condition number {condition:.3e}; observability O1 {:.3e}  O2 {:.3e}  O3 {:.3e}  O4 {:.3e}  O5 {:.3e}\n",
+        o.o1, o.o2, o.o3, o.o4, o.o5
+    )
 }
 
 fn merged(dropped: &Dropped) -> String {
@@ -86,6 +90,38 @@ pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String
 /// Text of `identify`.
 pub fn identification(found: &Identification, screen: Screen) -> String {
     let mut out = format!("{}\n\n", found.campaign);
+    if found.refusals.is_empty() {
+        out += &judgement(found, screen);
+    } else {
+        for refusal in &found.refusals {
+            let _ = writeln!(out, "NO RESULT: {}", refusal.message);
+            refusal.remedy.iter().for_each(|remedy| out += &format!("  {remedy}\n"));
+        }
+        out += "\nwhere the fit stopped, which is no estimate:\n";
+    }
+    out += "\n";
+    out += &reduction(&found.reduction, screen);
+    out += "\n";
+    out += &screen.table(
+        &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
+        found.parameters.iter().filter(|p| p.identifiable).map(|p| parameter_row(found, p)),
+    );
+    out += &spring_groups(&found.equivalences, screen);
+    out += &found.since.as_ref().map_or(String::new(), |since| moved(since, screen));
+    out += &insensitive(found);
+    let strongest = strongest_correlations(found);
+    if !strongest.is_empty() {
+        let _ = writeln!(out, "strongest correlations: {}", strongest.join(", "));
+    }
+    let converged = if found.converged { "" } else { " (NOT converged)" };
+    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
+    let _ = writeln!(out, "{} iterations; ended by: {}{converged}", found.iterations, found.ending);
+    out
+}
+
+/// The headline, and the errors that it rests on.
+fn judgement(found: &Identification, screen: Screen) -> String {
+    let mut out = String::new();
     let [_, registration, after] = found.judged();
     let _ = writeln!(
         out,
@@ -106,6 +142,15 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
         rows = vec![rows[0], rows[2], rows[3], rows[5]];
     }
     out += &errors(&rows, screen);
+    let which = if found.is_checked() { "check" } else { "fit" };
+    let named = |part: &PartErrors| format!("{which}: {} {}", part.part, part.name);
+    // Markers are in the JSON, and in the report.
+    let parts: Vec<(String, Option<ReadingErrors>)> =
+        found.parts.iter().filter(|part| part.part != "marker").map(|part| (named(part), Some(part.errors))).collect();
+    if !parts.is_empty() {
+        let rows: Vec<(&str, &Option<ReadingErrors>)> = parts.iter().map(|(name, e)| (name.as_str(), e)).collect();
+        out += &errors(&rows, screen);
+    }
     out += "\n";
     out += &steps(found, screen);
     out += "\n";
@@ -122,21 +167,6 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
             out += "  something else than what was fitted is left: intervals cover its scatter, not its shape\n";
         }
     }
-    out += "\n";
-    out += &reduction(&found.reduction, screen);
-    out += "\n";
-    out += &screen.table(
-        &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
-        found.parameters.iter().filter(|p| p.identifiable).map(|p| parameter_row(found, p)),
-    );
-    out += &spring_groups(&found.equivalences, screen);
-    out += &insensitive(found);
-    let strongest = strongest_correlations(found);
-    if !strongest.is_empty() {
-        let _ = writeln!(out, "strongest correlations: {}", strongest.join(", "));
-    }
-    let converged = if found.converged { "" } else { " (NOT converged)" };
-    let _ = writeln!(out, "{} iterations; ended by: {}{converged}", found.iterations, found.ending);
     out
 }
 
@@ -207,6 +237,27 @@ fn steps(found: &Identification, screen: Screen) -> String {
     out
 }
 
+/// What has moved since an earlier description: all parameters compared, what has moved first.
+fn moved(since: &Since, screen: Screen) -> String {
+    let row = |p: &MovedParameter| {
+        let shown = |value: f64| number(p.unit, value);
+        let flag = if p.moved { "moved" } else { "" };
+        let z = p.z.map_or(String::new(), |z| format!("{z:+.1}"));
+        let chance = format!("{:.1e}", p.p);
+        vec![p.name.clone(), p.unit.into(), shown(p.difference), shown(p.sigma), z, chance, flag.into()]
+    };
+    let mut all: Vec<&MovedParameter> = since.parameters.iter().collect();
+    all.sort_by_key(|p| !p.moved);
+    let which = if since.moved.is_empty() { "nothing".into() } else { since.moved.join(", ") };
+    let table =
+        screen.table(&["parameter", "unit", "difference", "sigma", "z", "chance (Holm)", ""], all.into_iter().map(row));
+    format!(
+        "\nmoved since {}: {which} (at most {:.0} % that anything is named that has not)\n{table}",
+        since.description,
+        100.0 * since.level
+    )
+}
+
 fn strongest_correlations(found: &Identification) -> Vec<String> {
     let names = &found.reduction.kept_parameters;
     let mut pairs: Vec<(f64, &String, &String)> = found
@@ -256,5 +307,5 @@ pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
         let shown: Vec<String> = axes.map(|(axis, rms)| format!("{axis} {rms:.4} mm")).collect();
         let _ = writeln!(out, "rms by direction: {}", shown.join(", "));
     }
-    out
+    out + &found.own_weight.words(IN_BOTH_READINGS) + "\n"
 }

@@ -1,6 +1,7 @@
 //! What is shown to the user, as text and HTML; computes nothing new.
 
 pub mod blind;
+pub mod campaign;
 pub mod compensation;
 pub mod compensator;
 pub mod diagnosis;
@@ -15,3 +16,4 @@ pub mod robot;
 pub mod solve;
 pub mod stiffness;
 pub mod table;
+pub mod tables;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use super::identification::conditioning;
 use super::table::{Screen, number};
-use crate::planning::SETS;
 use crate::results::units::{shown, shown_unit};
 use crate::results::{Plan, PlannedPose};
 
@@ -14,9 +14,10 @@ pub fn plan(found: &Plan, screen: Screen) -> String {
         found.bought.iter().find(|b| b.poses == count).map_or("unknown".into(), |b| format!("{:.4}", b.random));
     let mut out = format!(
         "{count} configurations leave {:.4} mm of position error after compensation (rms at the test poses, by the\n\
-         covariance of {} parameters); as many at random leave {random} mm (median of {SETS} sets)",
+         covariance of {} parameters); as many at random leave {random} mm (median of {} sets)",
         found.error.planned,
         found.parameters.len(),
+        found.random_sets,
     );
     let _ = match found.random_equal {
         Some(equal) if equal > count => writeln!(out, ",\nand it takes {equal} at random to do as well"),
@@ -37,12 +38,7 @@ pub fn plan(found: &Plan, screen: Screen) -> String {
         &["parameter", "unit", "95 % +-"],
         found.parameters.iter().map(|p| vec![p.name.clone(), p.unit.into(), number(p.unit, p.ci95)]),
     );
-    let o = &found.identifiability.observability;
-    let _ = writeln!(
-        out,
-        "condition number {:.3e}; observability O1 {:.3e}  O2 {:.3e}  O3 {:.3e}  O4 {:.3e}  O5 {:.3e}",
-        found.identifiability.condition, o.o1, o.o2, o.o3, o.o4, o.o5
-    );
+    out += &conditioning(&found.identifiability);
     out
 }
 

@@ -1,5 +1,7 @@
 //! A pose as text: lengths in mm, angles in deg.
 
+use std::fmt::Write;
+
 use super::stiffness::displacement;
 use super::table::Screen;
 use crate::results::Pose;
@@ -26,11 +28,12 @@ pub fn pose(found: &Pose, screen: Screen) -> String {
     let rows = found.placed.iter().map(placed).chain(found.markers.iter().map(marker));
     out += "\n";
     out += &screen.table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
+    let _ = writeln!(out, "{}", found.own_weight.words("nothing above is deflected (--weight)"));
     if found.deflection.is_some() {
         let row =
             |(name, d): &(String, [f64; 6])| std::iter::once(name.clone()).chain(displacement(d)).collect::<Vec<_>>();
         let header = ["point", "dx mm", "dy mm", "dz mm", "rx deg", "ry deg", "rz deg"];
-        out += "\nunder the wrench and own weight\n";
+        out += "\ndeflected by own weight and the wrench\n";
         out += &screen.table(&header, found.deflected.iter().map(row));
     }
     out

@@ -51,7 +51,11 @@ pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen
             variable.limits.map_or("none".into(), |[low, high]| format!("{:.2} .. {:.2} {unit}", at(low), at(high)));
         vec![variable.name.clone(), limits]
     };
-    out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row));
+    let other = found.other_limits.iter().map(|of| {
+        let (name, limits) = (format!("({})", of.name), of.limits);
+        variable_row(&Variable { name, is_angle: of.unit == "rad", limits })
+    });
+    out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row).chain(other));
     out += "\n";
     out += &frames_table(found, model, screen);
     for stage in &model.stages {

@@ -22,5 +22,5 @@ pub fn solutions(found: &InverseSolutions, screen: Screen) -> String {
     if found.solutions.iter().any(|solution| solution.self_motions > 0) {
         out += "the robot can move while its tool stands still: these are samples of a continuum\n";
     }
-    out
+    out + &found.own_weight.words("the tool is at the target undeflected (--weight)") + "\n"
 }

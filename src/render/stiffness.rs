@@ -47,8 +47,9 @@ fn under_load(found: &Stiffness, screen: Screen) -> String {
     let [x, y, z] = [d[0], d[1], d[2]].map(mm);
     let [rx, ry, rz] = [d[3], d[4], d[5]].map(deg);
     let mut out = format!(
-        "deflection {:.4} mm: x {x:.4}, y {y:.4}, z {z:.4} mm; rx {rx:.5}, ry {ry:.5}, rz {rz:.5} deg\n\n",
-        mm(norm)
+        "deflection {:.4} mm: x {x:.4}, y {y:.4}, z {z:.4} mm; rx {rx:.5}, ry {ry:.5}, rz {rz:.5} deg\n{}\n\n",
+        mm(norm),
+        found.own_weight.words("--weight adds it")
     );
     if let Some(factor) = found.load_factor.filter(|factor| *factor < FAR_FROM_BUCKLING) {
         let _ = writeln!(out, "the loads may grow {factor:.2} fold before they use up the stiffness (buckling)\n");

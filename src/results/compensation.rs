@@ -4,7 +4,8 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use crate::compensation::{self, Outcome, Point, Refusal, Sides};
+use super::own_weight::OwnWeight;
+use crate::compensation::{self, Hold, Outcome, Point, Refusal, Sides};
 use crate::description::robot::Variable;
 use crate::math::mean_rms_max;
 use crate::model::Model;
@@ -45,6 +46,9 @@ pub struct CorrectedPoint {
     /// Predicted distance from the target.
     pub residual: f64,
     pub orientation_residual: f64,
+    /// By direction that is not held: how far the point is off the target, m along x, y, z of the base, rad about rx, ry, rz of
+    /// the target.
+    pub let_go: IndexMap<&'static str, f64>,
     pub status: &'static str,
     /// Commands less nominal ones.
     pub correction: Option<IndexMap<String, f64>>,
@@ -108,6 +112,9 @@ pub struct Compensation {
     pub refused: Vec<usize>,
     /// Where the sides of approach come from: `given`, `derived` or `unsettled`.
     pub sides: &'static str,
+    /// Directions of the targets that are held.
+    pub held: Vec<&'static str>,
+    pub own_weight: OwnWeight,
     /// Effects of the measurement, which are not compensated.
     pub left_out: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,6 +135,7 @@ impl Compensation {
         nominal: &[Option<Vec<f64>>],
         poses: &[Option<[f64; 6]>],
         outcome: &Outcome,
+        hold: Hold,
     ) -> Self {
         let joints = |q: &[f64]| model.variables.iter().zip(q).map(|(v, q)| (v.name.clone(), *q)).collect();
         let corrected = |index: usize, point: &Point| {
@@ -140,6 +148,7 @@ impl Compensation {
                 joints: joints(&found.joints),
                 residual: found.position,
                 orientation_residual: found.orientation,
+                let_go: hold.let_go().map(|k| (Hold::NAMES[k], found.off[k])).collect(),
                 status: "ok",
                 correction: nominal[index].as_ref().map(less).map(|by| joints(&by)),
                 pose: poses[index],
@@ -175,6 +184,8 @@ impl Compensation {
                 Sides::Derived => "derived",
                 Sides::Unsettled => "unsettled",
             },
+            held: (0..6).filter(|&k| hold.0[k]).map(|k| Hold::NAMES[k]).collect(),
+            own_weight: OwnWeight::nominal(model, true),
             left_out: outcome.left_out.clone(),
             process: None,
             table: None,

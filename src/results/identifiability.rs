@@ -60,9 +60,9 @@ pub struct Reduction {
     pub dropped: Vec<Dropped>,
     /// By kept parameter: what is merged into it, with its factor (SI).
     pub combinations: IndexMap<String, IndexMap<String, f64>>,
-    /// Condition number of the scaled columns that are kept.
-    pub condition: f64,
-    pub observability: Observability,
+    /// Condition number of the scaled columns that are kept; `None` where none is.
+    pub condition: Option<f64>,
+    pub observability: Option<Observability>,
     /// Of the scaled observation matrix.
     pub singular_values: Vec<f64>,
     pub kept_parameters: Vec<String>,
@@ -80,7 +80,6 @@ impl Reduction {
     pub fn new(model: &Model, slots: &[Slot], found: &Identifiability) -> Self {
         let name = |column: usize| model.registry[slots[column]].name.clone();
         let of = |terms: &[(usize, f64)]| terms.iter().map(|&(column, factor)| (name(column), factor)).collect();
-        let [o1, o2, o3, o4, o5] = found.observability;
         let dropped = |&(column, why): &(usize, Why)| Dropped {
             name: name(column),
             why: match why {
@@ -99,7 +98,7 @@ impl Reduction {
             dropped: found.dropped.iter().map(dropped).collect(),
             combinations: found.combinations.iter().map(|(keeper, terms)| (name(*keeper), of(terms))).collect(),
             condition: found.condition,
-            observability: Observability { o1, o2, o3, o4, o5 },
+            observability: found.observability.map(|[o1, o2, o3, o4, o5]| Observability { o1, o2, o3, o4, o5 }),
             singular_values: found.singular_values.clone(),
             kept_parameters: found.kept.iter().map(|&column| name(column)).collect(),
         }

@@ -7,6 +7,7 @@
 #![allow(missing_docs)]
 
 mod blind;
+mod campaign;
 mod compensation;
 mod compensator;
 mod diagnosis;
@@ -14,12 +15,14 @@ mod errors;
 mod fuzzy;
 mod identifiability;
 mod identification;
+mod own_weight;
 mod plan;
 mod pose;
 mod report;
 mod residuals;
 mod robot;
 mod simulation;
+mod since;
 mod solve;
 mod springs;
 mod stiffness;
@@ -27,6 +30,7 @@ pub mod units;
 mod view;
 
 pub use blind::{BlindScore, ScoredCampaign};
+pub use campaign::{AppliedLoads, CampaignCheck, JointRange, Sets, StatedNoise, ToEstimate};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
 pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
@@ -36,7 +40,8 @@ pub use fuzzy::{
     MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
 };
 pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
-pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
+pub use identification::{Identification, ParameterEstimate, PartErrors, PredictedError, Residuals, SchemeComparison};
+pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{
@@ -48,6 +53,7 @@ pub use robot::{
     ElasticSummary, FrameSummary, FuzzySummary, ParameterSummary, RobotSummary, SnapshotAgreement, VariableSummary,
 };
 pub use simulation::{PathPoint, Simulation, TrueParameter, Truth};
+pub use since::{MovedParameter, Since};
 pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
 pub use stiffness::Stiffness;

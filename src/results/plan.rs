@@ -64,6 +64,9 @@ pub struct Plan {
     /// The robot's name.
     #[serde(skip)]
     pub robot: String,
+    /// Random sets compared with, of whose errors the median is taken.
+    #[serde(skip)]
+    pub random_sets: u64,
     /// Markers asked for.
     #[serde(skip)]
     pub markers: usize,
@@ -103,6 +106,7 @@ impl Plan {
             identifiability: Reduction::new(model, &planned.slots, &planned.identifiability),
             seconds,
             robot: model.name.clone(),
+            random_sets: request.settings.random_sets,
             markers: request.markers.len(),
             variables: model.variables.iter().map(|v| (v.name.clone(), v.is_angle)).collect(),
         }

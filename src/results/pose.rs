@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use crate::kinematics::{Geometry, Placements, Transform, rotation_vector};
+use super::own_weight::OwnWeight;
+use crate::compensation::six;
+use crate::kinematics::{Geometry, Placements, Transform};
 
 /// Homogeneous transform, by row.
 pub type Homogeneous = [[f64; 4]; 4];
@@ -19,6 +21,8 @@ pub struct Pose {
     /// Positions.
     pub markers: IndexMap<String, [f64; 3]>,
     pub tool: Homogeneous,
+    /// Whether tool and markers stand where own weight puts them; frames are never deflected.
+    pub own_weight: OwnWeight,
     /// Displacement and rotation vector of tool and markers under a load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection: Option<BTreeMap<String, [f64; 6]>>,
@@ -44,14 +48,6 @@ impl Pose {
                 ((frame.name.clone(), *q), is_angle)
             })
             .unzip();
-        let matrix = |t: &Transform| {
-            let m = t.to_homogeneous();
-            std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
-        };
-        let six = |t: &Transform| {
-            let (p, r) = (t.translation.vector, rotation_vector(&t.rotation));
-            [p.x, p.y, p.z, r.x, r.y, r.z]
-        };
         let tool = placements.frames[model.tool.0] * geometry.tool();
         let frames = || model.frames.iter().zip(&placements.frames).skip(1);
         let mut placed: Vec<(String, [f64; 6])> = frames().map(|(frame, at)| (frame.name.clone(), six(at))).collect();
@@ -65,6 +61,7 @@ impl Pose {
             frames: frames().map(|(frame, at)| (frame.name.clone(), matrix(at))).collect(),
             markers: (0..model.markers.len()).map(marker).collect(),
             tool: matrix(&tool),
+            own_weight: OwnWeight::nominal(model, false),
             deflection: None,
             deflected: Vec::new(),
             angles,
@@ -77,6 +74,25 @@ impl Pose {
     pub fn deflected(self, deflected: Vec<(String, [f64; 6])>) -> Self {
         Self { deflection: Some(deflected.iter().cloned().collect()), deflected, ..self }
     }
+
+    /// The same with the tool and the markers (in the model's order) where loads put them.
+    #[must_use]
+    pub fn loaded(mut self, own_weight: OwnWeight, tool: &Transform, markers: &[Transform]) -> Self {
+        self.own_weight = own_weight;
+        self.tool = matrix(tool);
+        if let Some((_, placed)) = self.placed.last_mut() {
+            *placed = six(tool);
+        }
+        for (at, marker) in self.markers.values_mut().zip(markers) {
+            *at = marker.translation.vector.into();
+        }
+        self
+    }
+}
+
+fn matrix(t: &Transform) -> Homogeneous {
+    let m = t.to_homogeneous();
+    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
 }
 
 /// Poses of a table of configurations.

@@ -290,9 +290,10 @@ impl ReadingReview {
     fn new(review: &Review, index: usize) -> Self {
         let (model, campaign, readings) = (review.model, review.campaign, &review.readings);
         let reading = &campaign.readings[index];
-        let components = campaign.components();
+        let lengths = reading.observes.length_rows().min(3);
+        let first = readings.first_rows[index];
         let position = |all: &[f64]| -> Vec<f64> {
-            let own = all.iter().skip(index * components).take(components.min(3));
+            let own = all.iter().skip(first).take(lengths);
             own.map(|v| (v * 1e9).round() / 1e6).collect()
         };
         let joints = campaign.configuration(index).iter().zip(&model.variables);

@@ -4,8 +4,9 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::errors::ReadingErrors;
+use super::own_weight::OwnWeight;
 use super::units::{deg, mm};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::errors_of;
 use crate::math::mean_rms_max;
 use crate::model::Model;
@@ -29,6 +30,8 @@ pub struct ReadingResidual {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DescriptionResiduals {
     pub unit: &'static str,
+    /// Whether the predictions hold the deflection by own weight.
+    pub own_weight: OwnWeight,
     pub all: Option<ReadingErrors>,
     /// Readings marked `fit`.
     pub fit: Option<ReadingErrors>,
@@ -48,23 +51,31 @@ impl DescriptionResiduals {
         let mut names: Vec<&str> = (0..campaign.readings.len()).map(marker).collect();
         names.sort_unstable();
         names.dedup();
-        let components = campaign.components();
-        let direction = |k: usize| mm(mean_rms_max(residual.iter().skip(k).step_by(components).copied())[1]);
-        let readings = campaign.readings.iter().zip(residual.chunks(components)).enumerate();
+        let lengths = |reading: &Reading| reading.observes.length_rows();
+        let along = |k: usize| {
+            let with = campaign.by_reading(residual, 1).filter(|(reading, _)| lengths(reading) > k);
+            mm(mean_rms_max(with.map(|(_, own)| own[k]))[1])
+        };
+        let directions = campaign.readings.iter().map(lengths).max().unwrap_or(0).min(3);
+        let readings = campaign.by_reading(residual, 1).enumerate();
         Self {
             unit: "mm",
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
             all: errors(&|_| true),
             fit: errors(&|i| campaign.readings[i].check == Some(false)),
             check: errors(&|i| campaign.readings[i].check == Some(true)),
             markers: names.iter().map(|name| ((*name).to_string(), errors(&|i| marker(i) == *name))).collect(),
-            directions: (0..components.min(3)).map(direction).collect(),
+            directions: (0..directions).map(along).collect(),
             readings: readings
                 .map(|(index, (reading, residual))| ReadingResidual {
                     row: reading.row,
                     pose: campaign.poses[reading.pose].clone(),
                     marker: marker(index).to_string(),
-                    error: residual.iter().take(3).map(|v| mm(*v)).collect(),
-                    orientation_error_deg: residual.get(3..6).map(|r| r.iter().map(|v| deg(*v)).collect()),
+                    error: residual[..lengths(reading)].iter().map(|v| mm(*v)).collect(),
+                    orientation_error_deg: residual
+                        .get(lengths(reading)..)
+                        .filter(|own| !own.is_empty())
+                        .map(|own| own.iter().map(|v| deg(*v)).collect()),
                 })
                 .collect(),
         }

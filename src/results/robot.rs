@@ -66,6 +66,9 @@ pub struct RobotSummary {
     pub variables: Vec<VariableSummary>,
     pub frames: Vec<FrameSummary>,
     pub loops: Vec<String>,
+    /// Limits of passive joints, of those that follow others, and of sums of joints.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub other_limits: Vec<VariableSummary>,
     pub tool: String,
     pub markers: Vec<String>,
     pub parameters: Vec<ParameterSummary>,
@@ -106,6 +109,19 @@ fn moved_by(model: &Model, index: usize) -> String {
     }
 }
 
+/// Limits that are not those of a variable.
+fn other_limits(model: &Model) -> Vec<VariableSummary> {
+    let summary = |name: &str, is_angle: bool, limits: [f64; 2]| VariableSummary {
+        name: name.into(),
+        unit: if is_angle { "rad" } else { "m" },
+        limits: Some(limits),
+    };
+    let joints = model.frames.iter().filter(|frame| !matches!(frame.motion, Motion::Variable { .. } | Motion::Fixed));
+    let joints =
+        joints.filter_map(|frame| Some(summary(&frame.name, frame.joint == JointKind::Revolute, frame.limits?)));
+    joints.chain(model.limits.iter().map(|sum| summary(&sum.name, sum.is_angle, sum.limits))).collect()
+}
+
 impl RobotSummary {
     /// Of a description and its model.
     pub fn new(model: &Model, raw: &RawRobot) -> Self {
@@ -136,6 +152,7 @@ impl RobotSummary {
             variables: model.variables.iter().map(variable).collect(),
             frames: (1..model.frames.len()).map(frame).collect(),
             loops: loops.flatten().map(|l| l.name.clone()).collect(),
+            other_limits: other_limits(model),
             tool: model.frames[model.tool.0].name.clone(),
             markers: model.markers.iter().map(|m| m.name.clone()).collect(),
             parameters: model.registry.all().iter().map(parameter).collect(),

@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::own_weight::OwnWeight;
 use crate::description::raw::RawEffect;
 use crate::model::Model;
 
@@ -52,6 +53,8 @@ pub struct Simulation {
     /// The campaign's file.
     pub campaign: String,
     pub readings: usize,
+    /// Whether the readings hold the deflection by own weight.
+    pub own_weight: OwnWeight,
     pub truth: Truth,
     /// Of a path with a process.
     #[serde(skip_serializing_if = "Option::is_none")]

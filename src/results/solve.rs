@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::own_weight::OwnWeight;
 use crate::kinematics::Solution;
 use crate::model::Model;
 
@@ -22,6 +23,8 @@ pub struct InverseSolution {
 /// What `solve` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InverseSolutions {
+    /// Whether the tool is at the target as own weight deflects it, or rigid.
+    pub own_weight: OwnWeight,
     pub solutions: Vec<InverseSolution>,
     /// By variable: whether it is an angle.
     #[serde(skip)]
@@ -29,8 +32,8 @@ pub struct InverseSolutions {
 }
 
 impl InverseSolutions {
-    /// With the variables of a model.
-    pub fn new(model: &Model, found: &[Solution]) -> Self {
+    /// With the variables of a model; `under_weight` if the tool is at the target as own weight deflects it.
+    pub fn new(model: &Model, found: &[Solution], under_weight: bool) -> Self {
         let solution = |solution: &Solution| InverseSolution {
             joints: model.variables.iter().zip(&solution.joints).map(|(v, q)| (v.name.clone(), *q)).collect(),
             position_error: solution.position_error,
@@ -38,6 +41,7 @@ impl InverseSolutions {
             self_motions: solution.self_motions,
         };
         Self {
+            own_weight: OwnWeight::nominal(model, under_weight),
             solutions: found.iter().map(solution).collect(),
             angles: model.variables.iter().map(|v| (v.name.clone(), v.is_angle)).collect(),
         }

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use nalgebra::Matrix6;
 use serde::Serialize;
 
+use super::own_weight::OwnWeight;
 use crate::elastics::Shares;
 
 /// Compliance and stiffness at a point, and the deflection under a load there.
@@ -17,6 +18,8 @@ pub struct Stiffness {
     pub stiffness: Option<[[f64; 6]; 6]>,
     /// Displacement and rotation vector under the load.
     pub deflection: [f64; 6],
+    /// Whether the deflection holds that by own weight.
+    pub own_weight: OwnWeight,
     /// At equilibrium: the factor by which the loads could grow until the structure buckles; `None` if they never do, and
     /// without equilibrium.
     pub load_factor: Option<f64>,
@@ -56,6 +59,7 @@ impl Stiffness {
             compliance: rows(compliance),
             stiffness: inverse(compliance).map(|stiffness| rows(&stiffness)),
             deflection: [0.0; 6],
+            own_weight: OwnWeight::LeftOut,
             load_factor: None,
             shares: if by_rules { IndexMap::new() } else { shares.energy },
             nodes: shares.nodes,

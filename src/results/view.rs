@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::own_weight::OwnWeight;
 use super::units::mm;
 use crate::model::Model;
 use crate::scene::{Part, PartKind, Scene, Shot};
@@ -81,6 +82,8 @@ pub struct View {
     pub moved: Vec<[f64; 3]>,
     /// The load in words.
     pub load: Option<String>,
+    /// Whether the deflected shape is that under own weight too.
+    pub own_weight: OwnWeight,
     /// How many times the deflected shape is drawn magnified.
     pub magnified: f64,
     pub deflection: Option<ToolDeflection>,
@@ -112,6 +115,7 @@ impl View {
             points: coordinates(&shot.points),
             moved: coordinates(&shot.moved),
             load: None,
+            own_weight: OwnWeight::nominal(model, false),
             magnified: 1.0,
             deflection: moved.map(|d| {
                 let norm = d.norm();

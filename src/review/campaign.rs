@@ -12,10 +12,11 @@ use crate::description::campaign::Campaign;
 use crate::description::robot::Robot;
 use crate::diagnosis::{self, Diagnosis, diagnose};
 use crate::estimation::{Calibration, CalibrationError, Settings, calibrate};
-use crate::kinematics::{Geometry, Placements};
+use crate::kinematics::Placements;
 use crate::model::Model;
 use crate::parameter::Group;
 use crate::scene::{Scene, Shot, draw};
+use crate::state::{Loads, Mechanics, StateError};
 
 /// Most configurations of a campaign that are drawn.
 const SHOTS: usize = 24;
@@ -80,19 +81,20 @@ pub fn review<'a>(
     let calibrated = fitted.map_or(&diagnosis.calibrated, |found| &found.values);
     let both = model.registry.all().iter().zip(calibrated);
     let values: Vec<f64> = both.map(|(p, value)| if p.group == Group::Elastic { *value } else { p.nominal }).collect();
-    let geometry = Geometry::new(model, &values)?;
+    let mechanics = Mechanics::new(model, &values, Loads { weight: false, wrench: true }, &[])?;
+    let geometry = &mechanics.geometry;
     let first = typical(model, campaign);
     let mut placements = Placements::default();
     geometry.place(campaign.configuration(first), &mut placements)?;
-    let scene = draw(robot, &geometry, &placements);
+    let scene = draw(robot, geometry, &placements);
     let next = diagnosis.next_poses.iter().enumerate().filter_map(|(k, pose)| {
-        shot(&scene, &geometry, &pose.q, format!("{}: {}", k + 1, pose.separates.join(" / ")), Vec::new())
+        shot(&scene, &mechanics, &pose.q, format!("{}: {}", k + 1, pose.separates.join(" / ")), Vec::new())
     });
     Ok(Review {
-        shots: shots(&scene, &geometry, campaign, first),
+        shots: shots(&scene, &mechanics, campaign, first),
         next: next.collect(),
-        slice: slice(&geometry, campaign.configuration(first)),
-        strain_energy: strain_energy(&geometry, campaign),
+        slice: slice(&mechanics, campaign.configuration(first)),
+        strain_energy: strain_energy(&mechanics, campaign),
         readings: stages,
         model,
         campaign,
@@ -105,17 +107,21 @@ pub fn review<'a>(
 }
 
 /// The robot at a configuration; `None` where it cannot be assembled.
-pub fn shot(scene: &Scene, geometry: &Geometry, q: &[f64], name: String, rows: Vec<usize>) -> Option<Shot> {
-    let mut placements = Placements::default();
-    geometry.place(q, &mut placements).ok()?;
-    let points = scene.place(geometry, &placements);
-    let compliance = compliance(geometry, q, &placements).ok().flatten();
+pub fn shot(scene: &Scene, mechanics: &Mechanics, q: &[f64], name: String, rows: Vec<usize>) -> Option<Shot> {
+    let mut state = mechanics.state();
+    let compliance = match mechanics.place(q, &mut state) {
+        Ok(()) => compliance(mechanics, &state),
+        // What can move without force is drawn all the same.
+        Err(StateError::Mechanism(_)) => None,
+        Err(StateError::Assembly(_)) => return None,
+    };
+    let points = scene.place(&mechanics.geometry, &state.placements);
     let compliance = compliance.map(|c| -> Matrix3<f64> { c.fixed_view::<3, 3>(0, 0).into_owned() });
     Some(Shot { name, points, moved: Vec::new(), compliance, rows })
 }
 
 /// The typical configuration and others spread over the campaign.
-fn shots(scene: &Scene, geometry: &Geometry, campaign: &Campaign, first: usize) -> Vec<Shot> {
+fn shots(scene: &Scene, mechanics: &Mechanics, campaign: &Campaign, first: usize) -> Vec<Shot> {
     let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
     poses.sort_unstable();
     poses.dedup();
@@ -128,7 +134,7 @@ fn shots(scene: &Scene, geometry: &Geometry, campaign: &Campaign, first: usize) 
         .filter_map(|pose| {
             let at = campaign.readings.iter().position(|reading| reading.pose == pose)?;
             let rows = campaign.readings.iter().filter(|reading| reading.pose == pose).map(|reading| reading.row);
-            shot(scene, geometry, campaign.configuration(at), campaign.poses[pose].clone(), rows.collect())
+            shot(scene, mechanics, campaign.configuration(at), campaign.poses[pose].clone(), rows.collect())
         })
         .collect()
 }

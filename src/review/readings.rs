@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::diagnosis::Diagnosis;
 use crate::estimation::Calibration;
 use crate::kinematics::{Geometry, Placements};
@@ -25,8 +25,11 @@ pub struct Readings {
     pub stages: Vec<Stage>,
     /// Where each reading was taken: the measured point with nothing deflected, m, base frame.
     pub points: Vec<Vector3<f64>>,
-    /// Residuals turned into the base frame are these columns times those of the measurement frame.
-    pub to_base: nalgebra::Matrix3<f64>,
+    /// First row of each reading in the residuals.
+    pub first_rows: Vec<usize>,
+    /// Residuals turned into the base frame are these columns times those of the measurement frame; for each part of the
+    /// readings that shares a base.
+    pub to_base: Vec<nalgebra::Matrix3<f64>>,
     /// What the suspected effects, with all that is re-fitted with them, take out of each residual: `competed` less
     /// `explained`; empty where nothing is suspected.
     pub pattern: Vec<f64>,
@@ -45,9 +48,9 @@ impl Readings {
 
     /// Position part of a reading's residual, m, base frame; none of a distance.
     pub fn in_base(&self, campaign: &Campaign, stage: &Stage, reading: usize) -> Option<Vector3<f64>> {
-        let components = campaign.components();
-        let own = stage.residual.get(reading * components..reading * components + 3)?;
-        (components >= 3).then(|| self.to_base * Vector3::new(own[0], own[1], own[2]))
+        let (first, of) = (*self.first_rows.get(reading)?, campaign.readings.get(reading)?);
+        let own = stage.residual.get(first..first + 3).filter(|_| of.observes.length_rows() >= 3)?;
+        Some(self.to_base[of.session.part(campaign.sessions.base)] * Vector3::new(own[0], own[1], own[2]))
     }
 }
 
@@ -89,12 +92,18 @@ pub fn readings(
         geometry.place(campaign.configuration(index), &mut placements)?;
         points.push(undeflected_point(&geometry, &placements, reading).coords);
     }
-    let base = geometry.base();
+    let shared = campaign.sessions.base;
+    let count = campaign.sessions.parts(shared).len();
+    let base_of = |reading: &Reading| geometry.placement(model.base_slot(reading.session));
+    let mut to_base = vec![nalgebra::Matrix3::identity(); count];
+    for reading in &campaign.readings {
+        to_base[reading.session.part(shared)] = base_of(reading).rotation.inverse().into_inner();
+    }
     // Where it was measured, not where it should be: a reading that is simply wrong stands off.
     for (point, reading) in points.iter_mut().zip(&campaign.readings) {
-        if let Some(measured) = campaign.observes.measured_position(&reading.measured) {
-            *point = (base.inverse() * Point3::from(measured)).coords;
+        if let Some(measured) = reading.observes.measured_position(&reading.measured) {
+            *point = (base_of(reading).inverse() * Point3::from(measured)).coords;
         }
     }
-    Ok(Readings { stages, points, to_base: base.rotation.inverse().into_inner(), pattern })
+    Ok(Readings { stages, points, first_rows: campaign.first_rows(), to_base, pattern })
 }

@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, Point3, Vector2};
 use rayon::prelude::*;
 
 use super::strain_energy::compliance;
-use crate::kinematics::{Geometry, Placements};
+use crate::kinematics::Placements;
+use crate::state::{Mechanics, State};
 
 /// Values of each swept variable.
 const STEPS: usize = 25;
@@ -68,11 +69,11 @@ impl Slice {
 }
 
 /// Stiffness over the slice through a configuration; `None` where nothing is elastic, or fewer than two variables move the tool.
-pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
-    let model = geometry.model;
-    let mut placements = Placements::default();
-    geometry.place(q, &mut placements).ok()?;
-    compliance(geometry, q, &placements).ok()??;
+pub fn slice(mechanics: &Mechanics, q: &[f64]) -> Option<Slice> {
+    let (geometry, model) = (&mechanics.geometry, mechanics.geometry.model);
+    let mut state = mechanics.state();
+    mechanics.place(q, &mut state).ok()?;
+    compliance(mechanics, &state)?;
     let range = |k: usize| {
         let variable = &model.variables[k];
         let [low, high] = variable.limits.filter(|l| l.iter().all(|v| v.is_finite())).unwrap_or([-10.0, 10.0]);
@@ -114,12 +115,12 @@ pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
     let nodes: Vec<Vec<Option<Node>>> = (0..STEPS)
         .into_par_iter()
         .map(|i| {
-            let mut placements = Placements::default();
+            let mut state = mechanics.state();
             let node = |j: usize| {
                 let mut own = q.to_vec();
                 own[first] = value(first, i, STEPS);
                 own[second] = value(second, j, STEPS);
-                node(geometry, &own, [own[first], own[second]], &mut placements)
+                node(mechanics, &own, [own[first], own[second]], &mut state)
             };
             (0..STEPS).map(node).collect()
         })
@@ -127,22 +128,21 @@ pub fn slice(geometry: &Geometry, q: &[f64]) -> Option<Slice> {
     Some(Slice { swept: [first, second], nodes })
 }
 
-fn node(geometry: &Geometry, q: &[f64], swept: [f64; 2], placements: &mut Placements) -> Option<Node> {
-    let model = geometry.model;
-    geometry.place(q, placements).ok()?;
+fn node(mechanics: &Mechanics, q: &[f64], swept: [f64; 2], state: &mut State) -> Option<Node> {
+    mechanics.place(q, state).ok()?;
     let inside = |(frame, joint): (&crate::model::Frame, &f64)| {
         frame.limits.is_none_or(|[low, high]| (low - 1e-9..=high + 1e-9).contains(joint) || !frame.moves())
     };
-    if !model.frames.iter().zip(&placements.joints).all(inside) {
+    if !mechanics.geometry.model.frames.iter().zip(&state.placements.joints).all(inside) {
         return None;
     }
-    let compliance = compliance(geometry, q, placements).ok()??;
+    let compliance = compliance(mechanics, state)?;
     let translation: Matrix3<f64> = compliance.fixed_view::<3, 3>(0, 0).into_owned();
     let greatest = translation.symmetric_eigenvalues().max();
     if !(greatest.is_finite() && greatest > 0.0) {
         return None;
     }
-    let point = (placements.frames[model.tool.0] * Point3::from(geometry.tool().translation.vector)).coords;
+    let point = mechanics.point(state, None, &[0.0; 6]).position;
     let radius = point.x.hypot(point.y);
     let away = if radius > 1e-9 { [point.x / radius, point.y / radius] } else { [1.0, 0.0] };
     // Rows: displacement away from the axis and up, by a force in any direction.

@@ -1,13 +1,11 @@
 //! Compliance at the configurations of a campaign, and the share of each element in the strain energy. SI, base axes.
 
 use indexmap::IndexMap;
-use nalgebra::{Matrix6, Point3, Vector3};
+use nalgebra::Matrix6;
 
 use crate::description::campaign::Campaign;
-use crate::elastics::{Elastics, Mechanism, Response, Statics, shares, spatial};
-use crate::fuzzy;
-use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
+use crate::state::{Mechanics, State};
 
 /// Most readings over which shares are taken.
 const MOST: usize = 60;
@@ -25,34 +23,18 @@ pub struct StrainEnergy {
     pub readings: usize,
 }
 
-/// Compliance at the tool centre point at a placed configuration, base axes, by springs and beams or by rules; `None` where
+/// Compliance at the tool centre point at the placed configuration, base axes, by springs and beams or by rules; `None` where
 /// the description declares nothing elastic.
-///
-/// # Errors
-/// A structure that can move without any force.
-pub fn compliance(geometry: &Geometry, q: &[f64], placements: &Placements) -> Result<Option<Matrix6<f64>>, Mechanism> {
-    let elastics = Elastics::new(geometry.model, geometry.values(), &[]);
-    if !elastics.is_compliant() && geometry.model.fuzzy.is_none() {
-        return Ok(None);
-    }
-    let local = geometry.tool().translation.vector;
-    let frame = geometry.model.tool.0;
-    let mut statics = Statics::new(false);
-    elastics.prepare(placements, &mut statics)?;
-    let mut response = Response::new(&elastics, geometry.model.structure.carrier(frame, &local));
-    response.evaluate(&elastics, &mut statics);
-    fuzzy::put(geometry, q, placements, &mut response);
-    let found = response.compliance_at(&(placements.frames[frame] * Point3::from(local)).coords);
+pub fn compliance(mechanics: &Mechanics, state: &State) -> Option<Matrix6<f64>> {
+    let found = mechanics.compliance(state, &mechanics.point(state, None, &[0.0; 6]));
     // Rules identified component by component are reciprocal only as far as the readings were.
-    Ok(Some(0.5 * (found + found.transpose())))
+    mechanics.deflects().then(|| 0.5 * (found + found.transpose()))
 }
 
-/// Shares of all elements in the strain energy over a campaign; `None` where nothing is elastic, or rules replace the
-/// elements.
-pub fn strain_energy(geometry: &Geometry, campaign: &Campaign) -> Option<StrainEnergy> {
-    let model = geometry.model;
-    let elastics = Elastics::new(model, geometry.values(), &[]);
-    if !elastics.is_compliant() || model.is_by_rules() {
+/// Shares of all elements in the strain energy over a campaign, by the loads alone; `None` where nothing is elastic, or rules
+/// replace the elements.
+pub fn strain_energy(mechanics: &Mechanics, campaign: &Campaign) -> Option<StrainEnergy> {
+    if !mechanics.deflects() || mechanics.geometry.model.is_by_rules() {
         return None;
     }
     let own_loads = campaign.readings.iter().any(|reading| reading.wrench.iter().any(|w| *w != 0.0));
@@ -61,25 +43,15 @@ pub fn strain_energy(geometry: &Geometry, campaign: &Campaign) -> Option<StrainE
         .collect();
     let step = loaded.len().div_ceil(MOST).max(1);
     let mut energy: IndexMap<String, f64> = IndexMap::new();
-    let (mut placements, mut statics) = (Placements::default(), Statics::new(false));
+    let mut state = mechanics.state();
     let mut readings = 0;
     for &index in loaded.iter().step_by(step) {
         let reading = &campaign.readings[index];
-        let (frame, local) = match reading.marker {
-            Some(marker) => (model.markers[marker].frame, geometry.marker(marker).coords),
-            None => (model.tool.0, geometry.tool().translation.vector),
-        };
-        if geometry.place(campaign.configuration(index), &mut placements).is_err()
-            || elastics.prepare(&placements, &mut statics).is_err()
-        {
+        if mechanics.place(campaign.configuration(index), &mut state).is_err() {
             continue;
         }
-        let mut response = Response::new(&elastics, model.structure.carrier(frame, &local));
-        response.evaluate(&elastics, &mut statics);
-        let [fx, fy, fz, mx, my, mz] = if own_loads { reading.wrench } else { PROBE };
-        let at = (placements.frames[frame] * Point3::from(local)).coords;
-        let load = spatial(&at, &Vector3::new(fx, fy, fz), &Vector3::new(mx, my, mz));
-        let found = shares(&elastics, &statics, &response, &load, false);
+        let wrench = if own_loads { reading.wrench } else { PROBE };
+        let found = mechanics.shares(&state, &mechanics.point(&state, reading.marker, &wrench));
         for (name, share) in &found.energy {
             *energy.entry(name.clone()).or_default() += share * found.total;
         }

@@ -1,11 +1,12 @@
 //! Points of a scene at a configuration, at rest and deflected.
 
-use nalgebra::{Point3, Vector3, Vector6};
+use nalgebra::{Point3, Vector3};
 
 use super::{Beam, Scene, Spot};
-use crate::elastics::{Elastics, Mechanism, Response, Statics, at_point, spatial, twists};
+use crate::elastics::at_point;
 use crate::elements::screw_pins;
 use crate::kinematics::{Geometry, Placements};
+use crate::state::{Mechanics, State};
 
 impl Scene {
     /// Its points at placed frames, m, base frame.
@@ -40,30 +41,16 @@ impl Scene {
         }
     }
 
-    /// How far each point moves (m, base axes) under a force (N) and moment (N.m) at the tool centre point, own weight
-    /// and preloads added if asked; `points` are those of [`Scene::place`].
-    ///
-    /// # Errors
-    /// A structure that can move without any force.
+    /// How far each point moves (m, base axes) at the placed configuration under a force (N) and moment (N.m) at the tool
+    /// centre point, own weight and preloads added where the mechanics count them; `points` are those of [`Scene::place`].
     pub fn deflect(
         &self,
-        geometry: &Geometry,
-        placements: &Placements,
+        mechanics: &Mechanics,
+        state: &State,
         points: &[Vector3<f64>],
         wrench: &[f64; 6],
-        weight: bool,
-    ) -> Result<Vec<Vector3<f64>>, Mechanism> {
-        let model = geometry.model;
-        let elastics = Elastics::new(model, geometry.values(), &[]);
-        let local = geometry.tool().translation.vector;
-        let mut statics = Statics::new(weight);
-        elastics.prepare(placements, &mut statics)?;
-        let mut response = Response::new(&elastics, model.structure.carrier(model.tool.0, &local));
-        response.evaluate(&elastics, &mut statics);
-        let at = (placements.frames[model.tool.0] * Point3::from(local)).coords;
-        let [fx, fy, fz, mx, my, mz] = *wrench;
-        let load = spatial(&at, &Vector3::new(fx, fy, fz), &Vector3::new(mx, my, mz));
-        let all: Vec<Vector6<f64>> = twists(&elastics, &statics, &response, &load, weight);
-        Ok(self.points.iter().zip(points).map(|(point, at)| at_point(&all[point.vertex], at).0).collect())
+    ) -> Vec<Vector3<f64>> {
+        let all = mechanics.vertex_twists(state, &mechanics.point(state, None, wrench));
+        self.points.iter().zip(points).map(|(point, at)| at_point(&all[point.vertex], at).0).collect()
     }
 }

@@ -4,10 +4,12 @@ use nalgebra::Vector3;
 
 use super::frame_twists::{FrameTwistPlan, FrameTwists};
 use super::mechanics::{LoadedPoint, Mechanics, State};
+use crate::description::raw::JointKind;
 use crate::description::robot::{FrameIndex, Motion};
 use crate::elastics::Elastics;
+use crate::elements::VertexIndex;
 use crate::kinematics::{By, shift};
-use crate::model::Model;
+use crate::model::{Model, Spot, Structure};
 use crate::parameter::Slot;
 
 /// Masses and frames whose motions the loads are computed from.
@@ -89,7 +91,11 @@ fn driven_joint(model: &Model, variable: usize) -> Option<FrameIndex> {
     model.frames.iter().position(|frame| own(frame.motion)).or_else(screw)
 }
 
-/// Masses as frame, kg and point in the frame: bodies, and beams at their middles.
+/// A mass as frame, kg and point in the frame.
+type Mass = (FrameIndex, f64, Vector3<f64>);
+
+/// Masses as frame, kg and point in the frame: bodies, and beams at their middles; a boom that slides at its two ends, as heavy
+/// as it is in the middle of its way.
 pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(FrameIndex, f64, Vector3<f64>)> {
     let structure = &model.structure;
     let bodies = structure.masses.iter().map(|mass| {
@@ -97,11 +103,37 @@ pub(crate) fn masses(model: &Model, values: &[f64]) -> Vec<(FrameIndex, f64, Vec
         (mass.frame, v[0], Vector3::new(v[1], v[2], v[3]))
     });
     let elastics = Elastics::new(model, values, &[]);
-    let beams = elastics.masses_per_length().iter().filter_map(|(ends, per_length)| {
-        let frame = structure.frame_of(*ends)?;
+    let body = |mut frame: FrameIndex| {
+        while frame != 0 && model.frames[frame].joint == JointKind::Fixed {
+            frame = model.frames[frame].antecedent;
+        }
+        frame
+    };
+    let beams = elastics.masses_per_length().iter().flat_map(|(ends, per_length)| {
         let [a, b] = ends.map(|end| structure.at_home(end));
-        let middle = structure.home[frame].inverse() * nalgebra::Point3::from(0.5 * (a + b));
-        Some((frame, per_length * (b - a).norm(), middle.coords))
+        let mass = per_length * (b - a).norm();
+        let parts: Vec<Mass> = ends.iter().flat_map(|&end| at_ends(structure, end, 0.5 * mass)).collect();
+        let alike = parts.iter().all(|part| parts.first().is_some_and(|first| body(first.0) == body(part.0)));
+        match structure.frame_of(*ends).filter(|_| alike) {
+            Some(frame) => {
+                let middle = structure.home[frame].inverse() * nalgebra::Point3::from(0.5 * (a + b));
+                vec![(frame, mass, middle.coords)]
+            }
+            None if alike => Vec::new(),
+            None => parts,
+        }
     });
     bodies.chain(beams).filter(|(_, mass, _)| *mass != 0.0).collect()
+}
+
+/// A mass at a vertex, shared out to the frames with which it moves.
+fn at_ends(structure: &Structure, vertex: VertexIndex, mass: f64) -> Vec<Mass> {
+    match structure.vertices[vertex].spot {
+        Spot::At(frame, point) => vec![(frame, mass, point)],
+        Spot::Between([a, b], share) => {
+            let mut all = at_ends(structure, a, (1.0 - share) * mass);
+            all.extend(at_ends(structure, b, share * mass));
+            all
+        }
+    }
 }

@@ -3,9 +3,11 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::frame_twists::{FrameTwistPlan, FrameTwists};
+use crate::description::campaign::{InSession, Payload, Reading};
 use crate::description::robot::FrameIndex;
 use crate::elastics::{
-    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Statics, at_point, spatial,
+    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Shares, Statics, at_point, shares,
+    spatial, twists,
 };
 use crate::elements::{BodyPoint, Motion, VertexIndex};
 use crate::fuzzy;
@@ -73,6 +75,8 @@ pub struct State {
 pub struct LoadedPoint {
     /// The marker; none is the tool centre point.
     pub marker: Option<usize>,
+    /// Whose base and tool it has.
+    pub session: InSession,
     /// The point in its frame.
     pub at: BodyPoint,
     /// Its position with nothing deflected, m.
@@ -81,12 +85,37 @@ pub struct LoadedPoint {
     pub force: Vector3<f64>,
     /// N.m.
     pub moment: Vector3<f64>,
+    /// Of the force, the weight that the tool carries, N, and where it acts from the point, m.
+    carried: (Vector3<f64>, Vector3<f64>),
     port: usize,
 }
 
 impl LoadedPoint {
     fn wrench(&self) -> Vector6<f64> {
         spatial(&self.position, &self.force, &self.moment)
+    }
+}
+
+/// A measured point: a marker (none: the tool centre point), as it is mounted in a session.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PointOf {
+    /// The marker.
+    pub marker: Option<usize>,
+    /// The session.
+    pub session: InSession,
+    /// What the tool carries.
+    pub payload: Option<Payload>,
+}
+
+impl From<Option<usize>> for PointOf {
+    fn from(marker: Option<usize>) -> Self {
+        Self { marker, ..Self::default() }
+    }
+}
+
+impl From<&Reading> for PointOf {
+    fn from(reading: &Reading) -> Self {
+        Self { marker: reading.marker, session: reading.session, payload: reading.payload }
     }
 }
 
@@ -211,17 +240,30 @@ impl<'m> Mechanics<'m> {
     }
 
     /// A marker (none: the tool centre point) at the placed configuration under a wrench (N and N.m, base axes).
-    pub fn point(&self, state: &State, marker: Option<usize>, wrench: &[f64; 6]) -> LoadedPoint {
-        let at = match marker {
-            Some(m) => BodyPoint { frame: self.geometry.model.markers[m].frame, point: self.geometry.marker(m).coords },
-            None => BodyPoint { frame: self.geometry.model.tool.0, point: self.geometry.tool().translation.vector },
-        };
+    pub fn point(&self, state: &State, of: impl Into<PointOf>, wrench: &[f64; 6]) -> LoadedPoint {
+        let PointOf { marker, session, payload } = of.into();
+        let model = self.geometry.model;
+        let frame = marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+        let at = BodyPoint { frame, point: self.geometry.point(model.point_slot(marker, session)).coords };
+        let position = at.place(&state.placements.frames);
+        let (mut force, mut moment) =
+            (Vector3::new(wrench[0], wrench[1], wrench[2]), Vector3::new(wrench[3], wrench[4], wrench[5]));
+        let mut carried = (Vector3::zeros(), Vector3::zeros());
+        if let Some(Payload { mass, com, frame }) = payload {
+            let weight = mass * model.structure.gravity;
+            let arm = BodyPoint { frame, point: com }.place(&state.placements.frames) - position;
+            force += weight;
+            moment += arm.cross(&weight);
+            carried = (weight, arm);
+        }
         LoadedPoint {
             marker,
+            session,
             at,
-            position: at.place(&state.placements.frames),
-            force: Vector3::new(wrench[0], wrench[1], wrench[2]),
-            moment: Vector3::new(wrench[3], wrench[4], wrench[5]),
+            position,
+            force,
+            moment,
+            carried,
             port: self.ports[marker.unwrap_or(self.ports.len() - 1)],
         }
     }
@@ -249,6 +291,16 @@ impl<'m> Mechanics<'m> {
         if self.deflects { state.responses[point.port].compliance_at(&point.position) } else { Matrix6::zeros() }
     }
 
+    /// What each element contributes to a point's deflection, own weight included where it counts.
+    pub fn shares(&self, state: &State, point: &LoadedPoint) -> Shares {
+        shares(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), self.weight)
+    }
+
+    /// Spatial twist of every vertex of the structure by a point's wrench, own weight included where it counts.
+    pub fn vertex_twists(&self, state: &State, point: &LoadedPoint) -> Vec<Vector6<f64>> {
+        twists(&self.elastics, &state.statics, &state.responses[point.port], &point.wrench(), self.weight)
+    }
+
     /// Change of a point's deflection when the point is displaced by `moved` (m) and the frames move by `motion` (none:
     /// stand still).
     pub fn deflection_by_motion(
@@ -270,7 +322,16 @@ impl<'m> Mechanics<'m> {
             };
         }
         let response = &state.responses[point.port];
-        let turned = moved.cross(&point.force);
+        // What the tool carries turns with its body, and stays where the point alone moves in it.
+        let (weight, arm) = point.carried;
+        let swung = match motion {
+            Some(motion) => {
+                let column = motion.twists.of(point.at.frame)[motion.column];
+                Vector3::new(column[3], column[4], column[5]).cross(&arm)
+            }
+            None => -moved,
+        };
+        let turned = moved.cross(&point.force) + swung.cross(&weight);
         change += response.compliance * spatial(&Vector3::zeros(), &Vector3::zeros(), &turned);
         let turn = self.deflection(state, point).rotation;
         let change = twist_at(&change, &point.position);

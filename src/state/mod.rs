@@ -24,4 +24,4 @@ mod mechanics;
 pub use frame_twists::{FrameTwistPlan, FrameTwists};
 pub(crate) use joint_loads::masses;
 pub use joint_loads::{JointLoadPlan, JointLoads};
-pub use mechanics::{ColumnMotion, LoadedPoint, Loads, Mechanics, State, StateError};
+pub use mechanics::{ColumnMotion, LoadedPoint, Loads, Mechanics, PointOf, State, StateError};

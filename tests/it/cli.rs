@@ -181,3 +181,59 @@ fn unknown_parameters_to_hold_are_refused() {
     assert_eq!(ran.status, 2);
     assert!(ran.err.contains("did you mean `2.d`?"), "{}", ran.err);
 }
+
+/// `check` tells a campaign from a robot, and says what was measured and what will be estimated.
+#[test]
+fn a_campaign_is_checked_before_anything_is_fitted() {
+    let folder = campaign();
+    let path = folder.path();
+    let json = |arguments: &[&str]| -> Value {
+        let ran = run(path, &[arguments, &["--format", "json"]].concat());
+        assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+        serde_json::from_str(&ran.out).expect("JSON")
+    };
+    let found = json(&["check", "c"]);
+    assert_eq!(found, json(&["check", "c/campaign.yaml"]));
+    let readings: Vec<Vec<String>> = std::fs::read_to_string(path.join("c/measurements.csv"))
+        .expect("a file")
+        .lines()
+        .map(|line| line.split(',').map(ToString::to_string).collect())
+        .collect();
+    let column = |name: &str| readings[0].iter().position(|column| column == name).expect("a column");
+    let of = |name: &str| readings[1..].iter().map(move |row| row[column(name)].clone()).collect::<Vec<_>>();
+    assert_eq!(found["readings"], readings.len() - 1);
+    assert_eq!((&found["configurations"], &found["markers"]["TCP"]), (&30.into(), &30.into()));
+    assert_eq!(found["sets"]["check"], of("set").iter().filter(|set| *set == "check").count());
+    let angles: Vec<f64> = of("q2").iter().map(|value| value.parse().expect("a number")).collect();
+    let joint = &found["joints"]["q2"];
+    for (key, expected) in [
+        ("least", angles.iter().copied().fold(f64::INFINITY, f64::min)),
+        ("most", angles.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+    ] {
+        assert!((joint[key].as_f64().expect("deg") - expected).abs() < 1e-6, "{key}: {joint}");
+    }
+    assert_eq!((&joint["limits"][0], &joint["beyond"]), (&(-90.0).into(), &0.into()));
+    assert!((found["noise"]["position"][0].as_f64().expect("mm") - 0.03).abs() < 1e-12);
+    assert!(found["estimate"]["geometry"].as_array().expect("names").contains(&"2.d".into()), "{}", found["estimate"]);
+    assert_eq!(found["estimate"]["base"].as_array().map(Vec::len), Some(0));
+    // A row beyond the limits is counted, and warned of, in both forms.
+    let mut rows = readings.clone();
+    let at = column("q1");
+    rows[1][at] = "95".into();
+    let text: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    std::fs::write(path.join("c/measurements.csv"), text.join("\n")).expect("written");
+    let found = json(&["check", "c"]);
+    assert_eq!(found["joints"]["q1"]["beyond"], 1);
+    assert!(found["warnings"][0]["message"].as_str().expect("a message").contains("q1"), "{}", found["warnings"]);
+    let ran = run(path, &["check", "c"]);
+    assert!(ran.err.contains("warning") && ran.out.contains("noise stated, one sigma: 0.0300 mm"), "{}", ran.out);
+    // A broken campaign is reported as one; a robot stays a robot.
+    std::fs::write(path.join("c/campaign.yaml"), "observes: position\nmeasurements: none.csv\nrobot: ../arm.yaml\n")
+        .expect("written");
+    let ran = run(path, &["check", "c/campaign.yaml"]);
+    assert!(ran.status == 2 && ran.err.contains("none.csv"), "{}", ran.err);
+    assert_eq!(json(&["check", "arm.yaml"])["degrees_of_freedom"], 2);
+    assert_eq!(json(&["check", "kr270-simulated"])["readings"], 270);
+    assert_eq!(run(path, &["check", "arm.yaml", "--robot", "arm.yaml"]).status, 2);
+    assert_eq!(run(path, &["check", "kr270-simulated", "--snapshot", "s"]).status, 2);
+}

@@ -150,7 +150,7 @@ fn less_is_corrected_where_less_is_held() {
     model.effects.clear();
     let (path, desired) = nominal_path(&model, &[vec![0.3, -1.0, 1.2, 0.4, 0.9, 0.1]]);
     let mut moved = Vec::new();
-    for hold in [Hold::Pose, Hold::Axis, Hold::Position] {
+    for hold in [Hold::POSE, Hold::AXIS, Hold::POSITION] {
         let settings = Settings { hold, ..Settings::new(6) };
         let mut values = values.clone();
         (0..6).for_each(|k| values[model.base + k] = 0.0);
@@ -195,7 +195,8 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
         .enumerate()
         .map(|(row, target)| Ok(Desired { nominal: campaign.configuration(row).to_vec(), target: *target }))
         .collect();
-    let seen = predict_path(arm, &arm.registry.nominal(), &mut campaign, &desired, None).expect("assembled");
+    let seen = predict_path(arm, &arm.registry.nominal(), &mut campaign, &desired, None, &Settings::new(6))
+        .expect("assembled");
     let away: Vec<f64> = seen
         .into_iter()
         .zip(targets)
@@ -259,7 +260,7 @@ fn identified_then_compensated(machine: &Machine) {
     let geometry = Geometry::nominal(&bare.model).expect("assembled");
     let own: Vec<usize> = (0..bare.model.markers.len()).collect();
     let controller = elastogeo::compensation::Controller { geometry: &geometry, markers: &own };
-    let asked = elastogeo::compensation::Asked { joints: false, position: true, orientation: true };
+    let asked = elastogeo::compensation::Asked { joints: false, position: true, orientation: true, hold: Hold::POSE };
     let desired =
         elastogeo::compensation::desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
     let units = &bare.raw.units;
@@ -546,4 +547,62 @@ fn a_constant_load_need_not_stand_in_the_path() {
     write("planar.csv", "q1,q2\n0.3,0.5\n");
     let rigid = run(at, &["compensate", "arm.yaml", "planar.csv", "--wrench", "0,10,0"]);
     assert!(rigid.status == 0 && rigid.err.contains("nothing that gives"), "{}", rigid.err);
+}
+
+/// A SCARA robot: two links that lie, a spindle that slides and turns.
+const SCARA: &str = "units: {length: mm, angle: deg}
+robot: SCARA
+variables: [q1, q2, s3, q4]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 400, limits: [-130, 130]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 350, limits: [-145, 145]}
+  3: {antecedent: 2, joint: prismatic, variable: s3, d: 300, limits: [-200, 0]}
+  4: {antecedent: 3, joint: revolute, variable: q4, limits: [-360, 360]}
+tool: {frame: 4, at: [60, 0, -50]}
+";
+
+/// A SCARA robot holds the position and the rotation about its spindle; the tilt of a bent column stays, and is told.
+#[test]
+fn a_scara_robot_holds_its_position_and_one_rotation() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("nominal.yaml", SCARA);
+    // Links off by tenths of mm, a zero by 0.1 deg, and the second axis tilted by 0.2 deg.
+    let bent = SCARA
+        .replace("d: 350,", "d: 350.4, alpha: 0.2, theta: 0.1,")
+        .replace("at: [60, 0, -50]", "at: [60.2, 0.1, -50]");
+    write("real.yaml", &bent);
+    let points = "x,y,z,rx,ry,rz\n400,200,300,0,0,30\n350,-250,260,0,0,75\n500,50,340,0,0,-20\n";
+    write("path.csv", points);
+    let command = ["compensate", "real.yaml", "path.csv", "--nominal", "nominal.yaml", "--hold", "position,rz"];
+    let text = run(folder.path(), &command);
+    assert_eq!(text.status, 0, "{}{}", text.out, text.err);
+    assert!(text.out.contains("held x, y, z, rz; let go, off by at most: rx 0."), "{}", text.out);
+    let ran = run(folder.path(), &[&command[..], &["--format", "json"]].concat());
+    let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+    let real =
+        Reader::default().robot(folder.path().join("real.yaml").to_str().expect("UTF-8")).expect("a robot").model;
+    for (point, row) in found["points"].as_array().expect("points").iter().zip(points.lines().skip(1)) {
+        let wanted: Vec<f64> = row.split(',').map(|v| v.parse().expect("a number")).collect();
+        let q: Vec<f64> = real.variables.iter().map(|v| point["joints"][&v.name].as_f64().expect("a number")).collect();
+        let pose = crate::support::nominal_pose(&real, &q);
+        let missed = pose.translation.vector * 1e3 - Vector3::new(wanted[0], wanted[1], wanted[2]);
+        assert!(missed.norm() < 1e-4, "{missed}");
+        let target = Rotation3::from_axis_angle(&Vector3::z_axis(), wanted[5].to_radians());
+        let off = target.inverse() * rotation_vector(&(target * pose.rotation.inverse()));
+        assert!(off.z.abs() < 1e-7, "{off}");
+        // The column's tilt, as it is seen along the target's axes.
+        let tilt = (off.x * off.x + off.y * off.y).sqrt().to_degrees();
+        assert!((tilt - 0.2).abs() < 1e-3, "{tilt}");
+        for (name, value) in [("rx", off.x), ("ry", off.y)] {
+            assert!((point["let_go"][name].as_f64().expect("a number") - value).abs() < 1e-9, "{name}");
+        }
+    }
+    // With the position alone the spindle turns as it likes, and by how much is told too.
+    let ran = run(folder.path(), &[&command[..6], &["position", "--format", "json"]].concat());
+    let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+    let turned = |point: &Value| point["let_go"]["rz"].as_f64().expect("a number").abs();
+    assert!(found["points"].as_array().expect("points").iter().any(|point| turned(point) > 1e-4));
+    let ran = run(folder.path(), &[&command[..6], &["position,rw"]].concat());
+    assert!(ran.status == 2 && ran.err.contains("`rw` is no direction"), "{}", ran.err);
 }

@@ -197,15 +197,16 @@ fn most_random_robots_are_regular() {
     }
 }
 
-/// The four-bar by the formula in the literature (with its signs put right): an independent function.
-fn printed_four_bar(theta_2: f64, theta_8: f64) -> Option<f64> {
+/// The four-bar by the formula in the literature (with its signs put right): an independent function. The angle, and a
+/// measure of how far the linkage is from flat, where it is zero.
+fn printed_four_bar(theta_2: f64, theta_8: f64) -> Option<(f64, f64)> {
     let (d3, d9, d10, d11) = (1.047, 0.473, 0.4, 1.212);
     let delta = theta_2 - theta_8;
     let (x, y, z, w) = (d9 * delta.cos(), d3 - d9 * delta.sin(), -d10, -d11);
     let (b1, b2, b3) = (2.0 * z * y, 2.0 * z * x, w * w - x * x - y * y - z * z);
     let n = b1 * b1 + b2 * b2;
     let root = (n - b3 * b3).sqrt();
-    (!root.is_nan()).then(|| (b1 * b3 + b2 * root).atan2(b2 * b3 - b1 * root))
+    (!root.is_nan()).then(|| ((b1 * b3 + b2 * root).atan2(b2 * b3 - b1 * root), root / n.sqrt()))
 }
 
 #[test]
@@ -215,7 +216,7 @@ fn the_declared_branch_stays_over_the_whole_range() {
     let mut placements = Placements::default();
     let [two, eight] = [1, 2].map(|k| model.variables[k].limits.expect("limits"));
     let steps = 120;
-    let (mut closed, mut open) = (0, 0);
+    let (mut closed, mut open, mut flat) = (0, 0, 0);
     for i in 0..=steps {
         for j in 0..=steps {
             let along = |[low, high]: [f64; 2], k: usize| low + (high - low) * k as f64 / steps as f64;
@@ -225,12 +226,18 @@ fn the_declared_branch_stays_over_the_whole_range() {
                 slider_crank(stroke, &geometry.values()[slot..slot + 5]).expect("a triangle").0
             };
             match (printed_four_bar(angle(0, q[1]), angle(1, q[2])), geometry.place(&q, &mut placements)) {
-                (Some(expected), Ok(())) => {
+                (Some((expected, _)), Ok(())) => {
                     let found = placements.joints[model.frame("3").expect("a frame")];
                     let turn = std::f64::consts::TAU;
                     let difference = found - expected - turn * ((found - expected) / turn).round();
                     assert!(difference.abs() < 1e-7, "{q:?}: {found} against {expected}");
                     closed += 1;
+                }
+                // A linkage within a degree or so of flat is refused, and no other.
+                (Some((_, apart)), Err(AssemblyError::Singular { name, .. })) => {
+                    assert_eq!(name, "four-bar");
+                    assert!(apart < 0.04, "{q:?}: {apart}");
+                    flat += 1;
                 }
                 (None, Err(AssemblyError::Loop { name, gap, .. })) => {
                     assert_eq!(name, "four-bar");
@@ -241,7 +248,7 @@ fn the_declared_branch_stays_over_the_whole_range() {
             }
         }
     }
-    assert!(closed > 1000, "{closed} {open}");
+    assert!(closed > 1000 && flat < closed / 100, "{closed} {open} {flat}");
 }
 
 #[test]

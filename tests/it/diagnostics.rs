@@ -1,6 +1,6 @@
 //! Diagnostics as they are shown.
 
-use elastogeo::diagnostic::{Diagnostic, Diagnostics, Place};
+use elastogeo::diagnostic::{Code, Diagnostic, Diagnostics, Place};
 use elastogeo::render::diagnostics::render;
 
 #[test]
@@ -51,7 +51,7 @@ fn no_place_breaks_the_drawing() {
         for start in 0..8 {
             for end in 0..8 {
                 let place =
-                    Place { file: "f".into(), line: 7, column: 2, excerpt: excerpt.into(), highlight: start..end };
+                    Place { column: 2, excerpt: excerpt.into(), highlight: start..end, ..Place::line_of("f", 7) };
                 let diagnostic = Diagnostic::error("m").at(place.clone()).related(Some(place), "why");
                 assert!(render(&[diagnostic], false).contains("f:7:2"), "{excerpt:?} {start}..{end}");
                 let _ = Place::in_text("f", excerpt, start..end);
@@ -72,6 +72,19 @@ fn diagnostics_are_an_error_and_serialise() {
     let json = serde_json::to_value(&diagnostics).unwrap();
     assert_eq!(json[0]["code"], "doubtful");
     assert_eq!(json[1]["severity"], "error");
-    assert_eq!((&json[1]["code"], &json[1]["place"]["line"]), (&"unknown".into(), &2.into()));
+    assert_eq!((&json[1]["code"], &json[1]["at"]["line"]), (&"unknown".into(), &2.into()));
     assert!(Diagnostics::from(Diagnostic::warning("odd")).into_result().is_ok());
+}
+
+/// Each code has its section in the docs, which `explain` prints.
+#[test]
+fn every_code_is_explained() {
+    let page = std::fs::read_to_string(format!("{}/docs/diagnostics.md", env!("CARGO_MANIFEST_DIR"))).expect("a page");
+    let folder = tempfile::tempdir().expect("a folder");
+    for code in Code::ALL {
+        assert!(page.contains(&format!("\n## `{}`\n\n", code.name())), "{}", code.name());
+        let ran = super::cli::run(folder.path(), &["explain", code.name()]);
+        assert_eq!(ran.status, 0, "{}: {}", code.name(), ran.err);
+    }
+    assert_eq!(page.matches("\n## ").count(), Code::ALL.len());
 }

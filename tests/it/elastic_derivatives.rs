@@ -309,3 +309,41 @@ fn random_serial_robots() {
     }
     assert!(regular > 30 && beams > 8, "{regular} {beams}");
 }
+
+/// A boom out of its sleeve: its length follows the joint, its zero and its frame's constants.
+#[test]
+fn a_boom_out_of_its_sleeve() {
+    let text = "units: {length: m, angle: rad}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-3, 3]}
+  mouth: {antecedent: 1, b: 0.5, gamma: 1.2, alpha: 1.3}
+  2: {antecedent: mouth, joint: prismatic, variable: q2, r: 0.2, limits: [0, 1.5]}
+  3: {antecedent: 2, joint: revolute, variable: q3, alpha: 0.7, d: 0.1, limits: [-3, 3]}
+  E: {antecedent: 3, d: 0.3, r: 0.1}
+tool: {frame: E}
+materials: {steel: {young: 2.1e11, shear: 8.0e10, density: 7850}}
+sections: {s: {area: 3e-3, iy: 2e-6, iz: 5e-6, j: 4e-6, shear_y: 1.5e-3, shear_z: 2e-3}}
+nodes: {sleeve: {body: 2, at: mouth}, tip: {body: 2, point: [0.02, 0, 0.05]}}
+beams: {boom: {from: sleeve, to: tip, section: s, material: steel, normal: 1, theory: timoshenko, elements: 2}}
+joint_stiffness: {2: {krx: {compliance: 2e-8}, kry: {compliance: 3e-8}, krrx: {compliance: 4e-7}, krry: {compliance: 5e-7}}}
+bodies: {2: {mass: 12, com: [0.1, 0, -0.2]}, 3: {mass: 7, com: [0.1, 0.1, 0]}}
+gravity: [0.5, -1, -9.6]
+";
+    let model = model_of(text);
+    let configurations = vec![vec![0.3, 0.1, 0.8], vec![-0.7, 1.2, -0.4]];
+    assert!(all_agree(&model, configurations, &moved(&model, 3), 1e-7) >= 12);
+}
+
+/// Springs across an axis that differ between x and y.
+#[test]
+fn springs_of_each_lateral_direction() {
+    let stiffness = "{kar: {compliance: 0.302e-6, identifiable: true}}";
+    let lateral = "{kar: {compliance: 0.302e-6}, krx: {compliance: 3e-9, identifiable: true}, kry: {value: 2e8}, \
+                   krrx: {value: 4e6, identifiable: true}, krry: {compliance: 0}}";
+    let model = robot("kuka-kr270", &[(stiffness, lateral)], "");
+    for name in ["krx", "kry", "krrx", "krry"] {
+        assert!(model.registry.slot(&format!("joint2.{name}")).is_some(), "{name}");
+    }
+    assert!(model.registry.slot("joint2.kr").is_none() && model.registry.slot("joint3.kr").is_some());
+    all_agree(&model, drawn(&model, 2, 5), &moved(&model, 4), 1e-7);
+}

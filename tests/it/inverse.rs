@@ -1,6 +1,8 @@
 //! The inverse model: round trips, branches, limits, refusals.
 
-use elastogeo::kinematics::{Geometry, InverseError, InverseSettings, Placements, Target, rotation_vector, solve};
+use elastogeo::kinematics::{
+    Geometry, Hold, InverseError, InverseSettings, Placements, Target, rotation_vector, solve,
+};
 use elastogeo::model::Model;
 use nalgebra::{Point3, Rotation3};
 use rand::{RngExt, SeedableRng};
@@ -12,7 +14,7 @@ fn target_at(geometry: &Geometry, q: &[f64]) -> Target {
     let mut placements = Placements::default();
     geometry.place(q, &mut placements).expect("placed");
     let end = placements.frames[geometry.model.tool.0] * geometry.tool();
-    Target { position: end.translation.vector.into(), rotation: Some(end.rotation) }
+    Target { position: end.translation.vector.into(), rotation: Some(end.rotation), hold: Hold::POSE }
 }
 
 /// Errors of a configuration, by the forward model alone.
@@ -161,7 +163,7 @@ fn a_redundant_robot_has_samples_or_the_nearest() {
 fn a_position_alone_leaves_motions_free() {
     let model = bundled("universal-ur5");
     let geometry = Geometry::nominal(&model).expect("assembled");
-    let target = Target { position: Point3::new(0.3, 0.4, 0.2), rotation: None };
+    let target = Target { position: Point3::new(0.3, 0.4, 0.2), rotation: None, hold: Hold::POSE };
     let solutions = solve(&geometry, &target, &InverseSettings::default()).expect("reachable");
     assert_eq!(solutions.len(), 8);
     for solution in &solutions {
@@ -209,7 +211,7 @@ tool: {frame: E}
 fn limits_that_stop_are_named() {
     let model = model_of(PLANE);
     let geometry = Geometry::nominal(&model).expect("assembled");
-    let at = |x: f64, y: f64| Target { position: Point3::new(x, y, 0.0), rotation: None };
+    let at = |x: f64, y: f64| Target { position: Point3::new(x, y, 0.0), rotation: None, hold: Hold::POSE };
     let solve = |target| solve(&geometry, &target, &InverseSettings::default());
     let solutions = solve(at(1.0, 1.0)).expect("reachable");
     assert_eq!(solutions.len(), 1, "the other elbow is beyond its limits: {solutions:?}");
@@ -246,9 +248,9 @@ fn a_stretched_arm_converges() {
 fn unsound_input_is_refused() {
     let model = bundled("universal-ur5");
     let geometry = Geometry::nominal(&model).expect("assembled");
-    let sound = Target { position: Point3::new(0.3, 0.2, 0.4), rotation: None };
-    let nan = Target { position: Point3::new(f64::NAN, 0.2, 0.4), rotation: None };
-    let far = Target { position: Point3::new(1e300, 0.0, 0.0), rotation: None };
+    let sound = Target { position: Point3::new(0.3, 0.2, 0.4), rotation: None, hold: Hold::POSE };
+    let nan = Target { position: Point3::new(f64::NAN, 0.2, 0.4), rotation: None, hold: Hold::POSE };
+    let far = Target { position: Point3::new(1e300, 0.0, 0.0), rotation: None, hold: Hold::POSE };
     let settings = InverseSettings::default();
     assert!(matches!(solve(&geometry, &nan, &settings), Err(InverseError::Input(_))));
     assert!(matches!(solve(&geometry, &far, &settings), Err(InverseError::Input(_))));
@@ -281,7 +283,7 @@ fn slides_followers_and_few_axes_are_inverted() {
     let model = model_of(
         "
 frames:
-  1: {antecedent: 0, joint: prismatic, variable: z, limits: [0.0, 0.6]}
+  1: {antecedent: 0, joint: prismatic, variable: lift, limits: [0.0, 0.6]}
   2: {antecedent: 1, joint: revolute, variable: q1, limits: [-3.0, 3.0], offset: 0.1}
   3: {antecedent: 2, joint: revolute, variable: q2, d: 0.4, limits: [-6.0, 6.0], direction: -1}
   4: {antecedent: 3, joint: revolute, d: 0.3}

@@ -1,15 +1,16 @@
 //! The family of kinds of readings: a kind of this file alone is read, predicted, differentiated, simulated and fitted.
 
-use elastogeo::description::campaign::raw::{RawCampaign, RawInstrument, RawSigma};
-use elastogeo::description::campaign::{Campaign, expected_columns, resolve};
+use elastogeo::description::campaign::raw::{Kinds, RawCampaign, RawEntry, RawInstrument, RawSigma};
+use elastogeo::description::campaign::{Campaign, Target, TargetValue, expected_columns, resolve};
 use elastogeo::description::table::{Dialect, read_table};
 use elastogeo::estimation::{Settings, calibrate};
 use elastogeo::files::{LoadedRobot, load_robot};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::observation::{
-    DEFLECTION, DISTANCE, FAMILY, MOST_ROWS, MeasuredPoint, Noise, Observation, Observes, POSE, POSITION,
-    PointDerivative, Rows, ValueColumn,
+    CONTACT, DEFLECTION, DISTANCE, FAMILY, MOST_ROWS, MeasuredPoint, Noise, Observation, Observes, PLANE, POSE,
+    POSITION, PointDerivative, Rows, SOCKET, SPHERE, ValueColumn,
 };
+use elastogeo::parameter::Kind;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use nalgebra::Vector3;
@@ -91,23 +92,24 @@ fn robot() -> LoadedRobot {
 fn a_kind_of_ones_own_is_read() {
     let robot = robot();
     let raw = RawCampaign {
-        observes: Some(LEVEL),
+        observes: Some(Kinds::one(LEVEL)),
         units: serde_json::from_value(serde_json::json!({"length": "mm", "angle": "deg"})).expect("units"),
-        instrument: Some(RawInstrument { sigma: Some(RawSigma::All(0.02)), orientation: Some(0.01) }),
+        instrument: Some(RawInstrument { sigma: Some(RawSigma::All(0.02)), orientation: Some(0.01), ppm: None }),
         ..RawCampaign::default()
     };
     let names: Vec<&str> = robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect();
     let zeros = vec!["0"; names.len()].join(",");
     let text = format!("{},level,height\n{zeros},-30,1250\n", names.join(","));
     let dialect = Dialect { of_campaign: true, ..Dialect::default() };
-    let expected = expected_columns(&raw, &robot.robot);
+    let entry = raw.completed(&RawEntry::default());
+    let expected = expected_columns(&raw, &entry, &robot.robot);
     let table =
         read_table("level.csv", text.as_bytes(), &expected, &Default::default(), &[], &dialect, 10).expect("read");
-    let (campaign, _) = resolve(&raw, &|_| None, &robot.robot, &[table]).expect("resolved");
+    let (campaign, _) = resolve(&raw, &|_| None, &robot.robot, &[(entry, &table)]).expect("resolved");
     let measured = campaign.readings[0].measured;
     assert!((measured[0] - 1.25).abs() < 1e-12 && (measured[1] + 30_f64.to_radians()).abs() < 1e-12, "{measured:?}");
     assert_eq!(measured[2..], [0.0; MOST_ROWS - 2]);
-    assert_eq!(campaign.components(), 2);
+    assert_eq!(campaign.rows(), 2);
 }
 
 #[test]
@@ -131,12 +133,36 @@ fn a_kind_of_ones_own_is_predicted_and_simulated() {
     }
 }
 
+/// Readings of another kind with the same points, whose target and scale are unknown.
+fn with_unknown_target(mut campaign: Campaign, observes: Observes) -> Campaign {
+    campaign.observes = observes;
+    let values = ["a", "b", "c", "d"].into_iter().zip([1.5, -0.8, 0.6, 0.3]);
+    campaign.targets = vec![Target {
+        values: values
+            .map(|(symbol, value)| TargetValue {
+                value,
+                kind: Kind::Length,
+                parameter: Some(format!("target.{symbol}")),
+            })
+            .collect(),
+        ..Target::anchor("target", &Vector3::zeros())
+    }];
+    campaign.estimate_scale = true;
+    for reading in &mut campaign.readings {
+        reading.observes = observes;
+    }
+    if observes.is_difference() {
+        campaign.estimate_scale = false;
+    }
+    campaign
+}
+
 #[test]
 fn derivatives_of_every_kind_agree_with_differences() {
     let robot = robot();
-    let model = &robot.model;
-    for observes in FAMILY.into_iter().chain([LEVEL]) {
-        let campaign = made(&robot, observes, 4, 0.0);
+    for observes in FAMILY.into_iter().filter(|kind| *kind != CONTACT).chain([LEVEL, SOCKET, PLANE, SPHERE]) {
+        let campaign = with_unknown_target(made(&robot, POSITION, 4, 0.0), observes);
+        let model = &robot.model.arranged(&campaign);
         let mut values = model.registry.nominal();
         for k in 0..6 {
             values[model.base + k] += 0.2 + 0.1 * k as f64;
@@ -146,6 +172,8 @@ fn derivatives_of_every_kind_agree_with_differences() {
             .chain(model.tool.1..model.tool.1 + 6)
             .chain(model.free_slots())
             .chain(model.elastic_slots())
+            .chain(model.target_values(0).iter().flatten().copied())
+            .chain(model.scale_slot(campaign.readings[0].session))
             .collect();
         let predictor = Predictor::new(model, &campaign, slots.clone()).expect("a predictor").with_sag();
         let [mut exact, mut up, mut down] =
@@ -187,7 +215,10 @@ fn a_kind_of_ones_own_is_fitted() {
 
 #[test]
 fn kinds_say_what_they_are_by_their_names() {
-    assert_eq!(FAMILY.map(|kind| kind.name()), ["position", "pose", "deflection", "distance"]);
+    assert_eq!(
+        FAMILY.map(|kind| kind.name()),
+        ["position", "pose", "deflection", "distance", "contact", "orientation"]
+    );
     for kind in FAMILY {
         assert_eq!(Observes::named(kind.name()), Some(kind));
         assert_eq!(serde_json::from_value::<Observes>(serde_json::json!(kind.name())).expect("read"), kind);
@@ -195,7 +226,7 @@ fn kinds_say_what_they_are_by_their_names() {
         assert!(kind.length_rows() <= kind.rows() && kind.rows() <= MOST_ROWS);
     }
     let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
-    assert!(error.contains("`position`, `pose`, `deflection`, `distance`"), "{error}");
+    assert!(error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`"), "{error}");
     assert_eq!([POSITION, POSE, DEFLECTION, DISTANCE].map(|kind| kind.rows()), [3, 6, 3, 1]);
 }
 
@@ -211,7 +242,7 @@ fn readings_at_the_same_point_have_the_residual_of_their_noise() {
         undeflected: at.translation.vector,
         displacement: Vector3::new(1e-3, -2e-3, 5e-4),
         orientation: at.rotation,
-        anchor: Vector3::new(3.0, -1.0, 0.5),
+        target: [3.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
     };
     for kind in FAMILY.into_iter().chain([LEVEL]) {
         let residual = kind.residual(&kind.value(&point), &point);

@@ -8,7 +8,7 @@ use elastogeo::math::median;
 use elastogeo::model::Model;
 use elastogeo::observation::{POSE, POSITION};
 use elastogeo::parameter::{Group, Kind};
-use elastogeo::planning::{Optimality, Request, Sight, plan};
+use elastogeo::planning::{self, Optimality, Request, Sight, plan};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Loaded, Plan, draw_errors, draw_in_box, generator, joint_box, simulate};
 use nalgebra::{DMatrix, Point3, Vector3};
@@ -43,6 +43,7 @@ fn request(model: &Model, count: usize) -> Request {
         scaling: Scaling::Norm,
         tolerance: Criterion::Relative(DEFAULT_TOLERANCE),
         seed: 1,
+        settings: planning::Settings::default(),
     }
 }
 
@@ -119,7 +120,7 @@ fn compared(of: &Request, model: &Model, ranges: &[[f64; 2]], count: usize) -> [
             })
         })
         .collect();
-    let of_kind = |k: usize| median(&mut pairs.iter().map(|pair| pair[k]).collect::<Vec<_>>());
+    let of_kind = |k: usize| median(&mut pairs.iter().map(|pair| pair[k]).collect::<Vec<_>>()).expect("some");
     [of_kind(0), of_kind(1), planned.error]
 }
 
@@ -269,7 +270,7 @@ fn intervals_are_those_of_the_kr270_paper() {
             let parameter = &model.registry[*slot];
             parameter.group == group && parameter.kind == kind
         });
-        median(&mut of.map(|(_, sigma)| 1.96 * sigma / size).collect::<Vec<_>>())
+        median(&mut of.map(|(_, sigma)| 1.96 * sigma / size).collect::<Vec<_>>()).expect("some")
     };
     let deg = 1f64.to_radians();
     // Medians of the printed intervals: lengths in mm, angles in deg.

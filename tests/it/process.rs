@@ -1,6 +1,6 @@
 //! The elastic strip against published solutions of the elastica, and the arm in equilibrium with an external process.
 
-use elastogeo::compensation::{Asked, Controller, Desired, Refusal, Settings, compensate, desire, predict_path};
+use elastogeo::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, predict_path};
 use elastogeo::description::process::{RawProcess, Theory};
 use elastogeo::files::{Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Transform};
@@ -143,7 +143,9 @@ fn lever(spring: f64) -> Result<(f64, f64), Refusal> {
     };
     let (mut path, desired) = nominal_path(&model, &[vec![0.0]]);
     let values = model.registry.nominal();
-    let found = predict_path(&model, &values, &mut path, &desired, Some(&process)).expect("assembled").remove(0)?;
+    let found = predict_path(&model, &values, &mut path, &desired, Some(&process), &Settings::new(6))
+        .expect("assembled")
+        .remove(0)?;
     Ok((found.seen.real.translation.y, found.wrench[1]))
 }
 
@@ -178,7 +180,7 @@ fn forming() -> (Model, Process, Vec<Result<Desired, Refusal>>) {
     let geometry = Geometry::nominal(&robot.model).expect("assembled");
     let own: Vec<usize> = (0..robot.model.markers.len()).collect();
     let controller = Controller { geometry: &geometry, markers: &own };
-    let asked = Asked { joints: false, position: true, orientation: true };
+    let asked = Asked { joints: false, position: true, orientation: true, hold: Hold::POSE };
     let desired = desire(&controller, &path.campaign, asked, &Transform::identity(), None, None);
     (robot.model.clone(), process, desired)
 }
@@ -209,7 +211,7 @@ fn missed(
     let targets: Vec<Transform> = desired.iter().map(|d| d.as_ref().expect("reached").target).collect();
     let given: Vec<Result<Desired, Refusal>> =
         commands.iter().zip(&targets).map(|(q, target)| Ok(Desired { nominal: q.clone(), target: *target })).collect();
-    let seen = predict_path(model, values, &mut path, &given, Some(process)).expect("assembled");
+    let seen = predict_path(model, values, &mut path, &given, Some(process), &Settings::new(6)).expect("assembled");
     let squares = seen.into_iter().zip(&targets).map(|(found, target)| {
         (found.expect("settled").seen.real.translation.vector - target.translation.vector).norm_squared()
     });

@@ -89,7 +89,7 @@ fn ur5_from_twenty_training_poses() {
             found.after.check.distance[0]
         })
         .collect();
-    let median = median(&mut means);
+    let median = median(&mut means).expect("some");
     let found = format!("median of the mean errors of 10 draws {:.4} mm", 1e3 * median);
     recorded("ur5-twenty-poses", "cargo test ur5_from_twenty", &[found]);
     assert!(median <= 0.14e-3, "median {median}");

@@ -1,5 +1,6 @@
 //! Every description under `robots/`, found by itself: a snapshot of its meaning, and its way back to files.
 
+use elastogeo::description::campaign::raw::{Kinds, RawCampaign, RawEntry};
 use elastogeo::description::raw::RawRobot;
 use elastogeo::description::resolve::resolve;
 use elastogeo::description::{urdf, yaml};
@@ -9,6 +10,8 @@ use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::{Model, build, with_values};
 use elastogeo::simulation::{draw_configurations, draw_errors, generator};
 use elastogeo::snapshot::snapshot;
+
+use super::support::{KR270_MASSES, heavy_kr270};
 
 fn descriptions() -> Vec<(String, String)> {
     let folder = format!("{}/robots", env!("CARGO_MANIFEST_DIR"));
@@ -96,25 +99,100 @@ fn a_calibrated_robot_written_as_yaml_and_urdf_is_the_same_robot() {
     }
 }
 
-/// Parameters are distinguished by their owner: a marker may be called as the mass of a body is, and a calibration that
-/// names the two alike is refused.
+/// Parameters are known by name, so that a marker cannot be called as the mass of a body is.
 #[test]
-fn a_marker_and_a_body_of_one_name_stay_two_things() {
+fn a_marker_and_a_body_of_one_name_are_refused() {
     let text = "frames: {6: {antecedent: 0, joint: revolute, variable: q, d: 1}}\n\
                 bodies: {6: {mass: 2, com: [0.1, 0.2, 0.3]}}\n\
                 markers: {body6: {at: [1, 2, 3]}}\n";
     let raw: RawRobot = yaml::read("robot.yaml", text).0.expect("readable");
-    let robot = resolve(&raw, &|_| None).0.expect("resolved");
-    let model = build(&robot, Catalogue::standard()).expect("compiled");
-    let mut values = model.registry.nominal();
-    values[model.markers[0].slot + 1] = 7.0;
-    let written = with_values(&raw, &model, &values);
-    assert_eq!(written.markers["body6"].at, Some([1.0, 7.0, 3.0]));
-    assert_eq!(written.bodies["6"].com, Some([0.1, 0.2, 0.3]));
-
-    let mut raw = raw;
-    raw.calibration.free.push("body6.x".into());
     let (refused, diagnostics) = resolve(&raw, &|_| None);
     assert!(refused.is_none());
-    assert!(diagnostics[0].message.contains("names two parameters"), "{}", diagnostics[0]);
+    assert_eq!(diagnostics.len(), 1, "{diagnostics:?}");
+    assert!(diagnostics[0].message.contains("two parameters would be called `body6.x`"), "{}", diagnostics[0]);
+    assert!(diagnostics[0].remedy.as_ref().is_some_and(|remedy| remedy.contains("rename")), "{}", diagnostics[0]);
+    let renamed: RawRobot = yaml::read("robot.yaml", &text.replace("body6", "ball")).0.expect("readable");
+    assert!(resolve(&renamed, &|_| None).0.is_some());
+}
+
+/// A variable is a column of tables of measurements, and these have columns of their own.
+#[test]
+fn a_variable_with_the_name_of_a_column_is_refused() {
+    let description = |name: &str| -> RawRobot {
+        let text = format!("frames: {{1: {{antecedent: 0, joint: prismatic, variable: {name}}}}}\n");
+        yaml::read("robot.yaml", &text).0.expect("readable")
+    };
+    let robot = resolve(&description("q"), &|_| None).0.expect("resolved");
+    for observes in elastogeo::observation::FAMILY {
+        let raw = RawCampaign { observes: Some(Kinds::one(observes)), ..Default::default() };
+        let entry = raw.completed(&RawEntry::default());
+        for column in elastogeo::description::campaign::expected_columns(&raw, &entry, &robot) {
+            if column.name != "q" {
+                let (refused, diagnostics) = resolve(&description(&column.name), &|_| None);
+                assert!(refused.is_none(), "{}", column.name);
+                assert!(diagnostics[0].message.contains("name of a column"), "{}", diagnostics[0]);
+                assert!(diagnostics[0].remedy.is_some());
+            }
+        }
+    }
+    for name in ["zeta", "lift", "q1", "time_axis"] {
+        assert!(resolve(&description(name), &|_| None).0.is_some(), "{name}");
+    }
+}
+
+/// Every number of a description that means something is in its snapshot.
+#[test]
+fn a_snapshot_sees_every_change() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = heavy_kr270(
+        folder.path(),
+        &format!(
+            "{KR270_MASSES}anchors: {{pole: [1000, 2000, 300]}}\nlimits: {{q3 - q2: [-10, 300]}}\n\
+             effects: [{{effect: backlash, site: \"joint:4\", parameters: {{half_width: 1e-4}}}}]\n\
+             calibration: {{tolerances: {{3.d: 0.5}}}}\n"
+        ),
+    );
+    let text = std::fs::read_to_string(&path).expect("a file");
+    let of = |text: &str| {
+        std::fs::write(&path, text).expect("written");
+        let loaded = load_robot(&path)
+            .unwrap_or_else(|faults| panic!("{}", elastogeo::render::diagnostics::render(&faults, false)));
+        snapshot(&loaded.model).expect("a snapshot")
+    };
+    let before = of(&text);
+    assert_eq!(before, of(&text), "the same text of the same description");
+    let changes = [
+        ("compliance: 0.302e-6", "compliance: 0.902e-6"),
+        ("free_length: 458", "free_length: 459"),
+        ("[1000, 2000, 300]", "[1000, 2000, 301]"),
+        ("[-10, 300]", "[-10, 301]"),
+        ("half_width: 1e-4", "half_width: 2e-4"),
+        ("joint:4", "joint:5"),
+    ];
+    for (old, new) in changes {
+        assert!(text.contains(old), "{old}");
+        assert_ne!(before, of(&text.replace(old, new)), "{old} -> {new}");
+    }
+    // Single numbers of what is declared in lists: markers, masses, centres, anchors of the compensator.
+    let mut raw = load_robot(&path).expect("read").raw;
+    let snapshot_of = |raw: &RawRobot| {
+        let robot = resolve(raw, &|_| None).0.expect("resolved");
+        snapshot(&build(&robot, Catalogue::standard()).expect("compiled")).expect("a snapshot")
+    };
+    let before = snapshot_of(&raw);
+    let mut seen = |change: &dyn Fn(&mut RawRobot), what: &str| {
+        let kept = raw.clone();
+        change(&mut raw);
+        assert_ne!(kept, raw, "{what}");
+        assert_ne!(before, snapshot_of(&raw), "{what}");
+        raw = kept;
+    };
+    seen(&|raw| raw.markers[0].at = raw.markers[0].at.map(|[x, y, z]| [x, y, z + 0.01]), "a marker");
+    seen(&|raw| raw.markers[0].frame = Some("3".into()), "the frame of a marker");
+    seen(&|raw| raw.bodies[0].mass = raw.bodies[0].mass.map(|mass| mass * 1.001), "a mass");
+    seen(&|raw| raw.bodies[0].com = raw.bodies[0].com.map(|[x, y, z]| [x, y + 0.01, z]), "a centre");
+    seen(&|raw| raw.springs[0].anchors = raw.springs[0].anchors.map(|[a, b]| [a, b.map(|v| v + 0.01)]), "an anchor");
+    seen(&|raw| raw.springs[0].acts = Some(elastogeo::description::raw::SpringAction::Full), "what acts");
+    seen(&|raw| raw.gravity = Some([0.0, 1.0, -9.7]), "gravity");
+    seen(&|raw| raw.calibration.tolerances[0] *= 1.5, "a tolerance");
 }

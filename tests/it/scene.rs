@@ -1,7 +1,8 @@
 //! The robot as it is drawn, and its stiffness over a slice of its workspace.
 
-use elastogeo::kinematics::{Geometry, Placements};
+use elastogeo::kinematics::Placements;
 use elastogeo::review::slice;
+use elastogeo::state::{Loads, Mechanics};
 use nalgebra::{Matrix2, Vector2};
 use serde_json::Value;
 
@@ -151,8 +152,10 @@ joint_stiffness:
   2: {kar: {compliance: 3.0e-6}}
 ",
     );
-    let geometry = Geometry::nominal(&model).expect("assembled");
-    let found = slice(&geometry, &[0.3, 0.8]).expect("a slice");
+    let loads = Loads { weight: false, wrench: true };
+    let mechanics = Mechanics::new(&model, &model.registry.nominal(), loads, &[]).expect("assembled");
+    let geometry = &mechanics.geometry;
+    let found = slice(&mechanics, &[0.3, 0.8]).expect("a slice");
     assert_eq!(found.swept, [0, 1]);
     let mut seen = 0;
     for node in found.nodes.iter().flatten().flatten() {

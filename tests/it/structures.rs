@@ -252,11 +252,17 @@ fn joint_springs_of_random_serial_robots() {
         text += "joint_stiffness:\n";
         let mut springs = Vec::new();
         for part in sketch.parts.iter().filter(|part| !part.joint.is_empty()) {
-            // ka kr kar krr, of which some are rigid.
-            let c: [f64; 4] = std::array::from_fn(|k| {
-                if draw.chance(0.3) { 0.0 } else { draw.within(1.0, 9.0) * if k < 2 { 1e-8 } else { 1e-6 } }
+            // Along and about x, y, z, of which some are rigid; of every second robot x and y are alike.
+            let mut c: [f64; 6] = std::array::from_fn(|k| {
+                if draw.chance(0.3) { 0.0 } else { draw.within(1.0, 9.0) * if k < 3 { 1e-8 } else { 1e-6 } }
             });
-            let row = ["ka", "kr", "kar", "krr"].iter().zip(c).map(|(k, c)| format!("{k}: {{compliance: {c:?}}}"));
+            let symbols: &[(&str, usize)] = if seed % 2 == 0 {
+                (c[1], c[4]) = (c[0], c[3]);
+                &[("kr", 0), ("ka", 2), ("krr", 3), ("kar", 5)]
+            } else {
+                &[("krx", 0), ("kry", 1), ("ka", 2), ("krrx", 3), ("krry", 4), ("kar", 5)]
+            };
+            let row = symbols.iter().map(|&(symbol, k)| format!("{symbol}: {{compliance: {:?}}}", c[k]));
             let _ = writeln!(text, "  {}: {{{}}}", part.name, row.collect::<Vec<_>>().join(", "));
             springs.push((part.name.clone(), c));
         }
@@ -272,13 +278,13 @@ fn joint_springs_of_random_serial_robots() {
         let tool = at.frames[model.tool.0].translation.vector;
         let path = model.path(model.tool.0);
         let mut expected = Matrix6::zeros();
-        for (name, [ka, kr, kar, krr]) in &springs {
+        for (name, c) in &springs {
             let frame = model.frame(name).expect("a frame");
             if !path.contains(&frame) {
                 continue;
             }
             let placed = &at.frames[frame];
-            for (k, c) in [kr, kr, ka, krr, krr, kar].into_iter().enumerate() {
+            for (k, c) in c.iter().enumerate() {
                 let axis = placed.rotation.matrix().column(k % 3).into_owned();
                 let (d, turn) = if k < 3 {
                     (axis, Vector3::zeros())
@@ -525,4 +531,73 @@ fn frames_computed_by_pynite() {
         }
     }
     assert_eq!(seen.len(), 12, "{seen:?}");
+}
+
+/// A boom that slides out of a sleeve along the base's x: `0.2 m + q2` of it are out.
+const BOOM: &str = "units: {length: m, angle: rad}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-3, 3]}
+  mouth: {antecedent: 1, b: 0.5, gamma: 1.5707963267948966, alpha: 1.5707963267948966}
+  2: {antecedent: mouth, joint: prismatic, variable: q2, r: 0.2, limits: [0, 1.5]}
+tool: {frame: 2}
+materials: {steel: {young: 2.1e11, shear: 8.0e10, density: 7850}}
+sections: {s: {area: 3e-3, iy: 2e-6, iz: 5e-6, j: 4e-6}}
+nodes: {sleeve: {body: 2, at: mouth}, tip: {body: 2}}
+beams: {boom: {from: sleeve, to: tip, section: s, material: steel, normal: 1}}
+gravity: [0, 0, -9.81]
+";
+
+/// The tool's compliance and sag by the closed form of a cantilever as long as the boom is out: length declared plus joint.
+#[test]
+fn a_boom_bends_as_far_as_it_is_out() {
+    let (a, iy, iz, j) = (3e-3, 2e-6, 5e-6, 4e-6);
+    for (more, tilt) in [("", 0.0), ("joint_stiffness: {2: {krr: {compliance: 4e-7}}}\n", 4e-7)] {
+        for (parts, least) in [("", 1e-12), ("elements: 3, ", 1e-11)] {
+            let text = BOOM.replace("section: s,", &format!("{parts}section: s,")) + more;
+            let model = model_of(&text);
+            let loads = elastogeo::state::Loads { weight: true, wrench: true };
+            let mechanics =
+                elastogeo::state::Mechanics::new(&model, &model.registry.nominal(), loads, &[]).expect("assembled");
+            let mut state = mechanics.state();
+            for q in [0.0, 0.3, 0.75, 1.5] {
+                mechanics.place(&[0.0, q], &mut state).expect("placed");
+                let point = mechanics.point(&state, None, &[0.0; 6]);
+                assert!((point.position - Vector3::new(0.2 + q, 0.0, 0.5)).norm() < 1e-12, "{}", point.position);
+                let l = 0.2 + q;
+                let found = mechanics.compliance(&state, &point);
+                let of = |row: usize, column: usize, expected: f64| {
+                    close(found[(row, column)], expected, least, &format!("{q} [{row}, {column}]"));
+                };
+                // Iy resists bending in the plane of x and z: the base's z is the beam's own.
+                of(0, 0, l / (E * a));
+                of(1, 1, l.powi(3) / (3.0 * E * iz) + tilt * l * l);
+                of(2, 2, l.powi(3) / (3.0 * E * iy) + tilt * l * l);
+                of(3, 3, l / (G * j));
+                of(4, 4, l / (E * iy) + tilt);
+                of(2, 4, -l * l / (2.0 * E * iy) - tilt * l);
+                of(1, 5, l * l / (2.0 * E * iz) + tilt * l);
+                let weight = 7850.0 * a * 9.81;
+                let sag = weight * l.powi(4) / (8.0 * E * iy) + tilt * weight * l * l / 2.0 * l;
+                close(mechanics.deflection(&state, &point).displacement.z, -sag, 1e-9, "sag");
+            }
+        }
+    }
+}
+
+/// With nothing out at joint zero the boom has a length by its limits, and without these it is refused.
+#[test]
+fn a_boom_that_slides_in_entirely() {
+    let model = model_of(&BOOM.replace("r: 0.2, limits: [0, 1.5]", "limits: [0.1, 1.5]"));
+    let loads = elastogeo::state::Loads { weight: false, wrench: true };
+    let mechanics = elastogeo::state::Mechanics::new(&model, &model.registry.nominal(), loads, &[]).expect("assembled");
+    let mut state = mechanics.state();
+    mechanics.place(&[0.4, 0.9], &mut state).expect("placed");
+    let point = mechanics.point(&state, None, &[0.0; 6]);
+    close(mechanics.compliance(&state, &point)[(2, 2)], 0.9_f64.powi(3) / (3.0 * E * 2e-6), 1e-12, "bending");
+    let unlimited = BOOM.replace("r: 0.2, limits: [0, 1.5]", "r: 0");
+    let raw: elastogeo::description::raw::RawRobot = serde_yaml::from_str(&unlimited).expect("readable");
+    let robot = elastogeo::description::resolve::resolve(&raw, &|_| None).0.expect("resolved");
+    let faults = elastogeo::model::build(&robot, elastogeo::effects::Catalogue::standard()).expect_err("no length");
+    assert!(faults[0].diagnostic.message.contains("beam `boom` has no length"), "{:?}", faults[0]);
+    assert!(faults[0].diagnostic.remedy.as_ref().is_some_and(|remedy| remedy.contains("limits")));
 }

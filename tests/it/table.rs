@@ -18,7 +18,7 @@ fn expected() -> Vec<ExpectedColumn> {
 }
 
 fn dialect(delimiter: Option<char>, decimal: char) -> Dialect {
-    Dialect { delimiter, decimal: Some(decimal), of_campaign: true }
+    Dialect { delimiter, decimal: Some(decimal), of_campaign: true, ..Dialect::default() }
 }
 
 fn read_as(bytes: &[u8], dialect: &Dialect) -> Result<Table, Vec<Diagnostic>> {
@@ -215,12 +215,18 @@ fn a_large_file_is_read_in_bounded_memory() {
 
 #[test]
 fn mutated_files_are_read_or_refused_with_a_place() {
-    let samples: [&[u8]; 3] = [
+    let samples: [&[u8]; 5] = [
         b"pose,q1,x,marker\n1,0.5,-2e-3,wrist\n2,+1,.5,\"a, b\"\n",
         b"\xef\xbb\xbfpose;q1;x\r\n1;0,5;7\r\n\"2\";1;,5\r\n",
         b"pose\tq1\tx\tnote\n1\t0.5\t-2e-3\thot\n\n2\t1\t5\t\n",
+        b"sep=;\n# a comment\npose;q1;x\n-;mm;mm\n1;0.5;7\n#2;1;5\n3;4;5\n",
+        b"pose   q1 \t x\n\"a b\"  1  2\n // note\n2  +1   .5  \n",
     ];
-    let pieces: [&[u8]; 16] = [
+    let pieces: [&[u8]; 20] = [
+        b"#",
+        b"//",
+        b"mm",
+        b"\nsep=;",
         b",",
         b";",
         b"\t",
@@ -248,7 +254,7 @@ fn mutated_files_are_read_or_refused_with_a_place() {
             bytes.splice(at..end, pieces[random.random_range(0..pieces.len())].iter().copied());
         }
         let decimal = if random.random_bool(0.5) { '.' } else { ',' };
-        let delimiter = [None, Some(','), Some(';'), Some('\t')][random.random_range(0..4)];
+        let delimiter = [None, None, Some(','), Some(';'), Some('\t'), Some(' ')][random.random_range(0..6)];
         match read_as(&bytes, &dialect(delimiter, decimal)) {
             Ok(table) => {
                 sound += 1;

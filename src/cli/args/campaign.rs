@@ -13,6 +13,17 @@ pub struct OnCampaign {
     pub campaign: String,
 }
 
+/// `residuals`
+#[derive(Debug, Args)]
+pub struct Residuals {
+    /// Robot and campaign.
+    #[command(flatten)]
+    pub on: OnCampaign,
+    /// Write the residuals as a table, a reading a row (.csv or .xlsx); mm and deg.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+}
+
 /// How columns are scaled and parameters dropped.
 #[derive(Debug, Args)]
 pub struct Reduction {
@@ -79,6 +90,13 @@ pub struct Identify {
     /// Write the calibrated description (.yaml or .urdf).
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,
+    /// Write the parameters as a table (.csv or .xlsx): nominal, value, 95 % interval.
+    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
+    pub table: Option<PathBuf>,
+    /// Say what has moved since this description, which takes the place of the campaign's: one that `identify --save` wrote
+    /// from an earlier campaign.
+    #[arg(long, value_name = "ROBOT", conflicts_with_all = ["robot", "compare", "prior"])]
+    pub since: Option<String>,
     /// Write identified rules to this file (.yaml), which the description of --save then names.
     #[arg(long, value_name = "FILE", requires = "save")]
     pub save_rules: Option<PathBuf>,
@@ -92,11 +110,8 @@ pub struct Identify {
     #[arg(long, value_enum, default_value_t = WeightsName::Stated)]
     pub weights: WeightsName,
     /// Robust loss.
-    #[arg(long, value_enum, default_value_t = LossName::Squares)]
-    pub loss: LossName,
-    /// Residual, in sigmas, beyond which the robust loss gives way.
-    #[arg(long, default_value_t = 3.0)]
-    pub loss_scale: f64,
+    #[command(flatten)]
+    pub robust: Robust,
     /// Let the stated tolerances pull parameters towards their nominal values.
     #[arg(long)]
     pub prior: bool,
@@ -109,6 +124,41 @@ pub struct Identify {
     /// Ordinary and weighted least squares side by side; of fuzzy and grey, with the parametric model, by load.
     #[arg(long)]
     pub compare: bool,
+}
+
+/// Which readings count how much where they do not fit.
+#[derive(Debug, Args)]
+pub struct Robust {
+    /// Robust loss: outliers count little.
+    #[arg(long, value_enum, default_value_t = LossName::Squares)]
+    pub loss: LossName,
+    /// Residual beyond which the robust loss gives way, 0.5 to 1000 (of `tukey` from 1.547), in standard deviations: the
+    /// stated ones, or those that the residuals of a first robust fit show, if greater. By default 1.345 of `huber`, 2.385
+    /// of `cauchy`, 4.685 of `tukey`: 95 % efficient on normal noise.
+    #[arg(long, value_name = "SCALE")]
+    pub loss_scale: Option<f64>,
+}
+
+/// `register`
+#[derive(Debug, Args)]
+pub struct Register {
+    /// Campaign file, its folder, or a bundled campaign.
+    pub campaign: String,
+    /// Another description than the campaign's.
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the description with base, tool and markers set (.yaml or .urdf).
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Parameters to hold at their nominal values.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
+    pub hold: Vec<String>,
+    /// Robust loss.
+    #[command(flatten)]
+    pub robust: Robust,
+    /// Share of the configurations held out to check where the campaign does not say.
+    #[arg(long, default_value_t = 0.25)]
+    pub check: f64,
 }
 
 /// Rules of splitting.

@@ -8,11 +8,11 @@ mod start;
 
 pub use blind::{Blind, BlindKind, BlindMake, BlindScore};
 pub use campaign::{
-    Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Report, Scale,
-    SchemeName, SplitName, WeightsName,
+    Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Register, Report,
+    Residuals, Robust, Scale, SchemeName, SplitName, WeightsName,
 };
-pub use planned::{Compensate, FrameName, HoldName, Plan, Simulate};
-pub use robot::{Check, Convert, Pose, Solve, Stiffness, View};
+pub use planned::{Compensate, FrameName, Plan, Simulate};
+pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
 
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ use clap::{Parser, Subcommand, ValueEnum};
     name = "elastogeo",
     version,
     about,
-    after_help = "A first hour: `elastogeo init my-robot`, then `elastogeo identify my-robot`.\nWhat a word means: `elastogeo explain rank`.\n\nExit status: 0 done, 1 the computation could not be completed, 2 bad input."
+    after_help = "A first hour: `elastogeo init my-robot`, then `elastogeo identify my-robot`.\nWhat a word means: `elastogeo explain rank`.\n\nExit status: 0 done, 1 the result is not to be used, 2 bad input."
 )]
 pub struct Arguments {
     /// How results are printed.
@@ -37,9 +37,12 @@ pub struct Arguments {
     /// Seed of everything drawn at random.
     #[arg(long, global = true, default_value_t = 1)]
     pub seed: u64,
-    /// Number of threads; all processors by default. Results do not depend on it.
-    #[arg(long, global = true, value_name = "N")]
-    pub jobs: Option<usize>,
+    /// Number of threads, 1 to 1024; all processors by default. Results do not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+    /// Go on where content is implausible: what would be refused is a warning.
+    #[arg(long, global = true)]
+    pub force: bool,
     /// Print nothing but errors; files are written all the same.
     #[arg(long, short, global = true)]
     pub quiet: bool,
@@ -70,14 +73,15 @@ pub enum Command {
         after_help = "Examples:\n  elastogeo explain rank\n  elastogeo explain gravity-compensator\n  elastogeo explain"
     )]
     Explain(Explain),
-    /// Validate a robot; print frames, loops, degrees of freedom, parameters, what is elastic.
+    /// Validate a robot or a campaign; print frames, loops, parameters, what is elastic; or readings, joint ranges, noise,
+    /// what will be estimated.
     #[command(
-        after_help = "Examples:\n  elastogeo check universal-ur5\n  elastogeo check my-robot/robot.yaml --snapshot my-robot.snap"
+        after_help = "Examples:\n  elastogeo check universal-ur5\n  elastogeo check my-robot\n  elastogeo check my-robot/robot.yaml --snapshot my-robot.snap"
     )]
     Check(Check),
     /// Write a robot as YAML or URDF.
     #[command(
-        after_help = "Examples:\n  elastogeo convert arm.urdf arm.yaml\n  elastogeo convert my-robot/robot.yaml my-robot.urdf"
+        after_help = "Examples:\n  elastogeo convert arm.urdf arm.yaml\n  elastogeo convert my-robot/robot.yaml my-robot.urdf\n  elastogeo convert calibrated.yaml my-calibration.yaml --as ur-kinematics"
     )]
     Convert(Convert),
     /// Forward model: frames and markers at given joints.
@@ -108,6 +112,11 @@ pub enum Command {
         after_help = "Examples:\n  elastogeo identify kr270-simulated\n  elastogeo identify my-robot --save calibrated.yaml\n  elastogeo identify kr270-no-compensator --what elastic"
     )]
     Identify(Identify),
+    /// Where the robot stands and what its tool is: base, tool and markers fitted alone.
+    #[command(
+        after_help = "Examples:\n  elastogeo register my-robot\n  elastogeo register my-robot --save registered.yaml --loss tukey"
+    )]
+    Register(Register),
     /// Where the sim-to-real gap lies, which effect causes it, how far it shrinks on readings not seen.
     #[command(
         after_help = "Examples:\n  elastogeo diagnose kr270-no-compensator\n  elastogeo diagnose my-robot --apply diagnosed.yaml"
@@ -122,7 +131,7 @@ pub enum Command {
     #[command(
         after_help = "Examples:\n  elastogeo residuals calibrated.yaml my-robot\n  elastogeo residuals kuka-kr270 kr270-simulated --format json"
     )]
-    Residuals(OnCampaign),
+    Residuals(Residuals),
     /// One self-contained HTML file about a campaign: the answer first, plots, the robot in 3-D (report.html, or --output).
     #[command(
         after_help = "Examples:\n  elastogeo report kr270-no-compensator\n  elastogeo report my-robot --output monday.html --json monday.json"

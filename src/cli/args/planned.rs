@@ -190,9 +190,11 @@ pub struct Compensate {
     /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
     #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
     pub from: Option<String>,
-    /// What of the targets is held; by default all that the robot's variables can.
-    #[arg(long, value_enum)]
-    pub hold: Option<HoldName>,
+    /// What of the targets is held: `pose`, `axis` (position and the tool's z axis), `position`, or directions, along x,
+    /// y, z of the base and about rx, ry, rz of the target's own axes (`position,rz` of a SCARA robot); by default the pose,
+    /// `axis` of robots with five variables and `position` of those with fewer.
+    #[arg(long, value_delimiter = ',', value_name = "WHAT,..")]
+    pub hold: Vec<String>,
     /// Load of all points, base axes, in the description's units, where the path has no columns fx .. mz.
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Option<String>,
@@ -220,15 +222,4 @@ pub enum FrameName {
     Base,
     /// That in which the calibrated base has its pose.
     Measurement,
-}
-
-/// What of a target is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum HoldName {
-    /// Position and orientation.
-    Pose,
-    /// Position and the tool's z axis.
-    Axis,
-    /// Position alone.
-    Position,
 }

@@ -2,14 +2,19 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 /// `check`
 #[derive(Debug, Args)]
 pub struct Check {
-    /// Bundled name, or a .yaml or .urdf file.
-    pub robot: String,
-    /// Compare with the snapshot in this file; write it if there is none.
+    /// A robot: bundled name, or a .yaml or .urdf file. Or a campaign: its file (it has `measurements:`), its folder, or a
+    /// bundled one.
+    #[arg(value_name = "ROBOT|CAMPAIGN")]
+    pub file: String,
+    /// Another description than the campaign's.
+    #[arg(long, value_name = "ROBOT")]
+    pub robot: Option<String>,
+    /// Compare a robot with the snapshot in this file; write it if there is none.
     #[arg(long, value_name = "FILE")]
     pub snapshot: Option<PathBuf>,
 }
@@ -17,10 +22,20 @@ pub struct Check {
 /// `convert`
 #[derive(Debug, Args)]
 pub struct Convert {
-    /// Bundled name, or a .yaml or .urdf file.
+    /// Bundled name, or a .yaml or .urdf file; or kinematics as `ur_calibration` writes them (.yaml).
     pub robot: String,
     /// File to write; its ending (.yaml or .urdf) says which format.
     pub to: PathBuf,
+    /// Write another format than the ending says: `ur-kinematics` is the YAML of the Universal Robots driver of ROS.
+    #[arg(long = "as", value_enum, value_name = "FORMAT")]
+    pub write_as: Option<WriteAs>,
+}
+
+/// Formats that no ending tells.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum WriteAs {
+    /// Where each of the six joints of such an arm places its link: `kinematics_params_file` of the driver.
+    UrKinematics,
 }
 
 /// `pose`
@@ -45,8 +60,12 @@ pub struct Pose {
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Option<String>,
     /// Find the equilibrium at the deflected pose instead of adding the linear deflection.
-    #[arg(long, requires = "wrench")]
+    #[arg(long)]
     pub equilibrium: bool,
+    /// Tool and markers where own weight, preloads, --wrench and the effects switched on put them, as `simulate` has
+    /// them; without it where the rigid robot has them.
+    #[arg(long)]
+    pub weight: bool,
 }
 
 /// `stiffness`
@@ -87,6 +106,10 @@ pub struct Solve {
     /// Starts without a new branch after which the search ends.
     #[arg(long, default_value_t = 192)]
     pub restarts: usize,
+    /// Bring the tool to the target as own weight, preloads and the effects switched on deflect it; without it the rigid
+    /// robot's.
+    #[arg(long)]
+    pub weight: bool,
 }
 
 /// `view`

@@ -11,7 +11,7 @@ use crate::blind::{Design, Drawn, Examined, Kind, Truth, draw, examine, score, s
 use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, bundled_robots};
@@ -32,7 +32,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
         return Err(Error::input(format!("--count {}", command.count), "give 1 to 10000"));
     }
     let plans = plans(&command.plans, session)?;
-    let drawn: Vec<Result<Drawn, String>> = (0..command.count)
+    let drawn: Vec<Result<Drawn, Error>> = (0..command.count)
         .into_par_iter()
         .map(|k| {
             // Every campaign has its own stream, so that it does not depend on how many are drawn.
@@ -46,12 +46,12 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
             };
             let name = format!("sealed-{:03}", k + 1);
             let plan = &plans[k / command.kinds.len() % plans.len()];
-            draw(&plan.design(), &name, kind, &mut random).map_err(|error| format!("{name}: {error}"))
+            draw(&plan.design(), &name, kind, &mut random).map_err(|error| Error::from(error).at(name))
         })
         .collect();
     let mut files = Vec::new();
     for (k, drawn) in drawn.into_iter().enumerate() {
-        let drawn = drawn.map_err(Error::Impossible)?;
+        let drawn = drawn?;
         let plan = &plans[k / command.kinds.len() % plans.len()];
         let name = drawn.truth.name.clone();
         let folder = command.into.join(&name);
@@ -71,19 +71,20 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
                 source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
                 robot: Some(drawn.truth.robot.clone()),
                 units: units(&plan.robot),
-                observes: Some(campaign.observes),
+                observes: Some(Kinds::one(campaign.observes)),
                 instrument: Some(RawInstrument {
                     sigma: Some(RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3)),
+                    ppm: None,
                     orientation: None,
                 }),
-                estimate: RawEstimate { base: campaign.estimate_base, tool: campaign.estimate_tool },
+                estimate: RawEstimate::of([campaign.estimate_base, campaign.estimate_tool]),
                 calibrate: campaign.calibrate.clone(),
                 without: plan.without.clone(),
-                measurements: Some(OneOrMany::One(csv_name.into())),
+                measurements: Some(Measurements::file(csv_name)),
                 ..RawCampaign::default()
             };
             files.push((folder.join(csv_name), csv(&plan.robot, campaign)?));
-            files.push((folder.join(yaml_name), yaml::write(&raw).map_err(Error::Impossible)?));
+            files.push((folder.join(yaml_name), yaml::write(&raw)?));
         }
     }
     let text = format!("{} sealed campaigns: {}\n", command.count, command.into.display());

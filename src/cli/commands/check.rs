@@ -1,4 +1,4 @@
-//! `check`: is the description sound, and what does it say?
+//! `check`: is the description, or the campaign, sound, and what does it say?
 
 use std::path::Path;
 
@@ -6,12 +6,19 @@ use crate::Error;
 use crate::cli::args::Check;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
-use crate::results::{RobotSummary, SnapshotAgreement};
+use crate::results::{CampaignCheck, RobotSummary, SnapshotAgreement};
 use crate::snapshot::snapshot;
 
 pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
-    let loaded = session.reader.robot(&command.robot)?;
+    if session.reader.is_campaign(&command.file) {
+        return campaign(command, session);
+    }
+    if command.robot.is_some() {
+        return Err(Error::input(format!("--robot, and `{}` is no campaign", command.file), "leave --robot out"));
+    }
+    let loaded = session.reader.robot(&command.file)?;
     let mut found = RobotSummary::new(&loaded.model, &loaded.raw);
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
@@ -21,10 +28,10 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
         let shown = path.display();
         let agrees = old.as_ref().is_none_or(|old| *old == new);
         text = match &old {
-            Some(_) if agrees => format!("{} agrees with {shown}\n", command.robot),
+            Some(_) if agrees => format!("{} agrees with {shown}\n", command.file),
             Some(old) => format!(
                 "{} differs from {shown} (- snapshot, + now):\n{}delete the file and run again to accept what is now\n",
-                command.robot,
+                command.file,
                 difference(old, &new)
             ),
             None => format!("wrote {shown}\n"),
@@ -38,6 +45,17 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     output.failed = found.snapshot.is_some_and(|snapshot| !snapshot.agrees);
     output.diagnostics = loaded.diagnostics;
     output.files = files;
+    Ok(output)
+}
+
+fn campaign(command: &Check, session: &Session) -> Result<Output, Error> {
+    if command.snapshot.is_some() {
+        return Err(Error::input("--snapshot, and a campaign", "give its robot to `check --snapshot`"));
+    }
+    let loaded = session.reader.campaign(&command.file, command.robot.as_deref())?;
+    let found = CampaignCheck::new(&loaded.robot.model, &loaded.campaign, &loaded.diagnostics);
+    let mut output = Output::new(render_campaign(&found, session.terminal.screen), &found)?;
+    output.diagnostics = loaded.diagnostics;
     Ok(output)
 }
 

@@ -3,16 +3,17 @@
 use nalgebra::Rotation3;
 
 use crate::Error;
-use crate::cli::args::{Compensate, FrameName, HoldName};
+use crate::cli::args::{Compensate, FrameName};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{joints, units_with, wrench};
+use crate::cli::values::{hold, joints, units_with, wrench};
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, Settings, compensate, desire, six};
+use crate::description::campaign::Reading;
 use crate::description::path::Path;
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::Elastics;
-use crate::files::{LoadedRobot, writable};
+use crate::files::{LoadedRobot, writable_table};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::{Condition, Model};
@@ -21,7 +22,7 @@ use crate::results::Compensation;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
-        writable(table)?;
+        writable_table(table)?;
     }
     let within = |value: f64, most: f64| value > 0.0 && value <= most;
     if !within(command.residual, 10.0) || !within(command.largest, 90.0) {
@@ -30,6 +31,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
             "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
         ));
     }
+    let held = if command.hold.is_empty() { None } else { Some(hold(&command.hold)?) };
     let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
@@ -46,10 +48,11 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     diagnostics.extend(condition_doubts(model, &path));
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());
-    let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame)?;
+    let settings = settings(command, model, held);
+    let (desired, shown) = controller.desired(&loaded, &path, command.from.as_deref(), command.frame, settings.hold)?;
     let values = model.registry.nominal();
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
-    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings(command, model))?;
+    let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let poses: Vec<Option<[f64; 6]>> = outcome
         .points
@@ -62,15 +65,15 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         .collect();
     let names: Vec<String> =
         path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
-    let mut found = Compensation::new(model, &names, &nominal, &poses, &outcome);
+    let mut found = Compensation::new(model, &names, &nominal, &poses, &outcome, settings.hold);
     found.process = process.map(|process| process.name);
     let all_met = found.refused.is_empty();
     let mut text = render::compensation(&found, session.terminal.screen);
-    let mut files = Vec::new();
+    let mut tables = Vec::new();
     if let Some(file) = &command.table {
         let shown = file.display();
         if all_met || command.keep_going {
-            files.push((file.clone(), render::csv(&found, &units)?));
+            tables.push((file.clone(), render::table(&found, &units, file)?));
             found.table = Some(shown.to_string());
             text += &format!("commands, and the controller's poses of them: {shown}\n");
         } else {
@@ -78,7 +81,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         }
     }
     let mut output = Output::new(text, &found)?;
-    output.files = files;
+    output.tables = tables;
     output.failed = !all_met;
     output.diagnostics = diagnostics;
     Ok(output)
@@ -89,7 +92,7 @@ fn loaded_path(command: &Compensate, session: &Session, loaded: &LoadedRobot, un
     let mut path = session.reader.path(&command.path, loaded, units)?;
     at_marker(command.at.as_deref(), loaded, &mut path)?;
     if let Some(text) = &command.wrench {
-        if path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]) {
+        if path.campaign.readings.iter().any(Reading::is_loaded) {
             return Err(Error::input("--wrench, and the path has wrenches of its own", "give one of them"));
         }
         let constant = wrench(&loaded.raw.units, text)?;
@@ -98,13 +101,9 @@ fn loaded_path(command: &Compensate, session: &Session, loaded: &LoadedRobot, un
     Ok(path)
 }
 
-fn settings(command: &Compensate, model: &Model) -> Settings {
+fn settings(command: &Compensate, model: &Model, held: Option<Hold>) -> Settings {
     let mut settings = Settings::new(model.variables.len());
-    settings.hold = command.hold.map_or(settings.hold, |hold| match hold {
-        HoldName::Pose => Hold::Pose,
-        HoldName::Axis => Hold::Axis,
-        HoldName::Position => Hold::Position,
-    });
+    settings.hold = held.unwrap_or(settings.hold);
     settings.residual = command.residual * 1e-3;
     settings.largest = command.largest.to_radians();
     settings
@@ -144,7 +143,7 @@ fn compliance_doubts(
         .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
         .collect();
     let mut diagnostics = fuzzy::doubts(model, &geometry, &asked);
-    let pushed = has_process || path.campaign.readings.iter().any(|reading| reading.wrench != [0.0; 6]);
+    let pushed = has_process || path.campaign.readings.iter().any(Reading::is_loaded);
     if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).is_compliant() {
         let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
         diagnostics.push(
@@ -242,14 +241,16 @@ impl ControllerFile {
         path: &Path,
         from: Option<&str>,
         frame: FrameName,
+        hold: Hold,
     ) -> Result<(Vec<Result<Desired, Refusal>>, Shown<'a>), Error> {
         let model = self.loaded.as_ref().map_or(&loaded.model, |nominal| &nominal.model);
         let geometry = Geometry::nominal(model)?;
-        let asked = Asked { joints: path.joints, position: path.position, orientation: path.orientation };
+        let Path { joints: own, position, orientation, .. } = *path;
+        let asked = Asked { joints: own, position, orientation, hold };
         let from = from.map(|text| joints(&loaded.model, &loaded.raw.units, text)).transpose()?;
         let controller = Controller { geometry: &geometry, markers: &self.markers };
         let axes: Option<Rotation3<f64>> = match (&from, asked.joints || asked.orientation) {
-            (Some(q), false) if model.variables.len() >= 6 => {
+            (Some(q), false) if model.variables.len() >= 6 || hold.turns() => {
                 let pose = controller.pose(q, None, &mut Placements::default())?;
                 Some(pose.rotation)
             }

@@ -11,6 +11,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::numbers;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
+use crate::description::units::{Angle, Length, Unit};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
 use crate::render::compensator as render;
 use crate::results::Compensator as Found;
@@ -82,7 +83,14 @@ fn read(session: &Session, path: &Path, columns: &[(&str, bool)], named: bool) -
     })?;
     let mut expected: Vec<ExpectedColumn> = columns
         .iter()
-        .map(|&(name, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Number, required })
+        .map(|&(name, required)| {
+            let kind = match name {
+                "q" => ColumnKind::Quantity(Unit::Angle(Angle::Degree)),
+                "x" | "y" | "z" => ColumnKind::Quantity(Unit::Length(Length::Millimetre)),
+                _ => ColumnKind::Number,
+            };
+            ExpectedColumn { name: name.into(), kind, required }
+        })
         .collect();
     if named {
         expected.push(ExpectedColumn { name: "point".into(), kind: ColumnKind::Text, required: true });

@@ -4,18 +4,28 @@ use std::path::Path;
 
 use super::schema::file_name;
 use crate::Error;
-use crate::cli::args::{Convert, SchemaOf};
+use crate::cli::args::{Convert, SchemaOf, WriteAs};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::campaign::Campaign;
+use crate::description::convention::as_declared;
 use crate::description::raw::RawRobot;
-use crate::description::{urdf, yaml};
-use crate::diagnostic::Diagnostic;
-use crate::files::schema_line;
+use crate::description::{ur_kinematics, urdf, yaml};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::files::{moved_to, schema_line, source_urdf};
+use crate::model::Model;
+use crate::prediction::{Linearised, Predictor};
 
 pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
     can_write(&command.to)?;
     let loaded = session.reader.robot(&command.robot)?;
-    let (text, diagnostics) = written(&loaded.raw, &command.to)?;
+    let (text, diagnostics) = match command.write_as {
+        Some(WriteAs::UrKinematics) => {
+            let hash = loaded.raw.ur_kinematics.as_ref().and_then(|keys| keys.hash.as_deref());
+            ur_kinematics::write(&loaded.robot, hash)?
+        }
+        None => written(&loaded.raw, &command.to)?,
+    };
     let warnings = format!("wrote {}\n", command.to.display());
     let mut output = Output::new(warnings, &serde_json::json!({"wrote": command.to.display().to_string()}))?;
     output.diagnostics = loaded.diagnostics.into_iter().chain(diagnostics).collect();
@@ -31,14 +41,72 @@ pub fn can_write(to: &Path) -> Result<(), Error> {
     Ok(crate::files::writable(to)?)
 }
 
+/// What a description that is written must predict.
+pub struct Expected<'a> {
+    pub campaign: &'a Campaign,
+    /// Measured less predicted, of all readings (m, rad); `None` where they need only be predicted.
+    pub residual: Option<&'a [f64]>,
+    /// The model that was fitted and its values, by which what belongs to the campaign is predicted.
+    pub fitted: (&'a Model, &'a [f64]),
+}
+
+/// Greatest difference (m, rad) between what a description predicts before it is written and when it is read back: numbers
+/// are written with all their digits, and what is left is the rounding of loops closed anew.
+const SAME: f64 = 1e-8;
+
+/// Where a description that is read back would stand: in the folder that the command runs in.
+const READ_BACK: &str = "written.yaml";
+
+/// Why a description, written and read back, could not be used: it is predicted with before anything is put in its place.
+pub fn unusable(raw: &RawRobot, session: &Session, expected: &Expected) -> Result<Option<Diagnostic>, Error> {
+    let (text, _) = written(raw, Path::new(READ_BACK))?;
+    Ok(fault(&text, session, expected).map(|why| {
+        Diagnostic::error(format!("the description with these values could not be used: {why}"))
+            .code(Code::UnusableResult)
+            .remedy("hold the parameters behind it (--hold), state bounds under `calibration:`, or measure more")
+    }))
+}
+
+/// Why a description does not predict what is expected, if it does not.
+fn fault(text: &str, session: &Session, expected: &Expected) -> Option<String> {
+    let robot = match session.reader.robot_text(Path::new(READ_BACK), text) {
+        Ok(robot) => robot,
+        Err(found) => return found.iter().find(|diagnostic| diagnostic.is_error()).map(|error| error.message.clone()),
+    };
+    let mut found = Linearised::default();
+    let model = robot.model.arranged(expected.campaign);
+    let values = model.nominal_at(expected.fitted.0, expected.fitted.1);
+    let predictor = Predictor::new(&model, expected.campaign, Vec::new());
+    let predicted = predictor.and_then(|by| by.linearise(&values, false, &mut found));
+    if let Err(error) = predicted {
+        return Some(error.to_string());
+    }
+    if found.residual.iter().any(|r| !r.is_finite()) {
+        return Some("what it predicts is not finite".into());
+    }
+    let differences = expected.residual?.iter().zip(&found.residual).map(|(a, b)| (a - b).abs());
+    let greatest = differences.fold(0.0, f64::max);
+    (greatest > SAME).then(|| format!("it predicts readings up to {greatest:.1e} m or rad away from the fit"))
+}
+
 /// A description as the text of a file, in the format that its name asks for.
 pub fn written(raw: &RawRobot, to: &Path) -> Result<(String, Vec<Diagnostic>), Error> {
     match to.extension().and_then(|extension| extension.to_str()) {
         Some("yaml" | "yml") => {
             let line = schema_line(to, file_name(SchemaOf::Robot));
-            Ok((line + &yaml::write(raw).map_err(Error::Impossible)?, Vec::new()))
+            Ok((line + &yaml::write(&as_declared(&moved_to(raw, to)))?, Vec::new()))
         }
-        Some("urdf" | "xml") => Ok(urdf::export(raw)?),
+        Some("urdf" | "xml") => match source_urdf(raw) {
+            Some((name, Ok(text))) => Ok(urdf::export_into(raw, &name, &text)?),
+            Some((name, Err(why))) => {
+                let (text, mut diagnostics) = urdf::export(raw)?;
+                let why = why.first().map_or("", |diagnostic| diagnostic.message.as_str());
+                let message = format!("shapes, inertias, efforts and velocities of `{name}` are not kept: {why}");
+                diagnostics.push(Diagnostic::warning(message).remedy("correct `urdf: {file: ..}` in the description"));
+                Ok((text, diagnostics))
+            }
+            None => Ok(urdf::export(raw)?),
+        },
         _ => Err(Error::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf")),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::convert::{can_write, written};
+use super::convert::{Expected, can_write, unusable, written};
 use super::identify::left_to_fit;
 use crate::Error;
 use crate::cli::args::Diagnose;
@@ -46,6 +46,11 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
         raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
+        let refused = unusable(&raw, session, &Expected { campaign, residual: None, fitted: (model, &found.values) })?;
+        if refused.is_some() {
+            output.text += &format!("\nnot written: {}\n", path.display());
+            return output.judged(refused.into_iter().collect(), session.arguments.force);
+        }
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());

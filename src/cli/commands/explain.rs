@@ -7,8 +7,11 @@ use crate::cli::session::Session;
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The pages, each under a heading of its own that is the word.
-const PAGES: [(&str, &str); 2] =
-    [("terms", include_str!("../../../docs/terms.md")), ("effects", include_str!("../../../docs/effects.md"))];
+const PAGES: [(&str, &str); 3] = [
+    ("terms", include_str!("../../../docs/terms.md")),
+    ("effects", include_str!("../../../docs/effects.md")),
+    ("diagnostics", include_str!("../../../docs/diagnostics.md")),
+];
 
 pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
     let all = PAGES.map(|(name, text)| (name, cut(text)));

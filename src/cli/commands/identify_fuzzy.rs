@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use super::convert::written;
+use super::convert::{Expected, unusable, written};
 use super::schema::file_name;
 use crate::Error;
 use crate::cli::args::{Identify, PlacementName, SchemaOf};
@@ -109,13 +109,13 @@ pub fn run(
         let fit = fit_fuzzy(&task, &taken)?;
         let found = FuzzyCompliance::new(&fit);
         output = Output::new(render::fuzzy(&found, screen), &Timed { seconds: seconds(), found: &found })?;
-        save(command, loaded, &fit.model, &fit.values, &mut output)?;
+        save(session, command, loaded, &fit.model, &fit.values, &mut output)?;
     } else {
         let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
         let found = GreyCompliance::new(&fit);
         output = Output::new(render::grey(&found, screen), &Timed { seconds: seconds(), found: &found })?;
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
-        save(command, loaded, with, &fit.parametric.values, &mut output)?;
+        save(session, command, loaded, with, &fit.parametric.values, &mut output)?;
     }
     bar.finish_and_clear();
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
@@ -188,6 +188,7 @@ fn under(campaign: &Campaign, held_out: &[bool], force: f64) -> Result<(Campaign
 }
 
 fn save(
+    session: &Session,
     command: &Identify,
     loaded: &LoadedCampaign,
     model: &Model,
@@ -196,12 +197,20 @@ fn save(
 ) -> Result<(), Error> {
     let Some(path) = &command.save else { return Ok(()) };
     let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
+    if let Some(refused) =
+        unusable(&raw, session, &Expected { campaign: &loaded.campaign, residual: None, fitted: (model, values) })?
+    {
+        output.text += &format!("not written: {}\n", path.display());
+        output.failed = true;
+        output.diagnostics.push(refused);
+        return Ok(());
+    }
     if command.save_rules.is_some() && raw.fuzzy.is_none() {
         output.text += "no rules are kept, so that --save-rules writes no file\n";
     }
     if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
         let line = schema_line(file, file_name(SchemaOf::Rules));
-        let text = line + &yaml::write(fuzzy).map_err(Error::Impossible)?;
+        let text = line + &yaml::write(fuzzy)?;
         let named = relative(file, path)?;
         output.text += &format!("identified rules: {}\n", file.display());
         output.files.push((file.clone(), text));

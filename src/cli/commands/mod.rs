@@ -15,6 +15,7 @@ pub mod init;
 pub mod man;
 pub mod plan;
 pub mod pose;
+pub mod register;
 pub mod report;
 pub mod residuals;
 pub mod schema;

@@ -1,5 +1,6 @@
 //! `plan`: which configurations to measure.
 
+use std::path::Path;
 use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
@@ -17,10 +18,10 @@ use crate::description::campaign::WRENCH;
 use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
-use crate::files::{LoadedRobot, writable};
+use crate::files::{LoadedRobot, writable_table};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, Observes, POSITION};
-use crate::planning::{Optimality, Planned, PlanningError, Request, Sight, plan};
+use crate::planning::{self, Optimality, Planned, PlanningError, Request, Sight, plan};
 use crate::render::plan as render;
 use crate::results;
 use crate::simulation::joint_box;
@@ -87,6 +88,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         scaling,
         tolerance,
         seed,
+        settings: planning::Settings::default(),
     };
     let mut output = carry_out(command, session, loaded, &request)?;
     output.diagnostics = diagnostics;
@@ -126,7 +128,7 @@ fn carry_out(command: &Plan, session: &Session, loaded: &LoadedRobot, request: &
     let mut output = Output::new(render::plan(&result, session.terminal.screen), &result)?;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
-        output.files.push((path.clone(), csv(loaded, &planned)?));
+        output.tables.push((path.clone(), table(loaded, &planned, path)?));
     }
     Ok(output)
 }
@@ -213,7 +215,7 @@ fn check(command: &Plan) -> Result<(), Error> {
         return refuse(format!("--apart `{}`", command.apart), "give a distance from 0");
     }
     if let Some(path) = &command.table {
-        writable(path)?;
+        writable_table(path)?;
     }
     Ok(())
 }
@@ -235,10 +237,10 @@ fn refused(error: PlanningError) -> Error {
 }
 
 /// One row a configuration, in the description's units; loads where there are any.
-fn csv(loaded: &LoadedRobot, planned: &Planned) -> Result<String, Error> {
+fn table(loaded: &LoadedRobot, planned: &Planned, file: &Path) -> Result<Vec<u8>, Error> {
     let (units, stations) = (&loaded.raw.units, &planned.stations);
     let mut sheet = Sheet::new();
-    sheet.column("pose", |row| planned.campaign.poses[row].clone());
+    sheet.texts("pose", |row| planned.campaign.poses[row].clone());
     for (k, variable) in loaded.model.variables.iter().enumerate() {
         sheet.column(&variable.name, move |row| format!("{:.4}", stations[row].q[k] / units.of(variable.kind())));
     }
@@ -248,5 +250,5 @@ fn csv(loaded: &LoadedRobot, planned: &Planned) -> Result<String, Error> {
             sheet.column(name, move |row| (stations[row].load[k] / unit).to_string());
         }
     }
-    Ok(sheet.csv(0..stations.len())?)
+    Ok(sheet.file(file, 0..stations.len())?)
 }

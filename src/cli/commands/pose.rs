@@ -2,24 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
-use crate::description::campaign::WRENCH;
+use crate::compensation::Refusal;
+use crate::description::campaign::{Reading, WRENCH};
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
-use crate::diagnostic::Diagnostic;
-use crate::elastics::{Elastics, PointLoad, Response, Statics, equilibrium};
+use crate::diagnostic::{Diagnostic, Place};
+use crate::elastics::{Elastics, PointLoad, equilibrium};
 use crate::files::LoadedRobot;
-use crate::fuzzy;
-use crate::kinematics::{Geometry, Placements};
+use crate::kinematics::{Geometry, Limited, Placements, Transform, limited};
+use crate::model::Model;
+use crate::prediction::{SinglePredictor, SingleWorkspace};
 use crate::render::pose as render;
-use crate::results::{Pose as Found, Poses};
-use crate::simulation::Loaded;
+use crate::results::{OwnWeight, Pose as Found, Poses};
+use crate::simulation::{Loaded, all_points};
 
 pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     let mut loaded = session.reader.robot(&command.robot)?;
@@ -38,19 +40,34 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
         (None, None) => return Err(Error::input("no configuration", "give --joints or --table")),
     };
     linear(&loaded.model, command.equilibrium)?;
+    if command.equilibrium && load.is_none() && !command.weight {
+        return Err(Error::input("--equilibrium: nothing loads the robot", "give --wrench or --weight"));
+    }
     let geometry = Geometry::nominal(&loaded.model)?;
+    let under_load = (load.is_some() || command.weight).then(|| all_points(&loaded.model));
+    let predictor = under_load.as_ref().map(|points| {
+        let values = loaded.model.registry.nominal();
+        SinglePredictor::new(&loaded.model, &values, points)
+    });
+    let predictor = predictor.transpose()?;
+    let mut work = predictor.as_ref().map(SinglePredictor::workspace);
     let mut placements = Placements::default();
     let mut poses = Vec::new();
     for (row, q) in configurations.iter().enumerate() {
-        if let Err(error) = geometry.place(q, &mut placements) {
-            let error = Error::from(error);
-            return Err(if command.table.is_some() { error.at(format!("row {}", row + 1)) } else { error });
+        let mut place = || -> Result<Found, Error> {
+            geometry.place(q, &mut placements)?;
+            let pose = Found::new(&geometry, &placements);
+            let (Some(predictor), Some(work)) = (&predictor, &mut work) else { return Ok(pose) };
+            predictor.place(q, work).map_err(Refusal::from)?;
+            let load = load.unwrap_or_default();
+            let points = loaded_points(predictor, &load, command.equilibrium, work)?;
+            Ok(shown(&loaded.model, pose, &points, command.weight))
+        };
+        match place() {
+            Ok(pose) => poses.push(pose),
+            Err(error) if command.table.is_some() => return Err(error.at(format!("row {}", row + 1))),
+            Err(error) => return Err(error),
         }
-        let pose = Found::new(&geometry, &placements);
-        poses.push(match &load {
-            Some(load) => pose.deflected(deflected(&geometry, q, &placements, load, command.equilibrium)?),
-            None => pose,
-        });
     }
     let text = poses.iter().map(|pose| render::pose(pose, session.terminal.screen)).collect();
     let mut output = match &poses[..] {
@@ -72,40 +89,67 @@ pub fn linear(model: &crate::model::Model, at_equilibrium: bool) -> Result<(), E
     Ok(())
 }
 
-/// Displacement and rotation of the tool and every marker, each loaded by the wrench and own weight.
-fn deflected(
-    geometry: &Geometry,
-    q: &[f64],
-    placements: &Placements,
+/// Where a point is under load, base frame, and its displacement (m) and rotation vector (rad) by the loads.
+type LoadedPlace = (Transform, [f64; 6]);
+
+/// The tool, then every marker, each loaded by the wrench and own weight, at the configuration just placed.
+fn loaded_points(
+    predictor: &SinglePredictor,
     load: &[f64; 6],
     at_equilibrium: bool,
-) -> Result<Vec<(String, [f64; 6])>, Error> {
+    work: &mut SingleWorkspace,
+) -> Result<Vec<LoadedPlace>, Error> {
+    let readings = predictor.campaign.readings.iter().enumerate();
+    let place = |(index, reading): (usize, &Reading)| -> Result<LoadedPlace, Error> {
+        let seen = predictor.see(index, load, work).map_err(Refusal::from)?;
+        let linear = seen.deflection();
+        if !at_equilibrium {
+            return Ok((seen.real, linear));
+        }
+        let settled = settled(predictor.geometry(), &work.state.placements, reading.marker, load)?;
+        let [from, to] = [linear, settled].map(|d| Rotation3::new(Vector3::new(d[3], d[4], d[5])));
+        let moved: [f64; 3] = std::array::from_fn(|k| settled[k] - linear[k]);
+        let position = seen.real.translation.vector + Vector3::from(moved);
+        Ok((Transform::from_parts(position.into(), to * from.inverse() * seen.real.rotation), settled))
+    };
+    readings.map(place).collect()
+}
+
+/// Deflection of a marker (none: the tool centre point) at the equilibrium under a wrench there and own weight.
+fn settled(
+    geometry: &Geometry,
+    placements: &Placements,
+    marker: Option<usize>,
+    load: &[f64; 6],
+) -> Result<[f64; 6], Error> {
     let model = geometry.model;
-    let elastics = Elastics::new(model, geometry.values(), &[]);
-    let (force, moment) = (Vector3::new(load[0], load[1], load[2]), Vector3::new(load[3], load[4], load[5]));
-    let mut statics = Statics::new(true);
-    elastics.prepare(placements, &mut statics)?;
-    let tool = ("tool".to_string(), model.tool.0, geometry.tool().translation.vector);
-    let markers = model.markers.iter().enumerate();
-    let markers =
-        markers.map(|(m, marker)| (format!("marker {}", marker.name), marker.frame, geometry.marker(m).coords));
-    let mut all = Vec::new();
-    for (name, frame, local) in std::iter::once(tool).chain(markers) {
-        let vertex = model.structure.carrier(frame, &local);
-        let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
-        let (d, r) = if at_equilibrium {
-            let found = equilibrium(&elastics, placements, &PointLoad { vertex, point, force, moment }, true);
-            let found = found?;
-            (found.displacement, found.rotation)
-        } else {
-            let mut response = Response::new(&elastics, vertex);
-            response.evaluate(&elastics, &mut statics);
-            fuzzy::put(geometry, q, placements, &mut response);
-            response.displacement(&point, &force, &moment, true)
-        };
-        all.push((name, [d.x, d.y, d.z, r.x, r.y, r.z]));
+    let (frame, local) = match marker {
+        Some(marker) => (model.markers[marker].frame, geometry.marker(marker).coords),
+        None => (model.tool.0, geometry.tool().translation.vector),
+    };
+    let load = PointLoad {
+        vertex: model.structure.carrier(frame, &local),
+        point: (placements.frames[frame] * nalgebra::Point3::from(local)).coords,
+        force: Vector3::new(load[0], load[1], load[2]),
+        moment: Vector3::new(load[3], load[4], load[5]),
+    };
+    let found = equilibrium(&Elastics::new(model, geometry.values(), &[]), placements, &load, true)?;
+    let (d, r) = (found.displacement, found.rotation);
+    Ok([d.x, d.y, d.z, r.x, r.y, r.z])
+}
+
+/// A pose with what loads do to the tool and the markers: how far they are deflected and, if `loaded`, where they then are.
+fn shown(model: &Model, pose: Found, points: &[LoadedPlace], loaded: bool) -> Found {
+    let names =
+        std::iter::once("tool".to_string()).chain(model.markers.iter().map(|marker| format!("marker {}", marker.name)));
+    let pose = pose.deflected(names.zip(points).map(|(name, (_, deflection))| (name, *deflection)).collect());
+    match points {
+        [(tool, _), markers @ ..] if loaded => {
+            let markers: Vec<Transform> = markers.iter().map(|(place, _)| *place).collect();
+            pose.loaded(OwnWeight::nominal(model, true), tool, &markers)
+        }
+        _ => pose,
     }
-    Ok(all)
 }
 
 /// Configurations of a CSV with one column a variable, in the description's units, with the load of each row: columns
@@ -122,9 +166,34 @@ pub fn loaded_configurations(
 /// Columns that `plan` and `compensate` write next to the joints.
 const IGNORED: [&str; 7] = ["pose", "x", "y", "z", "rx", "ry", "rz"];
 
-/// Warnings of joints given beyond the description's limits.
+/// Warnings of joints given beyond the description's limits, and of passive joints and sums that they take beyond theirs.
 pub fn beyond_limits(loaded: &LoadedRobot, q: &[f64]) -> Vec<Diagnostic> {
-    beyond(&loaded.model.variables, &loaded.raw.units, "configurations", std::iter::once(q), |_, _| None)
+    beyond_all(loaded, "configurations", &[q], |_, _| None)
+}
+
+fn beyond_all(
+    loaded: &LoadedRobot,
+    of: &str,
+    configurations: &[&[f64]],
+    place: impl Fn(usize, &str) -> Option<Place>,
+) -> Vec<Diagnostic> {
+    let model = &loaded.model;
+    let geometry = Geometry::nominal(model).ok();
+    let mut placements = Placements::default();
+    let mut variables = model.variables.clone();
+    let mut all: Vec<Vec<f64>> = configurations.iter().map(|q| q.to_vec()).collect();
+    for values in &mut all {
+        let q = values.clone();
+        // What cannot be placed is refused where it is.
+        if geometry.as_ref().is_some_and(|geometry| geometry.place(&q, &mut placements).is_ok()) {
+            let also: Vec<_> = limited(model, &q, &placements).collect();
+            values.extend(also.iter().map(|limited| limited.value));
+            if variables.len() == model.variables.len() {
+                variables.extend(also.iter().map(Limited::variable));
+            }
+        }
+    }
+    beyond(&variables, &loaded.raw.units, of, all.iter().map(Vec::as_slice), place)
 }
 
 fn read(
@@ -142,15 +211,17 @@ fn read(
         };
         Error::from(vec![diagnostic])
     })?;
-    let variables = loaded.model.variables.iter().map(|variable| (variable.name.as_str(), true));
+    let units = &loaded.raw.units;
+    let variables = loaded.model.variables.iter();
+    let variables = variables.filter_map(|variable| Some((variable.name.as_str(), units.unit(variable.kind())?, true)));
+    let loads = WRENCH.into_iter().zip(units.of_wrench()).filter(|(name, _)| also.contains(name));
     let expected: Vec<ExpectedColumn> = variables
-        .chain(also.iter().map(|&name| (name, false)))
-        .map(|(name, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Number, required })
+        .chain(loads.map(|(name, unit)| (name, unit, false)))
+        .map(|(name, unit, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Quantity(unit), required })
         .collect();
     let ignored = IGNORED.iter().filter(|name| expected.iter().all(|column| column.name != **name));
     let ignored: Vec<String> = ignored.map(ToString::to_string).collect();
     let table = read_table(&name, file, &expected, &BTreeMap::new(), &ignored, &Dialect::default(), 1_000_000)?;
-    let units = &loaded.raw.units;
     let factor = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
     let at = |name: &str, row: usize| table.numbers(name).and_then(|all| all.get(row)).copied().unwrap_or(0.0);
     let row = |row: usize| {
@@ -162,8 +233,8 @@ fn read(
         (loaded.model.variables.iter().map(value).collect(), load)
     };
     let rows: Vec<Loaded> = (0..table.row_count()).map(row).collect();
-    let configurations = rows.iter().map(|(q, _)| q.as_slice());
-    let diagnostics =
-        beyond(&loaded.model.variables, units, "rows", configurations, |row, variable| table.place(row, variable));
+    let configurations: Vec<&[f64]> = rows.iter().map(|(q, _)| q.as_slice()).collect();
+    let mut diagnostics = table.notes().to_vec();
+    diagnostics.extend(beyond_all(loaded, "rows", &configurations, |row, variable| table.place(row, variable)));
     Ok((rows, diagnostics))
 }

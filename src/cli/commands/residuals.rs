@@ -1,20 +1,29 @@
 //! `residuals`: a description against measurements, nothing fitted.
 
 use crate::Error;
-use crate::cli::args::OnCampaign;
+use crate::cli::args::Residuals;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::files::writable_table;
 use crate::prediction::{Linearised, Predictor};
 use crate::render::identification as render;
+use crate::render::tables;
 use crate::results::DescriptionResiduals;
 
-pub fn run(command: &OnCampaign, session: &Session) -> Result<Output, Error> {
-    let loaded = session.reader.campaign(&command.campaign, Some(&command.robot))?;
+pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
+    if let Some(path) = &command.table {
+        writable_table(path)?;
+    }
+    let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let mut predicted = Linearised::default();
     Predictor::new(model, campaign, Vec::new())?.linearise(&model.registry.nominal(), false, &mut predicted)?;
     let found = DescriptionResiduals::new(model, campaign, &predicted.residual);
     let mut output = Output::new(render::residuals(&found, session.terminal.screen), &found)?;
+    if let Some(path) = &command.table {
+        output.tables.push((path.clone(), tables::residuals(&found, campaign, path)?));
+        output.text += &format!("residuals, a reading a row: {}\n", path.display());
+    }
     output.diagnostics = loaded.diagnostics;
     Ok(output)
 }

@@ -175,7 +175,7 @@ fn spares_readings(folder: &std::path::Path) -> Result<(), Error> {
 
 /// Refuses a kind of readings that needs anchors where the description has none.
 pub(super) fn observed(model: &Model, observes: Observes) -> Result<Observes, Error> {
-    if observes.anchor_column().is_some() && model.anchors.is_empty() {
+    if observes.target_column().is_some() && model.anchors.is_empty() {
         return Err(Error::input(
             format!("--observes {}: the description has no anchors", observes.name()),
             "add `anchors: {name: [x, y, z]}` to the description",

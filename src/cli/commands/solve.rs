@@ -8,9 +8,14 @@ use crate::cli::args::Solve;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, numbers};
-use crate::kinematics::{Geometry, InverseSettings, Target, solve};
+use crate::compensation::{Desired, Settings, correct};
+use crate::diagnostic::Diagnostic;
+use crate::files::LoadedRobot;
+use crate::kinematics::{Geometry, Hold, InverseSettings, Solution, Target, Transform, solve};
+use crate::prediction::SinglePredictor;
 use crate::render::solve as render;
 use crate::results::InverseSolutions;
+use crate::simulation::all_points;
 
 pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
@@ -26,9 +31,54 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     }
     let geometry = Geometry::nominal(&loaded.model)?;
     let settings = InverseSettings { restarts: command.restarts, seed, from, ..InverseSettings::default() };
-    let solutions = solve(&geometry, &Target { position, rotation }, &settings)?;
-    let found = InverseSolutions::new(&loaded.model, &solutions);
+    let hold = if rotation.is_some() { Hold::POSE } else { Hold::POSITION };
+    let target = Target { position, rotation, hold };
+    let mut solutions = solve(&geometry, &target, &settings)?;
+    if command.weight {
+        solutions = under_weight(&mut loaded, &target, solutions)?;
+    }
+    let found = InverseSolutions::new(&loaded.model, &solutions, command.weight);
     let mut output = Output::new(render::solutions(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)
+}
+
+/// Residual up to which the loaded tool is brought to the target, m, and rad on a lever of 1 m: rounding.
+const RESIDUAL: f64 = 2e-13;
+
+/// The solutions of the rigid robot moved to where the tool is at the target under own weight, preloads and effects; a
+/// solution that cannot be moved there is left out with a warning.
+///
+/// # Errors
+/// No solution can be moved there.
+fn under_weight(loaded: &mut LoadedRobot, target: &Target, rigid: Vec<Solution>) -> Result<Vec<Solution>, Error> {
+    let (model, points) = (&loaded.model, all_points(&loaded.model));
+    let predictor = SinglePredictor::new(model, &model.registry.nominal(), &points)?;
+    let mut work = predictor.workspace();
+    let most = std::f64::consts::PI;
+    let settings =
+        Settings { hold: target.hold, residual: RESIDUAL, largest: most, ..Settings::new(model.variables.len()) };
+    let (mut found, mut why) = (Vec::new(), None);
+    for solution in rigid {
+        let rotation = target.rotation.unwrap_or_default();
+        let pose = Transform::from_parts(target.position.coords.into(), rotation);
+        let desired = Desired { nominal: solution.joints.clone(), target: pose };
+        match correct(&predictor, 0, &desired, &[0.0; 6], &settings, &mut work) {
+            Ok(corrected) => found.push(Solution {
+                joints: corrected.joints,
+                position_error: corrected.position,
+                orientation_error: corrected.orientation,
+                self_motions: solution.self_motions,
+            }),
+            Err(refusal) => {
+                let text = format!("a solution of the rigid robot is none under own weight: {refusal}");
+                loaded.diagnostics.push(Diagnostic::warning(text));
+                why = Some(refusal);
+            }
+        }
+    }
+    match why {
+        Some(refusal) if found.is_empty() => Err(Error::Refusal(refusal)),
+        _ => Ok(found),
+    }
 }

@@ -13,7 +13,7 @@ use crate::elastics::{Elastics, PointLoad, Response, Statics, at_point, equilibr
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
 use crate::render::stiffness as render;
-use crate::results::Stiffness as Found;
+use crate::results::{OwnWeight, Stiffness as Found};
 
 pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let loaded = session.reader.robot(&command.robot)?;
@@ -65,6 +65,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let found = Found {
         deflection: [displacement.x, displacement.y, displacement.z, rotation.x, rotation.y, rotation.z],
         load_factor: load_factor.filter(|factor: &f64| factor.is_finite()),
+        own_weight: OwnWeight::nominal(model, command.weight),
         is_loaded: load.is_some() || command.weight,
         ..Found::new(&model.name, name, &response.compliance_at(&point), shares, model.is_by_rules())
     };

@@ -8,11 +8,12 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, numbers, wrench};
 use crate::elastics::Elastics;
-use crate::kinematics::{Geometry, Placements};
+use crate::kinematics::Placements;
 use crate::render::html::{Look, figure, magnification, view_page};
-use crate::results::View as Shown;
+use crate::results::{OwnWeight, View as Shown};
 use crate::review::shot;
 use crate::scene::draw;
+use crate::state::{Loads, Mechanics};
 
 pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     let path = page(session.arguments, "view.html", command.svg.as_deref())?;
@@ -22,15 +23,17 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     };
     let loaded = session.reader.robot(&command.robot)?;
     let (model, units) = (&loaded.model, &loaded.raw.units);
-    let geometry = Geometry::nominal(model)?;
+    let loads = Loads { weight: command.weight, wrench: true };
+    let mechanics = Mechanics::new(model, &model.registry.nominal(), loads, &[])?;
+    let geometry = &mechanics.geometry;
     let mut placements = Placements::default();
     let mut q = joints(model, units, command.joints.as_deref().unwrap_or(""))?;
     if command.joints.is_none() && geometry.place(&q, &mut placements).is_err() {
         q = model.middle();
     }
     geometry.place(&q, &mut placements)?;
-    let scene = draw(&loaded.robot, &geometry, &placements);
-    let Some(mut shot) = shot(&scene, &geometry, &q, model.name.clone(), Vec::new()) else {
+    let scene = draw(&loaded.robot, geometry, &placements);
+    let Some(mut shot) = shot(&scene, &mechanics, &q, model.name.clone(), Vec::new()) else {
         return Err(Error::Impossible("the robot cannot be assembled at this configuration".into()));
     };
     let load = command.wrench.as_deref().map(|text| wrench(units, text)).transpose()?;
@@ -47,19 +50,21 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
                 "the description declares nothing elastic, so that nothing can be deflected: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
             ));
         }
-        let wrench = load.unwrap_or_default();
-        let moved = scene.deflect(&geometry, &placements, &shot.points, &wrench, command.weight);
-        shot.moved = moved?;
+        let mut state = mechanics.state();
+        mechanics.place(&q, &mut state)?;
+        shot.moved = scene.deflect(&mechanics, &state, &shot.points, &load.unwrap_or_default());
     }
     let magnified = if is_loaded { magnification(&shot) } else { 1.0 };
     let shown = Shown {
         source: source(command),
         load: is_loaded.then(|| in_words(load.as_ref(), command.weight)),
         magnified,
+        own_weight: OwnWeight::nominal(model, command.weight),
         ..Shown::new(model, &q, &scene, &shot)
     };
     let (html, words) = view_page(&shown, &scene, &shot)?;
-    let mut output = Output::new(format!("{words}\n"), &shown)?;
+    let weight = shown.own_weight.words("--weight draws its deflection");
+    let mut output = Output::new(format!("{words}\n{weight}\n"), &shown)?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     if let Some(svg) = &command.svg {

@@ -49,6 +49,14 @@ pub struct Conditions {
     pub site_temperatures: IndexMap<String, Vec<f64>>,
     /// By variable: +1 or -1, the side from which it reached the configuration; 0 where unknown.
     pub approach: Vec<Option<Vec<f64>>>,
+    /// By variable: the other value where files give both, the commanded one of readings at recorded joints or the reverse,
+    /// rad and m.
+    pub other_joints: Vec<Option<Vec<f64>>>,
+    /// By variable: by how much it moved from the configuration before, rad and m; NaN where that is unknown. Empty where
+    /// no order is known.
+    pub last_move: Vec<Vec<f64>>,
+    /// From the first reading of the session, s.
+    pub session_time: Option<Vec<f64>>,
 }
 
 impl Conditions {
@@ -68,6 +76,14 @@ impl Conditions {
     pub fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let approach = self.approach.iter_mut().flatten();
         self.temperature.iter_mut().chain(&mut self.time).chain(approach).chain(self.site_temperatures.values_mut())
+    }
+
+    /// All that has one value a reading, derived or given.
+    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let approach = self.approach.iter_mut().flatten();
+        let given = self.temperature.iter_mut().chain(&mut self.time).chain(approach);
+        let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move);
+        given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)
     }
 
     /// Whether any temperature is given.
@@ -97,7 +113,7 @@ impl Conditions {
     #[must_use]
     pub fn select(&self, kept: &[usize]) -> Self {
         let mut selected = self.clone();
-        for all in selected.columns_mut() {
+        for all in selected.all_mut() {
             *all = kept.iter().map(|&index| all[index]).collect();
         }
         selected

@@ -3,10 +3,12 @@
 use indexmap::IndexMap;
 
 use super::Campaign;
+use super::columns::joint_column;
+use super::raw::RawCampaign;
+use super::rows::Source;
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
-use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
 
@@ -14,17 +16,26 @@ use crate::diagnostic::{Diagnostic, Place};
 const SAME_CONFIGURATION: f64 = 1e-3;
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
-pub fn doubts(campaign: &Campaign, units: &Units, locate: Locate, robot: &Robot, tables: &[Table]) -> Vec<Diagnostic> {
-    let place = |reading: usize, column: &str| place(tables, reading, column);
+pub fn doubts(
+    campaign: &Campaign,
+    raw: &RawCampaign,
+    locate: Locate,
+    robot: &Robot,
+    sources: &[Source],
+) -> Vec<Diagnostic> {
+    let units = &raw.units;
+    let place = |reading: usize, column: &str| place(sources, campaign.readings[reading].row, column);
     let mut diagnostics = Vec::new();
     // A path may have no joints.
-    if robot.variables.iter().all(|variable| tables.iter().all(|table| table.has(&variable.name))) {
+    let has_all =
+        |source: &Source| robot.variables.iter().all(|variable| source.table.has(&joint_column(raw, &variable.name)));
+    if sources.iter().all(has_all) {
         let configurations = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
         diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
     diagnostics.extend(one_name_for_two(campaign, units, robot, &place));
-    let unloaded = campaign.readings.iter().all(|reading| reading.wrench == [0.0; 6]);
-    if campaign.observes.is_difference() && unloaded && !campaign.readings.is_empty() {
+    let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
+    if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
             Diagnostic::error(format!("{}s are observed, and no reading is loaded", campaign.observes.name()))
                 .at(locate(&["observes"]));
@@ -69,10 +80,10 @@ fn one_name_for_two(
     Some(diagnostic.remedy("give each configuration a name of its own: readings of one name count as taken together"))
 }
 
-/// Where a reading's column stands, by its index through all tables.
-fn place(tables: &[Table], reading: usize, column: &str) -> Option<Place> {
-    let mut row = reading;
-    for table in tables {
+/// Where the column of a row stands, rows counted from 1 through all tables.
+fn place(sources: &[Source], row: usize, column: &str) -> Option<Place> {
+    let mut row = row.checked_sub(1)?;
+    for Source { table, .. } in sources {
         if row < table.row_count() {
             return table.place(row, column);
         }

@@ -1,18 +1,20 @@
 //! Faults and doubts of a campaign file alone, before its tables are read.
 
-use super::raw::{RawCampaign, RawInstrument, RawSigma};
+use super::columns::kinds;
+use super::raw::{RawAnchor, RawCampaign, RawEntry, RawInstrument, RawSigma};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::observation::{FAMILY, Observes, POSITION};
 
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
-const LEAST_NOISE: f64 = 1e-15;
+pub(super) const LEAST_NOISE: f64 = 1e-15;
 
 /// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list.
 pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Explained) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
-    if raw.observes.is_none() && !explained(&["observes"]) {
+    let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().any(|entry| entry.observes.is_none()));
+    if raw.observes.is_none() && lacks_kind && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
         let others: Vec<&str> = FAMILY.iter().filter(|kind| **kind != POSITION).map(|kind| kind.name()).collect();
@@ -25,18 +27,35 @@ pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Ex
             diagnostics.push(diagnostic.suggest(effect, effects.iter().copied()));
         }
     }
-    for (name, at) in &raw.anchors {
+    let fixed = |anchor: &RawAnchor| anchor.at().unwrap_or_default();
+    for (name, at) in raw.anchors.iter().map(|(name, anchor)| (name, fixed(anchor))) {
         if let Some(bad) = at.iter().find(|v| !(0.0..=GREATEST).contains(&(v.abs() * raw.units.length.factor()))) {
             let diagnostic = Diagnostic::error(format!("anchor `{name}`: `{bad}` where a finite length is needed"));
             diagnostics.push(diagnostic.at(locate(&["anchors", name])));
         }
     }
-    if let Some(instrument) = &raw.instrument {
-        let observes = raw.observes.unwrap_or(POSITION);
-        diagnostics.extend(noise_by_axis(instrument, observes, locate));
-        diagnostics.extend(impossible_noise(instrument, &raw.units, locate));
+    let whole = raw.completed(&RawEntry::default());
+    diagnostics.extend(instrument(raw.instrument.as_ref(), &whole, &[], locate));
+    for (k, entry) in raw.measurements.iter().flat_map(|all| &all.0).enumerate() {
+        let number = k.to_string();
+        diagnostics.extend(instrument(
+            entry.instrument.as_ref(),
+            &raw.completed(entry),
+            &["measurements", &number],
+            locate,
+        ));
     }
     diagnostics
+}
+
+/// Faults of what is stated of an instrument at a path of the file; `entry` is what else holds there.
+fn instrument(stated: Option<&RawInstrument>, entry: &RawEntry, path: &[&str], locate: Locate) -> Vec<Diagnostic> {
+    let Some(stated) = stated else { return Vec::new() };
+    let locate = |keys: &[&str]| locate(&[path, keys].concat());
+    let observes = kinds(entry).first().copied().unwrap_or(POSITION);
+    let mut faults = impossible_noise(stated, &entry.units.unwrap_or_default(), &locate);
+    faults.extend(noise_by_axis(stated, observes, &locate));
+    faults
 }
 
 /// A single length has no noise by axis.
@@ -63,6 +82,7 @@ fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -
         None => {}
     }
     stated.extend(instrument.orientation.map(|value| (vec!["orientation"], value, angle)));
+    stated.extend(instrument.ppm.map(|value| (vec!["ppm"], value, 1e-6)));
     stated.retain(|(_, value, factor)| !(LEAST_NOISE..=GREATEST).contains(&(value * factor)));
     let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
         let message = format!("the instrument's noise is {value}, and must be a finite number above 0");

@@ -1,24 +1,37 @@
 //! Campaigns: measurements of a robot, resolved against its model, in SI.
 
+mod columns;
 mod conditions;
 mod doubts;
 mod faults;
+mod order;
 pub mod raw;
+mod raw_files;
+mod raw_instrument;
+mod raw_measurements;
+mod raw_targets;
 mod read;
+mod read_targets;
 mod rows;
+mod sessions;
+mod stated;
+mod targets;
 mod write;
 
-use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-use crate::observation::{Noise, Observes, Rows};
+use crate::description::robot::FrameIndex;
+use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
+use crate::parameter::Kind;
+pub use columns::{expected_columns, kinds};
 pub use conditions::{ConditionColumn, Conditions};
 pub use faults::faults;
-pub use read::{expected_columns, resolve};
+pub use read::resolve;
+pub use sessions::{InSession, Sessions, Sharing};
+pub use targets::{Constraint, Target, TargetValue};
 pub use write::csv;
 
-/// Columns of the applied wrench: force and moment, base axes.
-pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+pub use super::columns::WRENCH;
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.
@@ -36,12 +49,20 @@ pub struct Campaign {
     pub estimate_base: bool,
     /// Whether markers or tool are unknown.
     pub estimate_tool: bool,
+    /// Whether the instrument's scale is unknown.
+    pub estimate_scale: bool,
     /// Effects re-fitted whatever is tried.
     pub calibrate: Vec<String>,
     /// Elements left out.
     pub without: Vec<String>,
-    /// Fixed points in the measurement frame.
-    pub anchors: IndexMap<String, Vector3<f64>>,
+    /// What readings refer to besides the robot: fixed points, contacts, gains; by name in the files.
+    pub targets: Vec<Target>,
+    /// Known distances between targets.
+    pub constraints: Vec<Constraint>,
+    /// Names of the bodies that the tool carries in some readings.
+    pub payloads: Vec<(String, Payload)>,
+    /// Runs of readings with arrangements of their own.
+    pub sessions: Sessions,
     /// Names of the configurations.
     pub poses: Vec<String>,
     /// Number of variables in each reading's configuration.
@@ -63,14 +84,40 @@ pub struct Reading {
     pub pose: usize,
     /// The marker measured; `None` is the tool centre point.
     pub marker: Option<usize>,
-    /// The measured values, in the order of the columns of [`Campaign::observes`], m and rad.
+    /// What it is.
+    pub observes: Observes,
+    /// The measured values, in the order of the columns of [`Reading::observes`], m and rad.
     pub measured: Rows,
-    /// The anchor, by index in [`Campaign::anchors`], where [`Campaign::observes`] needs one.
-    pub anchor: usize,
+    /// One sigma of the instrument.
+    pub noise: Noise,
+    /// What it refers to, by index in [`Campaign::targets`], where [`Reading::observes`] needs something.
+    pub target: usize,
+    /// Its session, and whose base, tool and scale it has.
+    pub session: InSession,
     /// Force and torque applied on the tool at the marker, base axes.
     pub wrench: [f64; 6],
+    /// What the tool carries.
+    pub payload: Option<Payload>,
     /// Whether the reading is held out to check, if the file says so.
     pub check: Option<bool>,
+}
+
+/// A body that the tool carries: its weight loads the robot as a wrench does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Payload {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass in its frame, m.
+    pub com: Vector3<f64>,
+    /// The frame, one of the tool's body.
+    pub frame: FrameIndex,
+}
+
+impl Reading {
+    /// Whether anything is applied to the robot: a wrench, or a body that it carries.
+    pub fn is_loaded(&self) -> bool {
+        self.wrench != [0.0; 6] || self.payload.is_some_and(|payload| payload.mass != 0.0)
+    }
 }
 
 impl Campaign {
@@ -79,26 +126,87 @@ impl Campaign {
         &self.joints[reading * self.variables..(reading + 1) * self.variables]
     }
 
-    /// Number of residuals of a reading.
-    pub fn components(&self) -> usize {
-        self.observes.rows()
+    /// Number of residuals: those of the readings, then one for each constraint.
+    pub fn rows(&self) -> usize {
+        self.readings.iter().map(|reading| reading.observes.rows()).sum::<usize>() + self.constraints.len()
+    }
+
+    /// Greatest number of residuals of a reading.
+    pub fn most_rows(&self) -> usize {
+        self.readings.iter().map(|reading| reading.observes.rows()).max().unwrap_or(0)
+    }
+
+    /// The rows of each reading, in order, of `rows` that have `width` numbers each (row-major, readings one after the
+    /// other, constraints behind them).
+    pub fn by_reading<'a>(
+        &'a self,
+        mut rows: &'a [f64],
+        width: usize,
+    ) -> impl Iterator<Item = (&'a Reading, &'a [f64])> {
+        self.readings.iter().map(move |reading| {
+            let (own, left) = rows.split_at((reading.observes.rows() * width).min(rows.len()));
+            rows = left;
+            (reading, own)
+        })
+    }
+
+    /// First row of each reading.
+    pub fn first_rows(&self) -> Vec<usize> {
+        let next = |sum: &mut usize, reading: &Reading| {
+            let first = *sum;
+            *sum += reading.observes.rows();
+            Some(first)
+        };
+        self.readings.iter().scan(0, next).collect()
+    }
+
+    /// Whether readings are differences with and without load: then own weight and the base drop out.
+    pub fn is_difference(&self) -> bool {
+        self.observes.is_difference()
+    }
+
+    /// Whether no reading and no constraint holds a known length: the robot could be of any size then.
+    pub fn lacks_length(&self) -> bool {
+        let is_unknown = |reading: &Reading| {
+            let target = self.targets.get(reading.target).filter(|target| target.column == "contact");
+            target.is_some_and(|target| {
+                target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
+            })
+        };
+        self.constraints.is_empty() && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
+    }
+
+    /// Whether any reading holds the orientation of the tool.
+    pub fn sees_orientation(&self) -> bool {
+        self.readings.iter().any(|reading| reading.observes.sees_orientation())
     }
 
     /// The instrument's noise, one sigma: as stated, else 1 mm and 1 mrad. Where only that of positions is stated, a
     /// rotation vector has the same number in rad: a component of it weighs as much as a coordinate at an arm of 1 m.
     pub fn noise(&self) -> Noise {
-        let orientation = self.sigma_orientation.unwrap_or_else(|| self.sigma.map_or(1e-3, |sigma| sigma[0]));
-        Noise { position: self.sigma.unwrap_or([1e-3; 3]), orientation }
+        noise_of(self.sigma, self.sigma_orientation)
     }
 
-    /// Anchors to which each point is measured; one (of no meaning) where the kind of reading needs none.
-    pub fn anchors_per_point(&self) -> usize {
-        if self.observes.anchor_column().is_some() { self.anchors.len().max(1) } else { 1 }
+    /// A reading of the campaign's kind, with its noise, of the tool centre point, in which nothing is measured.
+    pub fn blank(&self) -> Reading {
+        Reading {
+            row: 0,
+            pose: 0,
+            observes: self.observes,
+            marker: None,
+            measured: [0.0; MOST_ROWS],
+            noise: self.noise(),
+            target: 0,
+            session: InSession::default(),
+            wrench: [0.0; 6],
+            payload: None,
+            check: None,
+        }
     }
 
-    /// The anchor of a reading, m, measurement frame; the origin where it has none.
-    pub fn anchor(&self, reading: &Reading) -> Vector3<f64> {
-        self.anchors.get_index(reading.anchor).map_or_else(Vector3::zeros, |(_, at)| *at)
+    /// Targets to which each point is measured; one (of no meaning) where the kind of reading needs none.
+    pub fn targets_per_point(&self) -> usize {
+        if self.observes.target_column().is_some() { self.targets.len().max(1) } else { 1 }
     }
 
     /// The campaign with only the readings for which `keep` holds.
@@ -112,9 +220,18 @@ impl Campaign {
             name: self.name.clone(),
             calibrate: self.calibrate.clone(),
             without: self.without.clone(),
-            anchors: self.anchors.clone(),
+            targets: self.targets.clone(),
+            constraints: self.constraints.clone(),
+            payloads: self.payloads.clone(),
+            sessions: self.sessions.clone(),
             poses: self.poses.clone(),
             ..*self
         }
     }
+}
+
+/// Noise as it is stated, or what is assumed instead ([`Campaign::noise`]).
+pub(crate) fn noise_of(sigma: Option<[f64; 3]>, orientation: Option<f64>) -> Noise {
+    let orientation = orientation.unwrap_or_else(|| sigma.map_or(1e-3, |sigma| sigma[0]));
+    Noise { is_stated: sigma.is_some(), ..Noise::of(sigma.unwrap_or([1e-3; 3]), orientation) }
 }

@@ -3,14 +3,21 @@
 use std::collections::BTreeMap;
 
 use indexmap::IndexMap;
+#[cfg(feature = "cli")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
+pub use super::raw_instrument::{RawInstrument, RawSigma};
+pub use super::raw_measurements::{Kinds, Measurements, RawEntry, RawSharing};
+pub use super::raw_targets::{ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawPayload, Unknown};
+use super::sessions::Sharing;
+use crate::description::table::Orientation;
 use crate::description::units::Units;
-use crate::observation::Observes;
 
 /// One set of measurements of one robot: what was measured, with what, and where the readings are.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RawCampaign {
     /// Display name.
@@ -24,9 +31,9 @@ pub struct RawCampaign {
     pub robot: Option<String>,
     /// Units of this file and of the measurements; SI where absent.
     pub units: Units,
-    /// What a reading is.
+    /// What a reading is; a list where one row holds several.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub observes: Option<Observes>,
+    pub observes: Option<Kinds>,
     /// The instrument's noise; estimated from the residuals where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<RawInstrument>,
@@ -40,80 +47,93 @@ pub struct RawCampaign {
     pub without: Vec<String>,
     /// Fixed points from which distances are measured, in the measurement frame, by name; in addition to the description's.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
-    pub anchors: IndexMap<String, [f64; 3]>,
-    /// File or files of readings, relative to this file.
+    pub anchors: IndexMap<String, RawAnchor>,
+    /// Places that a ball on the tool touches, by name.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub contacts: IndexMap<String, RawContact>,
+    /// Known distances between contacts of one group, `a-b: distance`.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub distances: IndexMap<String, f64>,
+    /// Bodies that the tool carries in some readings, by name; a column `payload` says in which.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub payloads: IndexMap<String, RawPayload>,
+    /// Which joint values the model is evaluated at, where files hold both `commanded.<variable>` and
+    /// `recorded.<variable>`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurements: Option<OneOrMany>,
+    pub joints: Option<JointSource>,
+    /// Files of readings, relative to this file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurements: Option<Measurements>,
     /// Columns that are named otherwise in the files: our name, the file's name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,
     /// Columns of the files to pass over.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
+    /// How orientations are written in the files: as rotation vectors where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<Orientation>,
     /// How the files are written.
     pub csv: RawCsv,
 }
 
-/// The instrument's noise, one sigma.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RawInstrument {
-    /// Of each coordinate or distance, in the length unit: one number, or by axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma: Option<RawSigma>,
-    /// Of each component of the orientation, in the angle unit.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub orientation: Option<f64>,
-}
-
-/// Noise of a coordinate.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum RawSigma {
-    /// The same along all axes.
-    All(f64),
-    /// By axis.
-    ByAxis {
-        /// Along x.
-        x: f64,
-        /// Along y.
-        y: f64,
-        /// Along z.
-        z: f64,
-    },
-}
-
 /// What of the measuring arrangement is unknown and estimated.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RawEstimate {
     /// The pose of the robot's base in the measurement frame.
-    pub base: bool,
+    pub base: RawSharing,
     /// The markers, or the tool centre point.
-    pub tool: bool,
+    pub tool: RawSharing,
+    /// The instrument's scale of lengths.
+    #[serde(skip_serializing_if = "RawSharing::is_known")]
+    pub scale: RawSharing,
 }
 
-/// One file name or several.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum OneOrMany {
-    /// One.
-    One(String),
-    /// Several, of the same columns.
-    Many(Vec<String>),
+impl RawCampaign {
+    /// What holds of a file: its own words, and the campaign's where it has none.
+    #[must_use]
+    pub fn completed(&self, entry: &RawEntry) -> RawEntry {
+        let mut all = entry.clone();
+        all.observes = all.observes.or_else(|| self.observes.clone());
+        all.units = all.units.or(Some(self.units));
+        all.instrument = all.instrument.or_else(|| self.instrument.clone());
+        all.orientation = all.orientation.or(self.orientation);
+        all.csv = all.csv.or_else(|| Some(self.csv.clone()));
+        for (ours, theirs) in &self.columns {
+            all.columns.entry(ours.clone()).or_insert_with(|| theirs.clone());
+        }
+        all.ignore.extend(self.ignore.iter().cloned());
+        all
+    }
 }
 
-/// How CSV files are written.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RawCsv {
-    /// Between fields; guessed from the header line where absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub delimiter: Option<char>,
-    /// `.` or `,`; where absent a point between commas, else that of the first number that has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub decimal: Option<char>,
-    /// Most rows accepted of one file; a million where absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_rows: Option<usize>,
+impl RawEstimate {
+    /// Base and tool, unknown or not, the same in all readings.
+    pub fn of([base, tool]: [bool; 2]) -> Self {
+        let sharing = |is_unknown: bool| RawSharing(is_unknown.then_some(Sharing::All));
+        Self { base: sharing(base), tool: sharing(tool), scale: sharing(false) }
+    }
+}
+
+/// Which of two values of each joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum JointSource {
+    /// What the controller was told.
+    Commanded,
+    /// What the controller read.
+    Recorded,
+}
+
+impl JointSource {
+    /// The columns' prefix.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Self::Commanded => "commanded",
+            Self::Recorded => "recorded",
+        }
+    }
 }

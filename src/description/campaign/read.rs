@@ -1,35 +1,23 @@
 //! A campaign file and its tables against the model they are about.
 
+use super::columns::kinds;
+use super::doubts::doubts;
+use super::raw::{RawCampaign, RawEntry};
+use super::read_targets::{constraints, targets};
+use super::rows::{RowReader, Source};
+use super::stated::stated_noise;
+use super::{Campaign, Conditions, Payload, Reading, Sessions, Sharing};
 use nalgebra::Vector3;
 
-use super::doubts::doubts;
-use super::raw::{RawCampaign, RawSigma};
-use super::rows::RowReader;
-use super::{Campaign, Conditions, WRENCH};
-use crate::description::resolve::Locate;
+use crate::description::raw::JointKind;
+use crate::description::resolve::{GREATEST, Locate};
 use crate::description::robot::Robot;
-use crate::description::table::{ColumnKind, ExpectedColumn, Table};
+use crate::description::table::Table;
 use crate::diagnostic::Diagnostic;
-use crate::observation::POSITION;
+use crate::observation::{Observes, POSITION};
 
-/// Columns a campaign about this robot may have, under our names.
-pub fn expected_columns(raw: &RawCampaign, robot: &Robot) -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
-    let number = |name: &str, required| column(name, ColumnKind::Number, required);
-    let observes = raw.observes.unwrap_or(POSITION);
-    let mut columns = vec![column("pose", ColumnKind::Text, false), column("marker", ColumnKind::Text, false)];
-    columns.extend(robot.variables.iter().map(|variable| number(&variable.name, true)));
-    columns.extend(observes.columns().iter().map(|measured| number(measured.name, true)));
-    columns.extend(observes.anchor_column().map(|name| column(name, ColumnKind::Text, false)));
-    columns.extend(WRENCH.map(|name| number(name, false)));
-    columns.push(column("set", ColumnKind::Text, false));
-    columns.extend(["temperature", "time"].map(|name| number(name, false)));
-    columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name), false)));
-    columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name), false)));
-    columns
-}
-
-/// Resolves a campaign: units, markers, sets, conditions.
+/// Resolves a campaign: units, markers, targets, sessions, sets, conditions. `tables` are the files of its measurements with
+/// what holds of each ([`RawCampaign::completed`]).
 ///
 /// # Errors
 /// Every fault of the campaign file and of its tables, located.
@@ -37,57 +25,150 @@ pub fn resolve(
     raw: &RawCampaign,
     locate: Locate,
     robot: &Robot,
-    tables: &[Table],
+    tables: &[(RawEntry, &Table)],
 ) -> Result<(Campaign, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
-    let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
-    let observes = raw.observes.unwrap_or(POSITION);
-    let instrument = raw.instrument.clone().unwrap_or_default();
-    let sigma = instrument.sigma.map(|sigma| match sigma {
-        RawSigma::All(sigma) => [sigma * length; 3],
-        RawSigma::ByAxis { x, y, z } => [x * length, y * length, z * length],
-    });
-    let sigma_orientation = instrument.orientation.map(|sigma| sigma * angle);
-    let mut anchors = robot.anchors.clone();
-    for (name, at) in &raw.anchors {
-        anchors.insert(name.clone(), Vector3::from(*at) * length);
-    }
-    if observes.anchor_column().is_some() && anchors.is_empty() {
-        let message = format!("{}s are measured from a fixed anchor, and none is declared", observes.name());
-        let diagnostic = Diagnostic::error(message).at(locate(&["observes"]));
-        diagnostics.push(diagnostic.remedy("add `anchors: {name: [x, y, z]}`, in the measurement frame"));
-    }
+    let sources: Vec<Source> =
+        tables.iter().map(|(entry, table)| Source { table, entry, kinds: kinds(entry) }).collect();
+    let all_kinds: Vec<Observes> = match sources.is_empty() {
+        true => kinds(&raw.completed(&RawEntry::default())),
+        false => sources.iter().flat_map(|source| source.kinds.iter().copied()).collect(),
+    };
+    let stated = stated_noise(raw.instrument.as_ref(), &raw.units);
+    let estimate = &raw.estimate;
     let mut campaign = Campaign {
         name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
-        observes,
-        sigma,
-        sigma_orientation,
-        estimate_base: raw.estimate.base,
-        estimate_tool: raw.estimate.tool,
+        observes: all_kinds.first().copied().unwrap_or(POSITION),
+        sigma: stated.sigma,
+        sigma_orientation: stated.orientation,
+        estimate_base: estimate.base.0.is_some(),
+        estimate_tool: estimate.tool.0.is_some(),
+        estimate_scale: estimate.scale.0.is_some(),
         calibrate: raw.calibrate.clone(),
         without: raw.without.clone(),
-        anchors,
+        targets: targets(raw, robot, &sources, &all_kinds, locate, &mut diagnostics),
+        constraints: Vec::new(),
+        payloads: payloads(raw, robot, locate, &mut diagnostics),
+        sessions: Sessions {
+            base: estimate.base.0.unwrap_or_default(),
+            tool: estimate.tool.0.unwrap_or_default(),
+            scale: estimate.scale.0.unwrap_or_default(),
+            names: Vec::new(),
+            stations: Vec::new(),
+        },
         poses: Vec::new(),
         variables: robot.variables.len(),
         joints: Vec::new(),
         readings: Vec::new(),
         conditions: Conditions::default(),
     };
+    campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
-    for table in tables {
-        rows.append(table, &mut campaign, &mut diagnostics);
+    for source in &sources {
+        diagnostics.extend(source.table.notes().iter().cloned());
+        rows.append(source, &mut campaign, &mut diagnostics);
     }
+    rows.finish(&mut campaign);
+    settle(&mut campaign);
     diagnostics.extend(time_in_some(locate, tables));
+    diagnostics.extend(unnamed_parts(&campaign, locate));
     if !diagnostics.iter().any(Diagnostic::is_error) {
-        diagnostics.extend(doubts(&campaign, &raw.units, locate, robot, tables));
+        diagnostics.extend(doubts(&campaign, raw, locate, robot, &sources));
     }
     if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
 }
 
+/// The campaign's noise is that of its readings where they state it, and there is at least one session.
+fn settle(campaign: &mut Campaign) {
+    for names in [&mut campaign.sessions.names, &mut campaign.sessions.stations] {
+        if names.is_empty() {
+            names.push(String::new());
+        }
+    }
+    let stated = |reading: &Reading| reading.noise.is_stated;
+    if campaign.sigma.is_none() && !campaign.readings.is_empty() && campaign.readings.iter().all(stated) {
+        let count = campaign.readings.len() as f64;
+        let mean_square = |axis: usize| {
+            campaign.readings.iter().map(|reading| reading.noise.position[axis].powi(2)).sum::<f64>() / count
+        };
+        campaign.sigma = Some(std::array::from_fn(|axis| mean_square(axis).sqrt()));
+    }
+}
+
+/// The bodies that the tool carries.
+fn payloads(
+    raw: &RawCampaign,
+    robot: &Robot,
+    locate: Locate,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<(String, Payload)> {
+    let body = |mut frame: usize| {
+        while frame != 0 && robot.frames[frame].joint == JointKind::Fixed {
+            frame = robot.frames[frame].antecedent;
+        }
+        frame
+    };
+    let mut payloads = Vec::new();
+    for (name, payload) in &raw.payloads {
+        let mut fault = |key: &str, message: String, remedy: &str| {
+            diagnostics.push(Diagnostic::error(message).at(locate(&["payloads", name, key])).remedy(remedy));
+        };
+        let frame = match &payload.frame {
+            None => Some(robot.tool.frame),
+            Some(named) => robot.frames.iter().position(|frame| frame.name == *named),
+        };
+        let mass = payload.mass * raw.units.mass.factor();
+        let com = Vector3::from(payload.com) * raw.units.length.factor();
+        if !(0.0..=GREATEST).contains(&mass) || !(0.0..=GREATEST).contains(&com.norm()) {
+            fault(
+                "mass",
+                format!("payload `{name}`: mass and centre must be finite, the mass not negative"),
+                "correct them",
+            );
+        }
+        match frame {
+            Some(frame) if body(frame) == body(robot.tool.frame) => {
+                payloads.push((name.clone(), Payload { mass, com, frame }));
+            }
+            Some(_) => fault(
+                "frame",
+                format!("payload `{name}` is not on the body of the tool"),
+                "give masses of other bodies in the description, under `bodies:`",
+            ),
+            None => {
+                let named = payload.frame.clone().unwrap_or_default();
+                let diagnostic = Diagnostic::error(format!("payload `{name}`: unknown frame `{named}`"));
+                let frames = robot.frames.iter().map(|frame| frame.name.as_str());
+                diagnostics.push(diagnostic.at(locate(&["payloads", name, "frame"])).suggest(&named, frames));
+            }
+        }
+    }
+    payloads
+}
+
+/// What is shared by session or station needs their names.
+fn unnamed_parts(campaign: &Campaign, locate: Locate) -> Vec<Diagnostic> {
+    let sessions = &campaign.sessions;
+    let parts = [("base", sessions.base), ("tool", sessions.tool), ("scale", sessions.scale)];
+    let unnamed = |(part, shared): (&str, Sharing)| {
+        let what = match shared {
+            Sharing::All => return None,
+            Sharing::PerSession => "session",
+            Sharing::PerStation => "station",
+        };
+        let lacks = sessions.parts(shared).iter().any(|name| name.is_empty());
+        let message = format!("`{part}` is estimated per {what}, and some readings have no {what}");
+        let remedy = format!("add a column `{what}`, or `{what}:` to each entry of `measurements`");
+        (lacks && !campaign.readings.is_empty())
+            .then(|| Diagnostic::error(message).at(locate(&["estimate", part])).remedy(remedy))
+    };
+    parts.into_iter().filter_map(unnamed).collect()
+}
+
 /// Times count from one start: all tables have them, or none.
-fn time_in_some(locate: Locate, tables: &[Table]) -> Option<Diagnostic> {
-    let with = tables.iter().find(|table| table.has("time"))?;
-    let lacking = tables.iter().find(|table| !table.has("time"))?;
+fn time_in_some(locate: Locate, tables: &[(RawEntry, &Table)]) -> Option<Diagnostic> {
+    let with = tables.iter().map(|(_, table)| *table).find(|table| table.has("time"))?;
+    let lacking = tables.iter().map(|(_, table)| *table).find(|table| !table.has("time"))?;
     let message = format!("`{}` has a column `time`, but `{}` has not", with.file(), lacking.file());
     let diagnostic = Diagnostic::error(message).at(locate(&["measurements"]));
     Some(diagnostic.remedy("give `time` in all files or in none"))

@@ -3,13 +3,18 @@
 
 use std::collections::HashMap;
 
-use super::raw::RawCampaign;
-use super::{Campaign, Reading, WRENCH};
+use super::columns::{joint_column, other_columns};
+use super::faults::LEAST_NOISE;
+use super::order::order_readings;
+use super::raw::{RawCampaign, RawEntry};
+use super::stated::{NOISE_COLUMNS, stated_noise};
+use super::{Campaign, InSession, Payload, Reading, WRENCH, noise_of};
 use crate::description::resolve::GREATEST;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
+use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
-use crate::observation::{MOST_ROWS, Observes, Rows};
+use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
 
 /// Most faults shown of one table.
 const MOST_SHOWN: usize = 20;
@@ -18,12 +23,23 @@ const MOST_SHOWN: usize = 20;
 struct Row<'a> {
     table: &'a Table,
     row: usize,
+    units: Units,
 }
 
 impl Row<'_> {
     /// A number; zero where the table has no such column, which is then not required.
     fn number(&self, column: &str) -> f64 {
         self.table.numbers(column).and_then(|all| all.get(self.row)).copied().unwrap_or(0.0)
+    }
+
+    /// A number, where the table has the column.
+    fn given(&self, column: &str) -> Option<f64> {
+        self.table.numbers(column)?.get(self.row).copied()
+    }
+
+    /// The number in the order of measurement.
+    fn order(&self) -> Option<i64> {
+        self.given("order").filter(|number| number.is_finite()).map(|number| number.round() as i64)
     }
 
     fn text(&self, column: &str) -> Option<&str> {
@@ -70,49 +86,97 @@ struct SetOfPose {
     is_reported: bool,
 }
 
+/// A table of readings, and what the campaign says of its file.
+pub struct Source<'a> {
+    /// The readings.
+    pub table: &'a Table,
+    /// What holds of the file.
+    pub entry: &'a RawEntry,
+    /// Kinds of the readings in each row.
+    pub kinds: Vec<Observes>,
+}
+
 /// Appends tables to a campaign.
 pub struct RowReader<'a> {
     raw: &'a RawCampaign,
     robot: &'a Robot,
-    /// Configurations by name.
-    poses: HashMap<String, usize>,
+    /// Configurations by session and name.
+    poses: HashMap<(InSession, String), usize>,
     /// By configuration.
     sets: Vec<SetOfPose>,
+    /// Rows of the tables before.
+    rows_before: usize,
+    /// By reading: the number in its order of measurement, where the files give one.
+    orders: Vec<Option<i64>>,
 }
 
 impl<'a> RowReader<'a> {
     pub fn new(raw: &'a RawCampaign, robot: &'a Robot) -> Self {
-        Self { raw, robot, poses: HashMap::new(), sets: Vec::new() }
+        Self { raw, robot, poses: HashMap::new(), sets: Vec::new(), rows_before: 0, orders: Vec::new() }
     }
 
     /// Appends the readings of a table and their conditions.
-    pub fn append(&mut self, table: &Table, campaign: &mut Campaign, diagnostics: &mut Vec<Diagnostic>) {
+    pub fn append(&mut self, source: &Source, campaign: &mut Campaign, diagnostics: &mut Vec<Diagnostic>) {
+        let Source { table, entry, kinds } = source;
         let before = campaign.readings.len();
+        let units = entry.units.unwrap_or(self.raw.units);
         let mut faults = Faults::default();
-        for row in 0..table.row_count() {
-            let number = before + row + 1;
-            let row = Row { table, row };
-            self.joints(&row, &mut campaign.joints, &mut faults);
-            let marker = self.marker(&row, &mut faults);
+        // By reading: the row of the table.
+        let mut rows = Vec::new();
+        for index in 0..table.row_count() {
+            let number = self.rows_before + index + 1;
+            let row = Row { table, row: index, units };
             let check = set(&row, &mut faults);
-            let pose = self.pose(&row, number, check, campaign, &mut faults);
-            let anchor = anchor(&row, campaign, &mut faults);
-            let measured = self.measured(&row, campaign.observes, &mut faults);
-            let wrench = self.wrench(&row, &mut faults);
-            campaign.readings.push(Reading { row: number, pose, marker, measured, anchor, wrench, check });
+            let session = in_session(&row, entry, campaign, &mut faults);
+            let blank = Reading {
+                row: number,
+                pose: self.pose(&row, (session, number), check, campaign, &mut faults),
+                observes: campaign.observes,
+                marker: self.marker(&row, &mut faults),
+                measured: [0.0; MOST_ROWS],
+                noise: noise(&row, entry, &mut faults),
+                target: 0,
+                session,
+                wrench: wrench(&row, &mut faults),
+                payload: payload(&row, entry, campaign, &mut faults),
+                check,
+            };
+            let first = campaign.readings.len();
+            kinds.iter().for_each(|&kind| self.readings(&row, kind, blank, campaign, &mut faults));
+            for _ in first..campaign.readings.len() {
+                self.joints(&row, &mut campaign.joints, &mut faults);
+                self.orders.push(row.order());
+                rows.push(index);
+            }
         }
         diagnostics.append(&mut faults.shown);
         if faults.count > MOST_SHOWN {
             let more = faults.count - MOST_SHOWN;
             diagnostics.push(Diagnostic::error(format!("and {more} more like these in {}", table.file())));
         }
-        self.conditions(table, before, campaign);
+        self.rows_before += table.row_count();
+        self.conditions(table, &units, before, &rows, campaign);
+    }
+
+    /// Says of each reading what was measured before it, once all tables are appended.
+    pub fn finish(self, campaign: &mut Campaign) {
+        order_readings(campaign, &self.orders);
+    }
+
+    /// Appends the readings of one kind that a row holds.
+    fn readings(&self, row: &Row, observes: Observes, blank: Reading, campaign: &mut Campaign, faults: &mut Faults) {
+        let target = target(row, observes, campaign, faults);
+        let observes = campaign.targets.get(target).and_then(|target| target.observes).unwrap_or(observes);
+        let reading = Reading { observes, target, ..blank };
+        let measured = measured(row, observes, faults);
+        campaign.readings.push(Reading { measured, noise: reading.noise.at(&*observes, &measured), ..reading });
     }
 
     fn joints(&self, row: &Row, joints: &mut Vec<f64>, faults: &mut Faults) {
         for variable in &self.robot.variables {
-            let value = row.number(&variable.name) * self.raw.units.of(variable.kind());
-            faults.check_size(row, &variable.name, value);
+            let column = joint_column(self.raw, &variable.name);
+            let value = row.number(&column) * row.units.of(variable.kind());
+            faults.check_size(row, &column, value);
             joints.push(value);
         }
     }
@@ -132,16 +196,17 @@ impl<'a> RowReader<'a> {
     fn pose(
         &mut self,
         row: &Row,
-        number: usize,
+        (session, number): (InSession, usize),
         check: Option<bool>,
         campaign: &mut Campaign,
         faults: &mut Faults,
     ) -> usize {
         let name = row.text("pose").map_or_else(|| format!("row {number}"), String::from);
-        let Some(&pose) = self.poses.get(&name) else {
+        let key = (session, name.clone());
+        let Some(&pose) = self.poses.get(&key) else {
             self.sets.push(SetOfPose { check, is_reported: false });
             campaign.poses.push(name.clone());
-            self.poses.insert(name, campaign.poses.len() - 1);
+            self.poses.insert(key, campaign.poses.len() - 1);
             return campaign.poses.len() - 1;
         };
         let set = &mut self.sets[pose];
@@ -154,41 +219,26 @@ impl<'a> RowReader<'a> {
         pose
     }
 
-    fn measured(&self, row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
-        let mut measured = [0.0; MOST_ROWS];
-        for (value, column) in measured.iter_mut().zip(observes.columns()) {
-            *value = row.number(column.name) * self.raw.units.of(column.kind);
-        }
-        if let Some((column, fault)) = observes.fault(&measured) {
-            faults.push(Diagnostic::error(fault).at(row.place(column)));
-        }
-        for (value, column) in measured.iter().zip(observes.columns()) {
-            faults.check_size(row, column.name, *value);
-        }
-        measured
-    }
-
-    fn wrench(&self, row: &Row, faults: &mut Faults) -> [f64; 6] {
-        WRENCH.iter().for_each(|column| faults.check_size(row, column, row.number(column)));
-        let [force, torque] = [self.raw.units.force.factor(), self.raw.units.torque.factor()];
-        std::array::from_fn(|k| row.number(WRENCH[k]) * if k < 3 { force } else { torque })
-    }
-
-    /// Conditions of a table's readings, behind those of the tables before it.
-    fn conditions(&self, table: &Table, before: usize, campaign: &mut Campaign) {
+    /// Conditions of a table's readings (`rows` of it), behind those of the tables before it.
+    fn conditions(&self, table: &Table, units: &Units, before: usize, rows: &[usize], campaign: &mut Campaign) {
         let append = |column: &mut Option<Vec<f64>>, name: &str, factor: f64| {
             if let Some(values) = table.numbers(name) {
                 let column = column.get_or_insert_default();
                 column.resize(before, f64::NAN);
-                column.extend(values.iter().map(|value| value * factor));
+                column.extend(rows.iter().map(|&row| values[row] * factor));
             }
         };
         let conditions = &mut campaign.conditions;
         append(&mut conditions.temperature, "temperature", 1.0);
-        append(&mut conditions.time, "time", self.raw.units.time.factor());
-        conditions.approach.resize(self.robot.variables.len(), None);
-        for (variable, column) in self.robot.variables.iter().zip(&mut conditions.approach) {
-            append(column, &format!("approach.{}", variable.name), 1.0);
+        append(&mut conditions.time, "time", units.time.factor());
+        let count = self.robot.variables.len();
+        conditions.approach.resize(count, None);
+        conditions.other_joints.resize(count, None);
+        for (k, variable) in self.robot.variables.iter().enumerate() {
+            append(&mut conditions.approach[k], &format!("approach.{}", variable.name), 1.0);
+            for column in other_columns(self.raw, &variable.name) {
+                append(&mut conditions.other_joints[k], &column, units.of(variable.kind()));
+            }
         }
         for frame in &self.robot.frames {
             let mut column = conditions.site_temperatures.shift_remove(&frame.name);
@@ -196,8 +246,28 @@ impl<'a> RowReader<'a> {
             conditions.site_temperatures.extend(column.map(|column| (frame.name.clone(), column)));
         }
         let all = campaign.readings.len();
-        conditions.columns_mut().for_each(|column| column.resize(all, f64::NAN));
+        conditions.all_mut().for_each(|column| column.resize(all, f64::NAN));
     }
+}
+
+fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
+    let mut measured = [0.0; MOST_ROWS];
+    for (value, column) in measured.iter_mut().zip(observes.columns()) {
+        *value = row.number(column.name) * row.units.of(column.kind);
+    }
+    if let Some((column, fault)) = observes.fault(&measured) {
+        faults.push(Diagnostic::error(fault).at(row.place(column)));
+    }
+    for (value, column) in measured.iter().zip(observes.columns()) {
+        faults.check_size(row, column.name, *value);
+    }
+    measured
+}
+
+fn wrench(row: &Row, faults: &mut Faults) -> [f64; 6] {
+    WRENCH.iter().for_each(|column| faults.check_size(row, column, row.number(column)));
+    let [force, torque] = [row.units.force.factor(), row.units.torque.factor()];
+    std::array::from_fn(|k| row.number(WRENCH[k]) * if k < 3 { force } else { torque })
 }
 
 /// The set that a row gives: whether it is to check.
@@ -212,19 +282,72 @@ fn set(row: &Row, faults: &mut Faults) -> Option<bool> {
     }
 }
 
-/// The anchor of a row, by index; the first where the kind of readings needs none.
-fn anchor(row: &Row, campaign: &Campaign, faults: &mut Faults) -> usize {
-    let Some(column) = campaign.observes.anchor_column() else { return 0 };
-    let found = row.text(column).map(|name| (name, campaign.anchors.get_index_of(name)));
-    match found {
-        Some((_, Some(index))) => return index,
-        Some((name, None)) => faults.unknown(row, column, name, campaign.anchors.keys().map(String::as_str)),
-        None if campaign.anchors.len() > 1 => {
-            let diagnostic = Diagnostic::error("several anchors are declared, and the rows do not name one");
-            let measured = campaign.observes.columns().first().and_then(|measured| row.place(measured.name));
+/// What a row of a kind of readings refers to, by index; the first where the kind needs nothing.
+fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Faults) -> usize {
+    let Some(column) = observes.target_column() else { return 0 };
+    let mut own = campaign.targets.iter().enumerate().filter(|(_, target)| target.column == column);
+    let Some(name) = row.text(column) else {
+        let first = own.next().map_or(0, |(index, _)| index);
+        if own.next().is_some() {
+            let diagnostic = Diagnostic::error(format!("several {column}s are declared, and the rows do not name one"));
+            let measured = observes.columns().first().and_then(|measured| row.place(measured.name));
             faults.push(diagnostic.at(measured).remedy(format!("add a column `{column}`")));
         }
-        None => {}
+        return first;
+    };
+    let found = own.clone().find(|(_, target)| target.is_meant(name, |group| row.text(group)));
+    if let Some((index, _)) = found {
+        return index;
     }
+    faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));
     0
+}
+
+/// Noise of a row's readings: as its columns say, else as its file's instrument says.
+fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
+    let stated = stated_noise(entry.instrument.as_ref(), &row.units);
+    let mut noise = noise_of(stated.sigma, stated.orientation);
+    noise.ppm = stated.ppm;
+    for (column, axes, factor) in NOISE_COLUMNS {
+        let Some(value) = row.given(column) else { continue };
+        let sigma = value * factor * row.units.length.factor();
+        if !(LEAST_NOISE..=GREATEST).contains(&sigma) {
+            let message = format!("column `{column}`: `{value}` where a finite noise above 0 is needed");
+            faults.push(Diagnostic::error(message).at(row.place(column)));
+        }
+        axes.iter().for_each(|&axis| noise.position[axis] = sigma);
+        noise.is_stated = true;
+    }
+    noise
+}
+
+/// What the tool carries in a row: as its column says, else as its file's entry says.
+fn payload(row: &Row, entry: &RawEntry, campaign: &Campaign, faults: &mut Faults) -> Option<Payload> {
+    let name = row.text("payload").or(entry.payload.as_deref()).filter(|name| *name != "none")?;
+    let found = campaign.payloads.iter().find(|(known, _)| known == name);
+    if found.is_none() {
+        let known = campaign.payloads.iter().map(|(known, _)| known.as_str());
+        faults.unknown(row, "payload", name, known.chain(["none"]));
+    }
+    found.map(|(_, payload)| *payload)
+}
+
+/// Session and station of a row.
+fn in_session(row: &Row, entry: &RawEntry, campaign: &mut Campaign, faults: &mut Faults) -> InSession {
+    let mut index = |column: &str, of_file: Option<&str>, names: &mut Vec<String>| {
+        let name = row.text(column).or(of_file).unwrap_or_default();
+        if !name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-')) {
+            let diagnostic = Diagnostic::error(format!("`{name}` is no name of a {column}")).at(row.place(column));
+            faults.push(diagnostic.remedy("write letters, digits, `_` and `-` only"));
+        }
+        names.iter().position(|known| known == name).unwrap_or_else(|| {
+            names.push(name.to_string());
+            names.len() - 1
+        })
+    };
+    let sessions = &mut campaign.sessions;
+    InSession {
+        session: index("session", entry.session.as_deref(), &mut sessions.names),
+        station: index("station", entry.station.as_deref(), &mut sessions.stations),
+    }
 }

@@ -1,10 +1,13 @@
 //! Elasticity and mass: bodies, sections, nodes, beams, springs, and the fuzzy compliance in their place.
 
 use indexmap::IndexMap;
+#[cfg(feature = "cli")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{absent, name, names};
+use super::absent;
+#[cfg(feature = "cli")]
+use super::{name, names};
 
 raw! {
     /// Mass of a body.
@@ -63,7 +66,8 @@ raw! {
 }
 
 /// Shape of a section given by dimensions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SectionShape {
     /// Hollow rectangle: width, height, wall.
@@ -82,10 +86,10 @@ raw! {
     /// An elastic node: a point of a body.
     pub struct RawNode {
         /// The body, by the frame it moves with; `0` is the ground.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         body: Option<String>,
         /// The frame at whose origin the node lies; the body's own where absent.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         at: Option<String>,
         /// Where it lies in that frame, if not at the origin, in the length unit.
         point: Option<[f64; 3]>,
@@ -95,7 +99,8 @@ raw! {
 }
 
 /// How the ground holds a node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Support {
     /// In all six degrees of freedom.
@@ -108,22 +113,22 @@ raw! {
     /// A beam between two nodes of one body.
     pub struct RawBeam {
         /// First node.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         from: Option<String>,
         /// Second node.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         to: Option<String>,
         /// Section, by name.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         section: Option<String>,
         /// Section at the second node of a tapered beam.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         section_to: Option<String>,
         /// Material, by name.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         material: Option<String>,
         /// Frame whose z axis is the beam's local z (the normal of the plane in which Iz bends).
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         normal: Option<String>,
         /// Beam theory; `euler-bernoulli` where absent.
         theory: Option<BeamTheory>,
@@ -145,7 +150,8 @@ raw! {
 }
 
 /// A direction of a beam's own axes: x from its first node to its second, z as `normal` says, y across both.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum LocalAxis {
     /// Along x.
@@ -163,7 +169,8 @@ pub enum LocalAxis {
 }
 
 /// Beam theory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum BeamTheory {
     /// Shear neglected.
@@ -188,10 +195,11 @@ raw! {
 
 raw! {
     /// Springs of a joint about its frame's axes: axial ka, radial kr, axial rotational kar, radial rotational krr.
+    /// Where x and y differ, krx and kry stand for kr, and krrx and krry for krr.
     /// What is absent is rigid, but for kar (ka of a prismatic joint) of a passive joint, which is free.
     pub struct RawJointStiffness {
         /// Node of the moving body at which the joint sits; by default the one nearest to the frame's origin.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         at: Option<String>,
         /// Along the axis.
         ka: Option<RawStiffness>,
@@ -201,6 +209,14 @@ raw! {
         kar: Option<RawStiffness>,
         /// About the two directions across the axis.
         krr: Option<RawStiffness>,
+        /// Across the axis, along the frame's x, instead of `kr`.
+        krx: Option<RawStiffness>,
+        /// Across the axis, along the frame's y, instead of `kr`.
+        kry: Option<RawStiffness>,
+        /// About the frame's x, instead of `krr`.
+        krrx: Option<RawStiffness>,
+        /// About the frame's y, instead of `krr`.
+        krry: Option<RawStiffness>,
     }
 }
 
@@ -226,7 +242,7 @@ raw! {
     /// A spring between points of two bodies.
     pub struct RawSpring {
         /// The two bodies, by the frames they move with.
-        #[schemars(schema_with = "names")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "names"))]
         bodies: Option<[String; 2]>,
         /// The anchor on each body, in that body's frame at joint value zero of the constants, length unit.
         anchors: Option<[[f64; 3]; 2]>,
@@ -244,7 +260,8 @@ raw! {
 }
 
 /// What of a spring enters the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SpringAction {
     /// Force and stiffness.
@@ -260,10 +277,10 @@ raw! {
         /// File that holds the model, relative to this file and in its units; no other key is given with it.
         file: Option<String>,
         /// Joints (by frame) or variables that the compliance depends on.
-        #[schemars(schema_with = "names")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "names"))]
         inputs: Vec<String>,
         /// The marker whose displacement it gives, loaded there; the tool centre point by default.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         at: Option<String>,
         /// Added to what the springs and beams of this description give, instead of standing in their place.
         adds: bool,

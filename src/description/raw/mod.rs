@@ -2,6 +2,7 @@
 //! shape. Every field may be absent, so that one fault does not hide the next; [`super::resolve`] says what is missing.
 
 use indexmap::IndexMap;
+#[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
@@ -12,10 +13,12 @@ fn absent<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 /// A name in YAML may be written as a number (`1`).
+#[cfg(feature = "cli")]
 fn name(_: &mut SchemaGenerator) -> Schema {
     json_schema!({"type": ["string", "integer", "null"]})
 }
 
+#[cfg(feature = "cli")]
 fn names(_: &mut SchemaGenerator) -> Schema {
     json_schema!({"type": ["array", "null"], "items": {"type": ["string", "integer"]}})
 }
@@ -23,7 +26,8 @@ fn names(_: &mut SchemaGenerator) -> Schema {
 macro_rules! raw {
     ($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$meta])*
-        #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+        #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+        #[cfg_attr(feature = "cli", derive(JsonSchema))]
         #[serde(deny_unknown_fields, default)]
         pub struct $name { $($(#[$field_meta])* #[serde(skip_serializing_if = "absent")] pub $field: $type,)* }
     };
@@ -32,9 +36,11 @@ macro_rules! raw {
 // After the macro, which they use.
 mod elastic;
 mod motion;
+mod start;
 
 pub use elastic::*;
 pub use motion::*;
+pub use start::*;
 
 raw! {
     /// A robot: what is declared of it. Everything else (kinematics, closure, error Jacobian, identifiable set) is derived.
@@ -45,11 +51,23 @@ raw! {
         source: Option<String>,
         /// Units of every number in this file; SI where absent.
         units: Units,
-        /// URDF file to start from, relative to this file. Its joints become frames of the same names; `frames` below
-        /// adds to them or overrides single keys. A URDF is always SI.
-        urdf: Option<String>,
+        /// URDF file to start from, relative to this file, or a chain of it. Its joints become frames of the same names;
+        /// `frames` below adds to them or overrides single keys. A URDF is always SI.
+        #[serde(deserialize_with = "start::file_or_mapping")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "start::file_or::<RawUrdf>"))]
+        urdf: Option<RawUrdf>,
+        /// File of kinematics as the Universal Robots driver of ROS reads and `ur_calibration` writes them, relative to this
+        /// file, to start from. Its joints become frames of the names that they have there; the file is always SI.
+        #[serde(deserialize_with = "start::file_or_mapping")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "start::file_or::<RawUrKinematics>"))]
+        ur_kinematics: Option<RawUrKinematics>,
+        /// How the constants of `frames` are read; `khalil-kleinfinger` where absent.
+        convention: Option<Convention>,
+        /// The convention in which it was declared and is to be written; known to the program alone.
+        #[serde(skip)]
+        declared: Option<Convention>,
         /// Order of the actuated variables; by default the order in which frames and actuators name them.
-        #[schemars(schema_with = "names")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "names"))]
         variables: Vec<String>,
         /// Frames by name. `0` is the base and is not declared.
         frames: IndexMap<String, RawFrame>,
@@ -57,6 +75,9 @@ raw! {
         couplings: Vec<String>,
         /// Closed loops by name.
         loops: IndexMap<String, RawLoop>,
+        /// Limits of sums of joints: `q3 - q2: [-60, 90]`. A name is that of a variable, or else of a joint (by its frame),
+        /// which may be passive or follow others.
+        limits: IndexMap<String, [f64; 2]>,
         /// Actuators that do not sit at their joint, by name.
         actuators: IndexMap<String, RawActuator>,
         /// Pose of the robot's base frame 0 in the measurement frame.
@@ -107,7 +128,8 @@ raw! {
 }
 
 /// A value of an effect's parameter.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum RawAmount {
     /// A number, SI.
@@ -160,6 +182,9 @@ raw! {
         angle_tolerance: Option<f64>,
         /// The same for single parameters.
         tolerances: IndexMap<String, f64>,
+        /// Standard deviations of single parameters as an identification left them, in the file's units (of effects SI):
+        /// `identify --save` writes them, and `identify --since` reads them.
+        uncertainties: IndexMap<String, f64>,
         /// Bounds of single parameters, in the file's units; the declared value lies within them.
         bounds: IndexMap<String, [f64; 2]>,
     }

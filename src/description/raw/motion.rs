@@ -1,22 +1,27 @@
 //! What moves: frames, loops, actuators, and the points that are measured.
 
 use indexmap::IndexMap;
+#[cfg(feature = "cli")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{RawStiffness, absent, name, names};
+use super::{RawStiffness, absent};
+#[cfg(feature = "cli")]
+use super::{name, names};
 
 raw! {
     /// A frame placed in its antecedent by Ry(beta) Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
-    /// (Khalil and Kleinfinger 1986, with Hayati's beta in front).
+    /// (Khalil and Kleinfinger 1986, with Hayati's beta in front), or as a row of a table of Denavit and Hartenberg where
+    /// the description's `convention` says so: `modified-dh` Rx(alpha) Tx(a) Rz(theta) Tz(d),
+    /// `classical-dh` Rz(theta) Tz(d) Tx(a) Rx(alpha).
     pub struct RawFrame {
         /// The frame it is placed in; `0` is the base.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         antecedent: Option<String>,
         /// How it moves in its antecedent; `fixed` where absent.
         joint: Option<JointKind>,
         /// The actuated variable that moves it.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         variable: Option<String>,
         /// +1 or -1: sense in which the controller counts the variable.
         direction: Option<f64>,
@@ -24,7 +29,7 @@ raw! {
         passive: bool,
         /// This frame turns about the axis of another frame of the same antecedent: it shares that frame's
         /// beta, gamma, b, alpha and d, errors included.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         coaxial: Option<String>,
         /// Hayati's rotation about y, applied first.
         beta: Option<f64>,
@@ -34,8 +39,10 @@ raw! {
         b: Option<f64>,
         /// Rotation about x.
         alpha: Option<f64>,
-        /// Translation along x.
+        /// Translation along x. In a table of Denavit and Hartenberg: along z; the variable of a prismatic joint is added.
         d: Option<f64>,
+        /// In a table of Denavit and Hartenberg alone: translation along x.
+        a: Option<f64>,
         /// Rotation about z; for a revolute joint the constant added to the joint variable.
         theta: Option<f64>,
         /// Translation along z; for a prismatic joint the constant added to the joint variable.
@@ -47,8 +54,33 @@ raw! {
     }
 }
 
+/// How the constants of frames are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Convention {
+    /// Khalil and Kleinfinger 1986: `beta gamma b alpha d theta r`.
+    KhalilKleinfinger,
+    /// Craig's table: `alpha a theta d`, alpha and a being those of the body before; `beta gamma b` may be added.
+    ModifiedDh,
+    /// The table of Denavit and Hartenberg as in Paul or Spong: `theta d a alpha`, frame i at the far end of body i.
+    ClassicalDh,
+}
+
+impl Convention {
+    /// As written in a file.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::KhalilKleinfinger => "khalil-kleinfinger",
+            Self::ModifiedDh => "modified-dh",
+            Self::ClassicalDh => "classical-dh",
+        }
+    }
+}
+
 /// How a frame moves in its antecedent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum JointKind {
     /// About its z axis.
@@ -63,7 +95,7 @@ raw! {
     /// A closed loop, cut at a joint: two frames that meet.
     pub struct RawLoop {
         /// The two frames that meet, on the two sides of the cut.
-        #[schemars(schema_with = "names")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "names"))]
         frames: Option<[String; 2]>,
         /// `planar` when all axes are parallel (closed in the plane, by the lengths d), else `spatial`.
         kind: Option<LoopKind>,
@@ -80,7 +112,8 @@ raw! {
 }
 
 /// In which space a loop is closed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopKind {
     /// In the plane normal to its parallel axes.
@@ -90,7 +123,8 @@ pub enum LoopKind {
 }
 
 /// What coincides at the cut of a loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Meet {
     /// Origin and axes.
@@ -106,10 +140,10 @@ raw! {
         /// Kind of actuator.
         kind: Option<ActuatorKind>,
         /// The frame whose joint it turns.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         joint: Option<String>,
         /// The actuated variable: the length between its two pins.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         variable: Option<String>,
         /// Angle of the pin on the moving body.
         kappa: Option<f64>,
@@ -131,7 +165,8 @@ raw! {
 }
 
 /// How the force of a ball screw or cylinder reaches the bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadPath {
     /// Along the line between its two pins; the joint itself is a free hinge.
@@ -141,7 +176,8 @@ pub enum LoadPath {
 }
 
 /// Kind of actuator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ActuatorKind {
     /// A ball screw or cylinder between two pins.
@@ -162,7 +198,7 @@ raw! {
     /// The tool centre point, in a frame.
     pub struct RawTool {
         /// The frame it moves with.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         frame: Option<String>,
         /// Position in that frame.
         at: Option<[f64; 3]>,
@@ -175,7 +211,7 @@ raw! {
     /// A measured point, in a frame.
     pub struct RawMarker {
         /// The frame it moves with; the tool's where absent.
-        #[schemars(schema_with = "name")]
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         frame: Option<String>,
         /// Position in that frame.
         at: Option<[f64; 3]>,

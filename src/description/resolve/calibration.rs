@@ -10,8 +10,9 @@ use super::collector::Collector;
 pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
     let given = &raw.calibration;
-    let (valid, ambiguous) = by_name(raw);
-    check_names(raw, &valid, &ambiguous, diagnostics);
+    let valid: IndexMap<String, Key> =
+        parameters(raw).into_iter().filter(|key| key.declared).map(|key| (key.name.clone(), key)).collect();
+    check_names(raw, &valid, diagnostics);
     let factor = |name: &str| valid.get(name).map_or(length, |key| raw.units.of(key.kind));
     let mut positive = |path: &[&str], value: f64, factor: f64| {
         if !(value.is_finite() && value * factor >= LEAST_TOLERANCE) {
@@ -36,6 +37,12 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
             diagnostics.interval(&path, Some(*bounds), factor(name), true).map(|bounds| (name.clone(), bounds))
         })
         .collect();
+    for (name, value) in &given.uncertainties {
+        if !(value.is_finite() && *value >= 0.0) {
+            let message = format!("uncertainty `{value}` must be a finite number, 0 or more");
+            diagnostics.error(&["calibration", "uncertainties", name], message);
+        }
+    }
     Calibration {
         free: given.free.clone(),
         fixed: given.fixed.clone(),
@@ -46,16 +53,11 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     }
 }
 
-/// Rejects names of no parameter or of two, and parameters both free and fixed.
-fn check_names(raw: &RawRobot, valid: &IndexMap<String, Key>, ambiguous: &[Key], diagnostics: &mut Collector) {
+/// Rejects names of no parameter, and parameters both free and fixed.
+fn check_names(raw: &RawRobot, valid: &IndexMap<String, Key>, diagnostics: &mut Collector) {
     let given = &raw.calibration;
     let mut known = |path: &[&str], name: &str| {
         diagnostics.known(path, "parameter", name, valid.keys().map(String::as_str));
-        if let Some(other) = ambiguous.iter().find(|key| key.name == name) {
-            let message = format!("`{name}` names two parameters; here is one owner, and another has the same name");
-            let first = valid.get(name).map_or_else(Vec::new, |key| key.owner.path());
-            diagnostics.conflict(&other.owner.path(), message, (first, "the other owner"), "rename one of them");
-        }
     };
     for (key, list) in [("free", &given.free), ("fixed", &given.fixed)] {
         for (position, name) in list.iter().enumerate() {
@@ -79,17 +81,3 @@ fn check_names(raw: &RawRobot, valid: &IndexMap<String, Key>, ambiguous: &[Key],
 
 /// Tolerances below this (m or rad) are nothing but zero.
 const LEAST_TOLERANCE: f64 = 1e-15;
-
-/// Declared parameters by name, and those whose name an earlier one has (a marker `body6` and the body of frame `6`).
-fn by_name(raw: &RawRobot) -> (IndexMap<String, Key<'_>>, Vec<Key<'_>>) {
-    let mut keys: IndexMap<String, Key> = IndexMap::new();
-    let mut ambiguous = Vec::new();
-    for key in parameters(raw).into_iter().filter(|key| key.declared) {
-        if keys.contains_key(&key.name) {
-            ambiguous.push(key);
-        } else {
-            keys.insert(key.name.clone(), key);
-        }
-    }
-    (keys, ambiguous)
-}

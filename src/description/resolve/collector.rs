@@ -3,13 +3,7 @@
 use nalgebra::Vector3;
 
 use super::super::parameters::Owner;
-use crate::diagnostic::{Code, Diagnostic, Place};
-
-/// Says where a path of the file stands (keys from the top, list positions as numbers).
-pub type Locate<'a> = &'a dyn Fn(&[&str]) -> Option<Place>;
-
-/// Says whether what is missing at a path is missing because of a fault that has been reported already.
-pub type Explained<'a> = &'a dyn Fn(&[&str]) -> bool;
+use crate::diagnostic::{Code, Diagnostic, Explained, Locate, Place};
 
 /// Greatest length (m) or angle (rad) that is taken for one.
 pub const GREATEST: f64 = 1e9;

@@ -103,6 +103,15 @@ fn joints(raw: &RawRobot, frames: &[String], diagnostics: &mut Collector) {
             let also = if held && k == axis { Also::RigidOrFree } else { Also::Rigid };
             stiffness(diagnostics, &["joint_stiffness", joint, row.symbol], (row.get)(springs), also);
         }
+        for (all, single) in [(1, [4, 5]), (3, [6, 7])] {
+            let given = |k: usize| (JOINT[k].get)(springs).is_some();
+            let symbol = JOINT[all].symbol;
+            if let Some(&k) = single.iter().find(|&&k| given(all) && given(k)) {
+                let message = format!("joint `{joint}` has `{symbol}`, of both directions, and `{}`", JOINT[k].symbol);
+                let remedy = format!("give `{symbol}`, or `{symbol}x` and `{symbol}y`");
+                diagnostics.reject(&["joint_stiffness", joint, JOINT[k].symbol], message, remedy);
+            }
+        }
     }
 }
 

@@ -7,15 +7,21 @@ mod drivers;
 mod elastic;
 mod elastic_values;
 mod fuzzy;
+mod limits;
 mod loops;
 mod motion;
 mod sizes;
 mod tree;
 
-pub use collector::{Explained, GREATEST, Locate};
+pub use crate::diagnostic::{Explained, Locate};
+pub use collector::GREATEST;
 pub use sizes::doubtful_sizes;
 
+use indexmap::IndexMap;
+
+use super::convention::khalil_kleinfinger;
 use super::frame::FrameIndex;
+use super::parameters::{Owner, parameters};
 use super::raw::{RawPlacement, RawRobot};
 use super::robot::{Marker, Placement, Robot, Tool};
 use super::units::Units;
@@ -32,6 +38,9 @@ pub fn resolve(raw: &RawRobot, locate: Locate) -> (Option<Robot>, Vec<Diagnostic
 /// reported again.
 pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -> (Option<Robot>, Vec<Diagnostic>) {
     let mut diagnostics = Collector::new(locate, explained);
+    let (written, faults) = khalil_kleinfinger(raw, locate, explained);
+    diagnostics.diagnostics.extend(faults);
+    let raw = &written;
     let tree = tree::resolve(raw, &mut diagnostics);
     let names: Vec<String> = tree.frames.iter().map(|frame| frame.name.clone()).collect();
     let tool = tool(raw, &tree, &names, &mut diagnostics);
@@ -47,9 +56,11 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         |(name, at): (&String, &[f64; 3])| (name.clone(), diagnostics.vector(&["anchors", name], Some(*at), length));
     let anchors = raw.anchors.iter().map(anchor).collect();
     unique_owners(raw, &mut diagnostics);
+    unique_parameters(raw, &mut diagnostics);
     elastic::validate(raw, &names, &mut diagnostics);
     let calibration = calibration::resolve(raw, &mut diagnostics);
     let fuzzy = fuzzy::resolve(raw, &tree, &mut diagnostics);
+    let limits = limits::resolve(raw, &tree, &mut diagnostics);
     if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics.diagnostics);
     }
@@ -60,6 +71,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         frames: tree.frames,
         couplings: tree.couplings,
         loops: tree.loops,
+        limits,
         actuators: tree.actuators,
         base,
         tool,
@@ -148,6 +160,26 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
                 diagnostics.conflict(&path, message, first, "give one of them another name");
             }
             seen.push((section, name));
+        }
+    }
+}
+
+/// No two parameters may have one name: a marker `body6` has a `body6.x`, and so has the body of frame `6`.
+fn unique_parameters(raw: &RawRobot, diagnostics: &mut Collector) {
+    let mut owners: IndexMap<String, Owner> = IndexMap::new();
+    let mut refused: Vec<[Owner; 2]> = Vec::new();
+    for key in parameters(raw) {
+        match owners.get(&key.name) {
+            Some(&first) if first != key.owner && !refused.contains(&[first, key.owner]) => {
+                refused.push([first, key.owner]);
+                let message = format!("two parameters would be called `{}`", key.name);
+                let why = (first.path(), "the other one belongs to this");
+                diagnostics.conflict(&key.owner.path(), message, why, "rename one of the two");
+            }
+            Some(_) => {}
+            None => {
+                owners.insert(key.name, key.owner);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What moves each joint: variables, actuators, couplings, closed loops. Exactly one for every joint that moves.
 
+use super::super::columns::is_reserved;
 use super::super::frame::{Frame, Motion};
 use super::super::parameters::SLIDER_CRANK;
 use super::super::raw::{JointKind, RawActuator, RawRobot};
@@ -69,6 +70,10 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collect
         }
     }
     for (at, (variable, path)) in users.iter().enumerate() {
+        if is_reserved(variable) {
+            let message = format!("variable `{variable}` has the name of a column of measurements");
+            diagnostics.reject(path, message, format!("call it `q{variable}`, say, here and in the tables"));
+        }
         if let Some((_, first)) = users[..at].iter().find(|(known, _)| known == variable) {
             let message = format!("variable `{variable}` moves two joints");
             let remedy = "let the second joint follow the first by a coupling, or name another variable";

@@ -4,7 +4,7 @@ use crate::description::raw::{JointKind, RawRobot};
 use crate::description::units::{Angle, Length};
 use crate::diagnostic::Diagnostic;
 
-use super::collector::Locate;
+use crate::diagnostic::Locate;
 
 /// Greatest sum of the lengths of a robot's frames, m.
 const LONGEST: f64 = 50.0;

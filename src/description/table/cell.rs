@@ -1,7 +1,9 @@
 //! One cell: what it must hold, and what is wrong with it.
 
-use super::columns::{ColumnKind, Dialect, TextColumn};
+use super::columns::{ColumnKind, TextColumn};
+use super::dialect::Dialect;
 use super::header::{Column, unquoted};
+use super::row::{Delimiter, Writing};
 use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
@@ -31,7 +33,7 @@ impl Wrong {
         cell: &[u8],
         column: &Column,
         dialect: &Dialect,
-        delimiter: u8,
+        writing: Writing,
         decimal: char,
     ) -> Diagnostic {
         let text = String::from_utf8_lossy(cell);
@@ -48,8 +50,11 @@ impl Wrong {
             }
             Self::DecimalComma => Diagnostic::error(format!("{must}, found `{text}` with a decimal comma")).remedy(
                 match dialect.decimal {
+                    _ if writing.sheet.is_some() => "make the cell a number: here it is a text",
                     Some(_) => "declare it: `csv: {decimal: \",\"}`",
-                    None if delimiter == b',' => "write decimal points, or separate the columns by `;`",
+                    None if writing.delimiter == Delimiter::Byte(b',') => {
+                        "write decimal points, or separate the columns by `;`"
+                    }
                     None => "write one decimal sign throughout; cells above have a point",
                 },
             ),
@@ -75,7 +80,7 @@ impl Wrong {
 impl Data {
     pub fn of(kind: ColumnKind) -> Self {
         match kind {
-            ColumnKind::Number => Self::Numbers(Vec::new()),
+            ColumnKind::Number | ColumnKind::Quantity(_) => Self::Numbers(Vec::new()),
             ColumnKind::Text => Self::Texts { column: TextColumn::default(), known: HashMap::new() },
         }
     }

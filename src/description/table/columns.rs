@@ -2,25 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use super::source::Row;
-use crate::diagnostic::Place;
-
-/// How a file separates its columns and writes its numbers.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Dialect {
-    /// `None`: whichever of `,`, `;` and the tab the header line holds most of.
-    pub delimiter: Option<char>,
-    /// `.` or `,`; `None`: a point between commas, else that of the first number that has one.
-    pub decimal: Option<char>,
-    /// Whether a campaign file says how the table is read, so that remedies may name its keys.
-    pub of_campaign: bool,
-}
+use super::dialect::Dialect;
+use super::row::{Row, Writing};
+use crate::description::units::Unit;
+use crate::diagnostic::{Diagnostic, Place};
 
 /// What the cells of a column hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Finite numbers.
     Number,
+    /// Finite numbers in this unit, unless a row of units below the header names another: then they are converted to this.
+    Quantity(Unit),
     /// Texts, such as names; each different one is kept once.
     Text,
 }
@@ -60,6 +53,14 @@ impl TextColumn {
     }
 }
 
+/// A table whose columns hold for rows of another.
+#[derive(Debug, Clone)]
+pub(super) struct Joined {
+    pub table: Box<Table>,
+    /// By row of the readings, the row of this table.
+    pub rows: Vec<usize>,
+}
+
 /// The columns of a file under our names.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
@@ -69,8 +70,10 @@ pub struct Table {
     /// Field of each column in the file.
     pub(super) fields: BTreeMap<String, usize>,
     pub(super) lines: Vec<u32>,
-    pub(super) delimiter: u8,
+    pub(super) writing: Writing,
     pub(super) whole: Option<Vec<u8>>,
+    pub(super) notes: Vec<Diagnostic>,
+    pub(super) joined: Option<Joined>,
 }
 
 impl Table {
@@ -91,7 +94,12 @@ impl Table {
 
     /// Whether the file has the column.
     pub fn has(&self, column: &str) -> bool {
-        self.fields.contains_key(column)
+        self.fields.contains_key(column) || self.joined.as_ref().is_some_and(|joined| joined.table.has(column))
+    }
+
+    /// The name of the column that stands first.
+    pub(super) fn first_column(&self) -> &str {
+        self.fields.iter().min_by_key(|(_, field)| **field).map_or("", |(name, _)| name)
     }
 
     /// The numbers of a column; `None` if the file does not have it, or it holds texts.
@@ -104,15 +112,25 @@ impl Table {
         self.texts.get(column)
     }
 
+    /// What is worth knowing of how the file was read: warnings only.
+    pub fn notes(&self) -> &[Diagnostic] {
+        &self.notes
+    }
+
     /// Where a cell stands, for a later diagnostic about it; beyond 4 MiB of file, the line alone without its text.
     pub fn place(&self, row: usize, column: &str) -> Option<Place> {
+        if let Some(joined) = self.joined.as_ref().filter(|_| !self.fields.contains_key(column))
+            && joined.table.has(column)
+        {
+            return joined.table.place(*joined.rows.get(row)?, column);
+        }
         let line = self.line(row)?;
         let field = self.fields.get(column).copied().unwrap_or(0);
         let whole = self.whole.as_deref().unwrap_or_default();
         let start = whole.split_inclusive(|&byte| byte == b'\n').take(line - 1).map(<[u8]>::len).sum();
         match whole.get(start..) {
-            Some(from) if !from.is_empty() => Some(Row::at(&self.file, from, line, self.delimiter).field(field)),
-            _ => Some(Place { file: self.file.clone(), line, column: 1, excerpt: String::new(), highlight: 0..0 }),
+            Some(from) if !from.is_empty() => Some(Row::at(&self.file, from, line, self.writing).field(field)),
+            _ => Some(Place::line_of(&self.file, line)),
         }
     }
 }
@@ -125,6 +143,8 @@ pub(super) struct Layout<'a> {
     /// Columns of the file to pass over.
     pub ignore: &'a [String],
     pub dialect: &'a Dialect,
+    /// Of a sheet of a workbook: the number of empty columns left of its first.
+    pub sheet: Option<usize>,
 }
 
 impl Layout<'_> {

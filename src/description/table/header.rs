@@ -1,9 +1,12 @@
 //! The first line of a table: the delimiter, and which field is which column.
 
-use super::columns::{ColumnKind, Dialect, ExpectedColumn, Layout};
-use super::source::{Row, Source};
+use super::columns::{ColumnKind, ExpectedColumn, Layout};
+use super::orientation::{NUMBERED, VECTOR, undeclared};
+use super::points;
+use super::row::{Delimiter, Row, Writing};
+use super::source::{Source, separate};
 use crate::diagnostic::{Code, Diagnostic, Place, nearest};
-use std::io::{self, Read};
+use std::io::Read;
 
 /// A column to read.
 pub(super) struct Column {
@@ -22,7 +25,9 @@ pub(super) struct Header {
     pub count: usize,
     /// A last field without a name, as a delimiter at the end of each line makes it.
     pub nameless: Option<usize>,
-    pub delimiter: u8,
+    /// Whether it stands in the file, and is not only known.
+    pub is_line: bool,
+    pub writing: Writing,
     pub faults: Vec<Diagnostic>,
 }
 
@@ -46,54 +51,54 @@ fn wanted(expected: &[ExpectedColumn]) -> String {
     }
 }
 
-/// A tab is named, not shown.
-fn shown(delimiter: u8) -> &'static str {
-    match delimiter {
-        b'\t' => "\\t",
-        b';' => ";",
-        _ => ",",
-    }
-}
-
 impl Header {
-    /// Reads the header; `head` is the file up to the end of its first line that is not blank.
+    /// Reads the header: `line` of that number, the first that is not blank.
     ///
     /// Faults that leave the rows readable are in the header; the others are the error.
     pub fn read<R: Read>(
         file: &str,
-        head: &[u8],
+        (line, number): (&[u8], usize),
         source: &Source<R>,
         layout: &Layout,
     ) -> Result<Self, Vec<Diagnostic>> {
-        let start = Place { file: file.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
-        let fatal = |message: &str, remedy: &str| vec![Diagnostic::error(message).at(start.clone()).remedy(remedy)];
-        if source.wide {
-            return Err(fatal(
-                "the file is in UTF-16, expected UTF-8",
-                "save it as UTF-8 (\"CSV UTF-8\" in a spreadsheet)",
-            ));
-        }
-        let blank = head.split_inclusive(|&byte| byte == b'\n').take_while(|line| line.trim_ascii().is_empty()).count();
-        let skipped = head.split_inclusive(|&byte| byte == b'\n').take(blank).map(<[u8]>::len).sum();
-        let line = head.get(skipped..).unwrap_or_default();
-        if line.trim_ascii().is_empty() {
-            return Err(fatal("the file is empty", &wanted(layout.expected)));
-        }
-        let Some(delimiter) = delimiter(line, layout.dialect) else {
-            return Err(fatal(
-                "the delimiter must be one ASCII character other than the decimal sign",
-                "change `csv:`",
-            ));
+        let fatal = |message: &str, remedy: &str| {
+            Err(vec![Diagnostic::error(message).at(Place::line_of(file, 1)).remedy(remedy)])
         };
-        let row = Row { file, bytes: line.strip_suffix(b"\n").unwrap_or(line), line: 1 + blank, delimiter };
+        if source.wide {
+            return fatal("the file is in UTF-16, expected UTF-8", "save it as UTF-8 (\"CSV UTF-8\" in a spreadsheet)");
+        }
+        if line.trim_ascii().is_empty() {
+            return fatal("the file is empty", &wanted(layout.expected));
+        }
+        let (own, declared) = (source.declared.map(char::from), layout.dialect.delimiter);
+        if let (Some(own), Some(declared)) = (own, declared)
+            && own != declared
+        {
+            let message =
+                format!("the first line says `sep={own}`, and the campaign `csv: {{delimiter: \"{declared}\"}}`");
+            return fatal(&message, "leave `delimiter` out of `csv:`, or correct one of the two");
+        }
+        let delimiter = delimiter(line, own.or(declared), layout.dialect.decimal);
+        let Some(delimiter) = delimiter else {
+            return fatal("the delimiter must be one ASCII character other than the decimal sign", "change `csv:`");
+        };
+        let writing = Writing { delimiter, sheet: layout.sheet };
+        let row = Row { file, bytes: line.strip_suffix(b"\n").unwrap_or(line), line: number, writing };
         let titles = titles(line, delimiter);
-        if let Some(fault) = not_text(&row).or_else(|| no_header(&row, &titles, layout)) {
+        if let Some(fault) = not_text(&row) {
             return Err(vec![fault]);
         }
+        let (titles, is_line) = match &layout.dialect.points {
+            Some(points) => points::titles(points, &titles, &row).map_err(|fault| vec![fault])?,
+            None => match no_header(&row, &titles, own, layout) {
+                Some(fault) => return Err(vec![with_comment(fault, source, &row, layout)]),
+                None => (titles, true),
+            },
+        };
         let (columns, count, faults) = (Vec::new(), titles.len(), Vec::new());
-        let mut header = Self { columns, count, nameless: None, delimiter, faults };
+        let mut header = Self { columns, count, nameless: None, is_line, writing, faults };
         let used = header.find(&row, &titles, layout);
-        for ours in layout.rename.keys().filter(|ours| !layout.expects(ours)) {
+        for ours in layout.rename.keys().filter(|ours| !layout.dialect.is_shared && !layout.expects(ours)) {
             let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
                 .at(row.fields_from(0));
             header.faults.push(diagnostic.suggest(ours, layout.expected.iter().map(|column| column.name.as_str())));
@@ -107,11 +112,36 @@ impl Header {
     /// Finds each expected column; says which fields are accounted for.
     fn find(&mut self, row: &Row<'_>, titles: &[String], layout: &Layout) -> Vec<bool> {
         let mut used = vec![false; titles.len()];
+        let has_all = |names: &[&str]| names.iter().all(|name| titles.iter().any(|title| title == name));
+        let is_numbered = layout.dialect.orientation.other_title("qx").is_some()
+            && has_all(&NUMBERED)
+            && !NUMBERED.iter().any(|name| layout.expects(name));
+        let wanted = layout.dialect.orientation.columns();
+        let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
+        let undeclared = undeclared(titles)
+            .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
+        if let Some((names, declare)) = undeclared {
+            let field = titles.iter().position(|title| title == names[0]).unwrap_or(0);
+            let declared = match wanted == VECTOR {
+                true => "how is not declared".to_owned(),
+                false => format!("the declared one has the columns {}", wanted.join(", ")),
+            };
+            let message = format!("the columns {} hold an orientation, and {declared}", names.join(", "));
+            self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(format!("declare {declare}")));
+            used.iter_mut().zip(titles).for_each(|(used, title)| *used = names.contains(&title.as_str()));
+        }
         for column in layout.expected {
             let renamed = layout.rename.get(&column.name);
+            let has = |title: &str| titles.iter().any(|found| found == title);
+            let renamed =
+                renamed.filter(|renamed| !layout.dialect.is_shared || has(renamed.trim()) || !has(&column.name));
             let title = renamed.unwrap_or(&column.name).trim();
+            let title = layout.dialect.orientation.other_title(title).filter(|_| is_numbered).unwrap_or(title);
             let Some(field) = titles.iter().position(|found| found == title) else {
-                if column.required || renamed.is_some() {
+                let is_undeclared = undeclared.is_some() && wanted.contains(&column.name.as_str());
+                let may_lack = layout.dialect.points.is_some() || layout.dialect.is_shared;
+                let is_missing = column.required || (renamed.is_some() && !may_lack);
+                if is_missing && !is_undeclared {
                     let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
                     let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
                     let alike = near.map(|near| (near, &titles[near]));
@@ -166,6 +196,12 @@ impl Header {
 
 /// Why the header line is no line of text.
 fn not_text(row: &Row) -> Option<Diagnostic> {
+    // How a ZIP archive begins, which a workbook is; and how one of the older kind does.
+    if row.bytes.starts_with(b"PK\x03\x04") || row.bytes.starts_with(b"\xd0\xcf\x11\xe0") {
+        let diagnostic = Diagnostic::error("the file is a workbook or an archive, and no text");
+        let remedy = "save it with the ending .xlsx, which is read; or export the sheet as CSV";
+        return Some(diagnostic.at(Place::line_of(row.file, 1)).remedy(remedy));
+    }
     if let Some(at) = row.bytes.trim_ascii_end().iter().position(|&byte| byte == b'\r') {
         let diagnostic = Diagnostic::error("the lines end in a lone carriage return").at(row.place(at..at + 1));
         return Some(diagnostic.remedy("save the file with LF or CRLF line ends"));
@@ -185,15 +221,18 @@ fn not_text(row: &Row) -> Option<Diagnostic> {
 }
 
 /// Why the line is no header: one column by a wrong delimiter, or numbers.
-fn no_header(row: &Row, titles: &[String], layout: &Layout) -> Option<Diagnostic> {
+fn no_header(row: &Row, titles: &[String], own: Option<char>, layout: &Layout) -> Option<Diagnostic> {
     if let [only] = titles
-        && let Some(other) =
-            [b';', b'\t', b','].into_iter().find(|&other| other != row.delimiter && only.as_bytes().contains(&other))
+        && let Some(other) = [b';', b'\t', b',']
+            .into_iter()
+            .find(|&other| Delimiter::Byte(other) != row.writing.delimiter && only.as_bytes().contains(&other))
     {
         let at = row.bytes.iter().position(|&byte| byte == other).unwrap_or_default();
-        let found = shown(other);
+        let found = Delimiter::Byte(other).shown();
         let diagnostic = Diagnostic::error(format!("the header is one column; is `{found}` the delimiter?"));
-        return Some(diagnostic.at(row.place(at..at + 1)).remedy(if layout.dialect.of_campaign {
+        return Some(diagnostic.at(row.place(at..at + 1)).remedy(if own.is_some() {
+            "correct the first line, `sep=..`".to_owned()
+        } else if layout.dialect.of_campaign {
             format!("declare it: `csv: {{delimiter: \"{found}\"}}`")
         } else {
             "separate all columns by one of `,`, `;` and the tab".to_owned()
@@ -243,15 +282,30 @@ fn missing(
     }
 }
 
+/// The fault of a line that is no header, with the comment before it as the remedy where that names columns.
+fn with_comment<R: Read>(fault: Diagnostic, source: &Source<R>, row: &Row, layout: &Layout) -> Diagnostic {
+    let Some((comment, line)) = source.comment_before(row.line) else { return fault };
+    let text = String::from_utf8_lossy(comment);
+    let words = text.trim().trim_start_matches(['#', '/']).split([',', ';', '\t', ' ']);
+    if !words.into_iter().any(|word| layout.names(unquoted(word))) {
+        return fault;
+    }
+    let place = Row { file: row.file, bytes: comment, line, writing: row.writing }.fields_from(0);
+    let fault = fault.related(Some(place), "a comment");
+    fault.remedy("if that comment names the columns, remove its mark; else start the file with a header line")
+}
+
 /// The delimiter declared, or the one the header holds most of; `None` if the declared one cannot be.
-fn delimiter(line: &[u8], dialect: &Dialect) -> Option<u8> {
-    let decimal = match dialect.decimal {
+fn delimiter(line: &[u8], declared: Option<char>, decimal: Option<char>) -> Option<Delimiter> {
+    let decimal = match decimal {
         Some(decimal) => Some(u8::try_from(decimal).ok().filter(|decimal| matches!(decimal, b'.' | b','))?),
         None => None,
     };
-    if let Some(declared) = dialect.delimiter {
+    if let Some(declared) = declared {
         let declared = u8::try_from(declared).ok().filter(u8::is_ascii)?;
-        return (Some(declared) != decimal && !matches!(declared, b'\n' | b'\r' | b'"' | 0)).then_some(declared);
+        let can_be = Some(declared) != decimal && !matches!(declared, b'\n' | b'\r' | b'"' | 0);
+        let delimiter = if declared == b' ' { Delimiter::Blanks } else { Delimiter::Byte(declared) };
+        return can_be.then_some(delimiter);
     }
     let count = |delimiter: u8| {
         let mut quoted = false;
@@ -262,36 +316,29 @@ fn delimiter(line: &[u8], dialect: &Dialect) -> Option<u8> {
         outside.count()
     };
     let candidates = [b'\t', b';', b','].into_iter().filter(|&delimiter| Some(delimiter) != decimal);
-    candidates.max_by_key(|&delimiter| count(delimiter))
+    let most = candidates.max_by_key(|&delimiter| count(delimiter))?;
+    let by_blanks = count(most) == 0 && titles(line, Delimiter::Blanks).len() > 1;
+    Some(if by_blanks { Delimiter::Blanks } else { Delimiter::Byte(most) })
 }
 
 /// The names in the header line.
-fn titles(line: &[u8], delimiter: u8) -> Vec<String> {
-    let mut builder = csv::ReaderBuilder::new();
-    let mut reader = builder.delimiter(delimiter).has_headers(false).from_reader(line);
+fn titles(line: &[u8], delimiter: Delimiter) -> Vec<String> {
+    let mut line = line.to_vec();
+    if delimiter == Delimiter::Blanks {
+        separate(&mut line);
+        line.truncate(line.trim_ascii_end().len());
+    }
+    let mut reader = reader(delimiter).from_reader(line.as_slice());
     let mut record = csv::ByteRecord::new();
     // Reading from memory does not fail; were it to, the header would be empty and every column missing.
     let _ = reader.read_byte_record(&mut record);
     record.iter().map(|title| unquoted(&String::from_utf8_lossy(title)).to_owned()).collect()
 }
 
-impl<R: Read> Source<R> {
-    /// Reads up to the end of the first line that is not blank, to be handed out again later.
-    pub fn first_line(&mut self) -> io::Result<Vec<u8>> {
-        let mut head = Vec::new();
-        let mut chunk = [0; 4096];
-        loop {
-            let read = self.read(&mut chunk)?;
-            head.extend_from_slice(chunk.get(..read).unwrap_or_default());
-            let text = head.iter().position(|byte| !byte.is_ascii_whitespace());
-            if read == 0 || text.is_some_and(|text| head.iter().skip(text).any(|&byte| byte == b'\n')) {
-                break;
-            }
-        }
-        let text = head.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(head.len());
-        let end = head.iter().skip(text).position(|&byte| byte == b'\n').map_or(head.len(), |end| text + end + 1);
-        let line = head.get(..end).unwrap_or_default().to_vec();
-        self.hand_back(head);
-        Ok(line)
-    }
+/// A reader of rows that are written so.
+pub(super) fn reader(delimiter: Delimiter) -> csv::ReaderBuilder {
+    let mut builder = csv::ReaderBuilder::new();
+    builder.delimiter(delimiter.byte()).has_headers(false).flexible(true).terminator(csv::Terminator::Any(b'\n'));
+    builder.quoting(delimiter != Delimiter::Blanks);
+    builder
 }

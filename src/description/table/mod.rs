@@ -1,14 +1,27 @@
-//! Tables of measurements: CSV as laboratories write it, every fault located.
+//! Tables of measurements: CSV as laboratories write it, and sheets of workbooks; every fault located.
 //!
-//! A file is streamed row by row and never held whole; only the columns that are asked for are kept.
+//! A text is streamed row by row and never held whole; only the columns that are asked for are kept.
 
 mod cell;
 mod columns;
+mod dialect;
 mod header;
+mod join;
+mod orientation;
+mod points;
+mod read;
+mod rotations;
+mod row;
 mod rows;
 mod source;
+mod units;
+#[cfg(feature = "xlsx")]
+mod workbook;
 mod write;
 
-pub use columns::{ColumnKind, Dialect, ExpectedColumn, Table, TextColumn};
-pub use rows::read_table;
+pub use columns::{ColumnKind, ExpectedColumn, Table, TextColumn};
+pub use dialect::{Dialect, Points};
+pub use join::Join;
+pub use orientation::{Orientation, QuaternionOrder};
+pub use read::{read_table, workbook_name};
 pub use write::Sheet;

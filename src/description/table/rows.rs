@@ -1,53 +1,64 @@
 //! Reading the rows of a table below its header, streaming.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 
-use csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
+use csv::{ByteRecord, Reader};
 
 use super::cell::Data;
-use super::columns::{Dialect, ExpectedColumn, Layout, Table};
-use super::header::Header;
-use super::source::{LONGEST_ROW, Row, Source};
+use super::columns::{Layout, Table};
+use super::dialect::Dialect;
+use super::header::{Header, reader as reader_of};
+use super::points::NAMES;
+use super::row::{Delimiter, Row, Writing};
+use super::source::{LONGEST_ROW, Source, is_comment};
+use super::units::{OfColumn, doubt, is_row_of_units, of_columns};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// Most faults shown of one file; the others are counted.
 const MOST_SHOWN: usize = 20;
 
-/// Reads the columns that are expected, streaming.
-///
-/// `rename` maps our name of a column to the file's, where they differ; `ignore` lists columns of the file to pass over.
-/// Blanks around names and numbers, quoted fields, a byte-order mark, CRLF and empty lines are accepted.
-///
-/// # Errors
-///
-/// Every fault of the file, each with its line: columns missing, unknown, given twice or renamed from nothing, cells that are
-/// empty or no finite numbers, rows of another length, a wrong delimiter or decimal sign, no rows or more than `max_rows`, text
-/// that is not UTF-8. After the first faults the others are counted.
-pub fn read_table(
+/// Reads the columns of a text that a layout expects, streaming.
+pub(super) fn read_laid_out(
     file: &str,
     reader: impl Read,
-    expected: &[ExpectedColumn],
-    rename: &BTreeMap<String, String>,
-    ignore: &[String],
-    dialect: &Dialect,
+    layout: &Layout,
     max_rows: usize,
 ) -> Result<Table, Vec<Diagnostic>> {
-    let mut source = Source::new(reader);
-    let head = source.first_line().map_err(|error| vec![failure(file, &error)])?;
-    let header = Header::read(file, &head, &source, &Layout { expected, rename, ignore, dialect })?;
-    let mut builder = ReaderBuilder::new();
-    builder.delimiter(header.delimiter).has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'));
-    let reader = builder.buffer_capacity(1 << 16).from_reader(source);
-    let (faults, data, lines) = (Faults::default(), Vec::new(), Vec::new());
-    let decimal = dialect.decimal.or((header.delimiter == b',').then_some('.'));
-    Rows { file, header, dialect, decimal, reader, faults, data, lines, quote_reported: false }.read(max_rows)
+    let mut rename = layout.rename.clone();
+    let mut ignore = layout.ignore.to_vec();
+    let points = layout.dialect.points.as_ref();
+    if let Some(points) = points {
+        rename.extend(points.columns.clone());
+        ignore.extend(NAMES.into_iter().filter(|name| !rename.values().any(|used| used == name)).map(String::from));
+    }
+    let layout = &Layout { rename: &rename, ignore: &ignore, ..*layout };
+    let mut source = Source::new(reader, points.is_some());
+    let (line, number) = source.first_line().map_err(|error| vec![failure(file, &error)])?;
+    let header = Header::read(file, (&line, number), &source, layout)?;
+    let delimiter = header.writing.delimiter;
+    source.delimiter = Some(delimiter);
+    let reader = reader_of(delimiter).buffer_capacity(1 << 16).from_reader(source);
+    let decimal = layout.dialect.decimal.or((delimiter == Delimiter::Byte(b',')).then_some('.'));
+    let rows = Rows {
+        file,
+        dialect: layout.dialect,
+        decimal,
+        reader,
+        faults: Faults::default(),
+        data: header.columns.iter().map(|column| Data::of(column.kind)).collect(),
+        lines: Vec::new(),
+        units: Vec::new(),
+        commented: (0, None),
+        notes: Vec::new(),
+        quote_reported: false,
+        header,
+    };
+    rows.read(max_rows)
 }
 
 /// A failure of the disk or the network.
 fn failure(file: &str, error: &std::io::Error) -> Diagnostic {
-    let start = Place { file: file.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
-    Diagnostic::error(format!("the file cannot be read: {error}")).at(start)
+    Diagnostic::error(format!("the file cannot be read: {error}")).at(Place::line_of(file, 1))
 }
 
 /// The faults shown and the number of the others.
@@ -95,6 +106,11 @@ struct Rows<'a, R> {
     faults: Faults,
     data: Vec<Data>,
     lines: Vec<u32>,
+    /// By column, where a row of units is given.
+    units: Vec<OfColumn>,
+    /// Comments that read like rows, and the place of the first.
+    commented: (usize, Option<Place>),
+    notes: Vec<Diagnostic>,
     /// An unclosed quote has been shown.
     quote_reported: bool,
 }
@@ -102,10 +118,9 @@ struct Rows<'a, R> {
 impl<R: Read> Rows<'_, R> {
     fn read(mut self, max_rows: usize) -> Result<Table, Vec<Diagnostic>> {
         self.faults.shown = std::mem::take(&mut self.header.faults);
-        self.data = self.header.columns.iter().map(|column| Data::of(column.kind)).collect();
         let mut record = ByteRecord::new();
         let mut count = 0;
-        let mut header_seen = false;
+        let mut header_seen = !self.header.is_line;
         let mut last = (0, 1);
         loop {
             let (at, line) = (self.reader.position().byte(), self.line());
@@ -122,10 +137,17 @@ impl<R: Read> Rows<'_, R> {
             }
             last = (at, line);
             if record.iter().all(|cell| cell.trim_ascii().is_empty()) {
+                if header_seen {
+                    self.count_comment(at, line);
+                }
                 continue;
             }
             if !header_seen {
                 header_seen = true;
+                continue;
+            }
+            if count == 0 && self.units.is_empty() && is_row_of_units(&record, &self.header.columns) {
+                self.take_units(&record, at, line)?;
                 continue;
             }
             count += 1;
@@ -139,7 +161,7 @@ impl<R: Read> Rows<'_, R> {
             }
             self.take(&record, at, line);
         }
-        let row = row_of(&self.reader, self.file, last.0, last.1, self.header.delimiter);
+        let row = row_of(&self.reader, self.file, last.0, last.1, self.header.writing);
         if let Some(quote) = row.open_quote().filter(|_| !self.quote_reported) {
             self.faults.shown.truncate(MOST_SHOWN - 1);
             self.faults.shown.push(unclosed(&row, quote));
@@ -157,7 +179,7 @@ impl<R: Read> Rows<'_, R> {
 
     /// The row that starts at an offset, as it stands in the file.
     fn row(&self, at: u64, line: usize) -> Row<'_> {
-        Row::at(self.file, self.reader.get_ref().from(at), line, self.header.delimiter)
+        Row::at(self.file, self.reader.get_ref().from(at), line, self.header.writing)
     }
 
     /// A row that could not be read.
@@ -176,14 +198,42 @@ impl<R: Read> Rows<'_, R> {
         }
     }
 
+    /// Takes the row of units in.
+    fn take_units(&mut self, record: &ByteRecord, at: u64, line: usize) -> Result<(), Vec<Diagnostic>> {
+        let row = row_of(&self.reader, self.file, at, line, self.header.writing);
+        match of_columns(record, &self.header, &row) {
+            Ok(units) => self.units = units,
+            Err(mut faults) => {
+                self.faults.shown.append(&mut faults);
+                return Err(std::mem::take(&mut self.faults).finish());
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a comment that has as many fields as a row.
+    fn count_comment(&mut self, at: u64, line: usize) {
+        let row = row_of(&self.reader, self.file, at, line, self.header.writing);
+        let bytes = row.bytes.trim_ascii();
+        if self.header.count > 1
+            && bytes.starts_with(b"#")
+            && is_comment(bytes, false)
+            && row.count() == self.header.count
+        {
+            self.commented.0 += 1;
+            let place = row.fields_from(0);
+            self.commented.1.get_or_insert(place);
+        }
+    }
+
     /// Takes one row in.
     fn take(&mut self, record: &ByteRecord, at: u64, line: usize) {
         let (found, wanted) = (record.len(), self.header.count);
         // A delimiter at the very end of a row is passed over.
         let trailing = found == wanted + 1 && record.get(wanted).is_some_and(|cell| cell.trim_ascii().is_empty());
         if found != wanted && !trailing {
-            let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
-            let comma = self.header.delimiter == b',';
+            let row = row_of(&self.reader, self.file, at, line, self.header.writing);
+            let comma = self.header.writing.delimiter == Delimiter::Byte(b',');
             let quote = row.open_quote();
             self.quote_reported |= quote.is_some();
             self.faults.add(|| {
@@ -206,16 +256,16 @@ impl<R: Read> Rows<'_, R> {
         for (column, data) in self.header.columns.iter().zip(&mut self.data) {
             let cell = record.get(column.field).unwrap_or_default();
             if let Err(wrong) = data.push(cell, &mut self.decimal, self.faults.none()) {
-                let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
-                let (delimiter, decimal) = (self.header.delimiter, self.decimal.unwrap_or('.'));
-                let diagnostic = || wrong.diagnostic(cell, column, self.dialect, delimiter, decimal);
+                let row = row_of(&self.reader, self.file, at, line, self.header.writing);
+                let (writing, decimal) = (self.header.writing, self.decimal.unwrap_or('.'));
+                let diagnostic = || wrong.diagnostic(cell, column, self.dialect, writing, decimal);
                 self.faults.add(|| diagnostic().at(row.field(column.field)));
             }
         }
         if let Some(&field) = self.header.nameless.as_ref()
             && record.get(field).is_some_and(|cell| !cell.trim_ascii().is_empty())
         {
-            let row = row_of(&self.reader, self.file, at, line, self.header.delimiter);
+            let row = row_of(&self.reader, self.file, at, line, self.header.writing);
             let remedy = "name the column in the header, or remove the value";
             self.faults
                 .add(|| Diagnostic::error("a value in a column without a name").at(row.field(field)).remedy(remedy));
@@ -231,17 +281,31 @@ impl<R: Read> Rows<'_, R> {
     }
 
     fn table(self) -> Table {
+        let mut notes = self.notes;
+        notes.extend(doubt(&self.header.columns, &self.units));
+        let (commented, place) = self.commented;
+        if commented > 0 {
+            let rows = if commented == 1 { "1 row is".into() } else { format!("{commented} rows are") };
+            let doubt = Diagnostic::warning(format!("{rows} passed over as a comment, the first of them here"));
+            notes.push(doubt.at(place).remedy("remove the `#` of what is meant as a reading"));
+        }
         let mut table = Table {
             file: self.file.to_owned(),
             lines: self.lines,
-            delimiter: self.header.delimiter,
+            notes,
+            writing: self.header.writing,
             whole: self.reader.into_inner().into_whole(),
             ..Table::default()
         };
-        for (column, data) in self.header.columns.into_iter().zip(self.data) {
+        let factors = self.units.iter().map(|units| units.factor).chain(std::iter::repeat(1.0));
+        for ((column, data), factor) in self.header.columns.into_iter().zip(self.data).zip(factors) {
             table.fields.insert(column.name.clone(), column.field);
             match data {
-                Data::Numbers(numbers) => drop(table.numbers.insert(column.name, numbers)),
+                Data::Numbers(mut numbers) => {
+                    // Exact where the units are the same.
+                    numbers.iter_mut().for_each(|number| *number *= factor);
+                    table.numbers.insert(column.name, numbers);
+                }
                 Data::Texts { column: texts, .. } => drop(table.texts.insert(column.name, texts)),
             }
         }
@@ -255,6 +319,12 @@ fn unclosed(row: &Row<'_>, quote: usize) -> Diagnostic {
 }
 
 /// As [`Rows::row`], borrowing the reader alone.
-fn row_of<'a, R: Read>(reader: &'a Reader<Source<R>>, file: &'a str, at: u64, line: usize, delimiter: u8) -> Row<'a> {
-    Row::at(file, reader.get_ref().from(at), line, delimiter)
+fn row_of<'a, R: Read>(
+    reader: &'a Reader<Source<R>>,
+    file: &'a str,
+    at: u64,
+    line: usize,
+    writing: Writing,
+) -> Row<'a> {
+    Row::at(file, reader.get_ref().from(at), line, writing)
 }

@@ -4,11 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::follow::{Follower, direction, followers, joint_unit};
-use super::khalil_kleinfinger::{Isometry, clean};
-use super::locate::{KEPT, KEPT_FRAMES};
-use super::xml::{allowed, escaped, number, put, roll_pitch_yaw, triple};
+use super::elements::{KEPT, KEPT_FRAMES};
+use super::follow::{Follower, Followers, direction, followers, joint_unit};
+use super::xml::{allowed, escaped, number, put, triple};
+use crate::description::convention::khalil_kleinfinger as to_khalil_kleinfinger;
+use crate::description::khalil_kleinfinger::{Isometry, clean, roll_pitch_yaw};
 use crate::description::raw::{JointKind, RawFrame, RawPlacement, RawRobot, RawTool};
+use crate::description::resolve::resolve;
 use crate::description::robot::Constants;
 use crate::diagnostic::Diagnostic;
 
@@ -28,17 +30,22 @@ const REACH: f64 = 10.0;
 ///
 /// # Errors
 ///
-/// Every fault that keeps the frames from forming a tree: a missing or unknown antecedent, a circle, an unknown frame in a
-/// coupling, a number that is not finite, a name that XML cannot hold.
+/// Every fault of the description, and a name that XML cannot hold.
 pub fn export(robot: &RawRobot) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let mut writer = Writer::new(robot);
-    writer.check();
-    let followers = followers(robot, &mut writer.diagnostics);
-    if writer.diagnostics.iter().any(Diagnostic::is_error) {
-        return Err(writer.diagnostics);
-    }
+    let (robot, _) = to_khalil_kleinfinger(robot, &|_| None, &|_| false);
+    let mut writer = Writer::new(&robot);
+    let followers = writer.check()?;
+    whole(writer, &followers)
+}
+
+/// A URDF of nothing but the description.
+pub(super) fn whole(mut writer: Writer, followers: &Followers) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     writer.report_losses();
-    let text = writer.text(&followers);
+    if !writer.robot.bodies.is_empty() {
+        let message = "inertia tensors are written as zero: the description has none";
+        writer.diagnostics.push(Diagnostic::warning(message).remedy("masses and centres of mass are written"));
+    }
+    let text = writer.text(followers);
     if writer.diagnostics.iter().any(Diagnostic::is_error) {
         Err(writer.diagnostics)
     } else {
@@ -46,27 +53,26 @@ pub fn export(robot: &RawRobot) -> Result<(String, Vec<Diagnostic>), Vec<Diagnos
     }
 }
 
-struct Writer<'a> {
-    robot: &'a RawRobot,
+pub(super) struct Writer<'a> {
+    pub(super) robot: &'a RawRobot,
     length: f64,
     angle: f64,
     /// Link and joint names given so far.
-    taken: HashSet<String>,
-    base: String,
-    diagnostics: Vec<Diagnostic>,
+    pub(super) taken: HashSet<String>,
+    /// The link that carries a frame and the frame's pose in it, where that is not a link of the frame's own.
+    pub(super) links: HashMap<String, (String, Isometry)>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 impl<'a> Writer<'a> {
-    fn new(robot: &'a RawRobot) -> Self {
+    pub(super) fn new(robot: &'a RawRobot) -> Self {
         let taken = robot.frames.keys().cloned().collect();
         let (length, angle) = (robot.units.length.factor(), robot.units.angle.factor());
-        let mut writer = Self { robot, length, angle, taken, base: String::new(), diagnostics: Vec::new() };
-        writer.base = writer.free_name("base_link");
-        writer
+        Self { robot, length, angle, taken, links: HashMap::new(), diagnostics: Vec::new() }
     }
 
     /// This name, or one made of it that no link and no joint has.
-    fn free_name(&mut self, wanted: &str) -> String {
+    pub(super) fn free_name(&mut self, wanted: &str) -> String {
         let mut name = wanted.to_owned();
         while !self.taken.insert(name.clone()) {
             name.push('_');
@@ -74,103 +80,24 @@ impl<'a> Writer<'a> {
         name
     }
 
-    fn error(&mut self, message: String) {
-        self.diagnostics.push(Diagnostic::error(message));
-    }
-
-    fn known(&mut self, what: &str, name: &str) {
-        if name != "0" && !self.robot.frames.contains_key(name) {
-            let names = self.robot.frames.keys().map(String::as_str).chain(["0"]);
-            self.diagnostics.push(Diagnostic::error(format!("{what}: unknown frame `{name}`")).suggest(name, names));
-        }
-    }
-
-    /// Diagnostics on what keeps the description from being a tree of finite numbers.
-    fn check(&mut self) {
+    /// How joints follow one another; every fault of the description, and names that XML cannot hold.
+    pub(super) fn check(&mut self) -> Result<Followers<'a>, Vec<Diagnostic>> {
         let robot = self.robot;
-        self.check_frames();
-        self.check_circles();
-        for (name, body) in &robot.bodies {
-            self.known("bodies", name);
-            if body.mass.into_iter().chain(body.com.into_iter().flatten()).any(|value| !value.is_finite()) {
-                self.error(format!("the body `{name}` holds a number that is not finite"));
-            }
+        let mut checked = robot.clone();
+        if robot.tool == RawTool::default() && robot.markers.values().all(|marker| marker.frame.is_some()) {
+            // Nothing hangs on the tool: which of several ends it is need not be known.
+            checked.tool.frame = robot.frames.keys().last().cloned();
         }
-        let tool = robot.tool.at.into_iter().chain(robot.tool.rotation).flatten();
-        if tool.chain(robot.markers.values().flat_map(|marker| marker.at).flatten()).any(|value| !value.is_finite()) {
-            self.error("the tool or a marker holds a number that is not finite".to_owned());
-        }
-        self.check_carriers();
+        let mut faults = resolve(&checked, &|_| None).1;
+        faults.retain(Diagnostic::is_error);
         let names = robot.frames.keys().chain(robot.markers.keys()).chain(&robot.robot);
-        for name in names.filter(|name| name.chars().any(|c| !allowed(c))) {
-            self.error(format!("XML cannot hold the name {name:?}"));
-        }
-    }
-
-    fn check_frames(&mut self) {
-        for (name, frame) in &self.robot.frames {
-            if name == "0" {
-                self.error("`0` is the base and cannot be a frame".to_owned());
-            }
-            match &frame.antecedent {
-                Some(antecedent) => self.known(&format!("antecedent of `{name}`"), antecedent),
-                None => self.error(format!("the frame `{name}` lacks its antecedent")),
-            }
-            if let Some(other) = &frame.coaxial {
-                self.known(&format!("`{name}` coaxial"), other);
-            }
-            if !matches!(frame.direction, None | Some(1.0 | -1.0)) {
-                self.error(format!("the direction of `{name}` is neither 1 nor -1"));
-            }
-            let RawFrame { beta, gamma, b, alpha, d, theta, r, offset, .. } = frame;
-            let constants = [beta, gamma, b, alpha, d, theta, r, offset].into_iter().copied().flatten();
-            if constants.chain(frame.limits.into_iter().flatten()).any(|value| !value.is_finite()) {
-                self.error(format!("the frame `{name}` holds a number that is not finite"));
-            }
-        }
-    }
-
-    /// Frames whose antecedents never reach the base.
-    fn check_circles(&mut self) {
-        let robot = self.robot;
-        let mut hung: HashSet<&str> = HashSet::from(["0"]);
-        for start in robot.frames.keys() {
-            let (mut walk, mut at) = (Vec::new(), start.as_str());
-            while !hung.contains(at) {
-                if walk.contains(&at) {
-                    self.error(format!("the antecedents of `{at}` form a circle"));
-                    break;
-                }
-                walk.push(at);
-                let Some(next) = robot.frames.get(at).and_then(|frame| frame.antecedent.as_deref()) else { break };
-                at = next;
-            }
-            hung.extend(walk);
-        }
-    }
-
-    /// The frames that carry the tool and the markers.
-    fn check_carriers(&mut self) {
-        let robot = self.robot;
-        match &robot.tool.frame {
-            Some(frame) => self.known("tool", frame),
-            None if self.only_leaf().is_some() => {}
-            None if robot.tool != RawTool::default() || robot.markers.values().any(|marker| marker.frame.is_none()) => {
-                let diagnostic =
-                    Diagnostic::error("several frames carry nothing: which of them carries the tool is not said");
-                self.diagnostics.push(diagnostic.remedy("say `tool: {frame: ...}`"));
-            }
-            None => {}
-        }
-        for (name, marker) in &robot.markers {
-            if let Some(frame) = &marker.frame {
-                self.known(&format!("marker `{name}`"), frame);
-            }
-        }
+        let strange = names.filter(|name| name.chars().any(|c| !allowed(c)));
+        faults.extend(strange.map(|name| Diagnostic::error(format!("XML cannot hold the name {name:?}"))));
+        if faults.is_empty() { Ok(followers(robot, &mut self.diagnostics)) } else { Err(faults) }
     }
 
     /// Warnings about what is lost.
-    fn report_losses(&mut self) {
+    pub(super) fn report_losses(&mut self) {
         let robot = self.robot;
         let list = |names: Vec<&String>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let passive: Vec<&String> =
@@ -189,7 +116,6 @@ impl<'a> Writer<'a> {
             self.diagnostics.push(Diagnostic::warning(message).remedy(remedy));
         }
         let sections = [
-            ("urdf", robot.urdf.is_none()),
             ("base", robot.base == RawPlacement::default()),
             ("anchors", robot.anchors.is_empty()),
             ("beams", robot.beams.is_empty()),
@@ -205,13 +131,9 @@ impl<'a> Writer<'a> {
             self.diagnostics
                 .push(Diagnostic::warning(format!("not written to the URDF: {}", list(lost.iter().collect()))));
         }
-        if !robot.bodies.is_empty() {
-            let message = "inertia tensors are written as zero: the description has none";
-            self.diagnostics.push(Diagnostic::warning(message).remedy("masses and centres of mass are written"));
-        }
     }
 
-    fn text(&mut self, followers: &HashMap<&str, Follower>) -> String {
+    fn text(&mut self, followers: &Followers) -> String {
         let robot = self.robot;
         let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let name = robot.robot.as_deref().filter(|name| !name.trim().is_empty()).unwrap_or("robot");
@@ -221,8 +143,9 @@ impl<'a> Writer<'a> {
         }
         let (attribute, value) = KEPT_FRAMES;
         put(&mut out, format_args!("  <{KEPT} {attribute}=\"{value}\"/>\n"));
-        let base = self.base.clone();
+        let base = self.free_name("base_link");
         self.link(&mut out, &base, "0");
+        self.links.insert("0".to_owned(), (base, Isometry::identity()));
         for (name, frame) in &robot.frames {
             self.link(&mut out, name, name);
             self.joint(&mut out, name, frame, followers.get(name.as_str()));
@@ -245,19 +168,18 @@ impl<'a> Writer<'a> {
         out
     }
 
-    /// The only frame that carries nothing.
+    /// The only frame that carries nothing and closes no loop.
     fn only_leaf(&self) -> Option<&'a str> {
         let carriers: HashSet<&str> =
             self.robot.frames.values().filter_map(|frame| frame.antecedent.as_deref()).collect();
-        let mut leaves = self.robot.frames.keys().map(String::as_str).filter(|name| !carriers.contains(name));
+        let closes =
+            |name: &str| self.robot.loops.values().any(|l| l.frames.iter().flatten().any(|known| known == name));
+        let leaves = self.robot.frames.keys().map(String::as_str);
+        let mut leaves = leaves.filter(|name| !carriers.contains(name) && !closes(name));
         leaves.next().filter(|_| leaves.next().is_none())
     }
 
-    fn link_of<'n>(&'n self, frame: &'n str) -> &'n str {
-        if frame == "0" { &self.base } else { frame }
-    }
-
-    fn link(&self, out: &mut String, link: &str, frame: &str) {
+    pub(super) fn link(&self, out: &mut String, link: &str, frame: &str) {
         let Some(body) = self.robot.bodies.get(frame) else {
             put(out, format_args!("  <link name=\"{}\"/>\n", escaped(link)));
             return;
@@ -270,7 +192,7 @@ impl<'a> Writer<'a> {
         out.push_str("    </inertial>\n  </link>\n");
     }
 
-    fn joint(&mut self, out: &mut String, name: &str, frame: &RawFrame, follower: Option<&Follower>) {
+    pub(super) fn joint(&mut self, out: &mut String, name: &str, frame: &RawFrame, follower: Option<&Follower>) {
         let kind = match frame.joint {
             Some(JointKind::Revolute) if frame.limits.is_none() => "continuous",
             Some(JointKind::Revolute) => "revolute",
@@ -310,32 +232,25 @@ impl<'a> Writer<'a> {
         out.push_str("  </joint>\n");
     }
 
-    fn fixed_link(&self, out: &mut String, name: &str, frame: &str, at: &Isometry) {
+    pub(super) fn fixed_link(&self, out: &mut String, name: &str, frame: &str, at: &Isometry) {
         put(out, format_args!("  <link name=\"{}\"/>\n", escaped(name)));
         self.open_joint(out, name, "fixed", frame, name, at);
         out.push_str("  </joint>\n");
     }
 
     fn open_joint(&self, out: &mut String, name: &str, kind: &str, parent: &str, child: &str, at: &Isometry) {
-        let (name, parent, child) = (escaped(name), escaped(self.link_of(parent)), escaped(child));
+        let own = (parent.to_owned(), Isometry::identity());
+        let (parent, frame) = self.links.get(parent).unwrap_or(&own);
+        let at = frame * at;
+        let (name, parent, child) = (escaped(name), escaped(parent), escaped(child));
         put(out, format_args!("  <joint name=\"{name}\" type=\"{kind}\">\n"));
         put(out, format_args!("    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n"));
-        let scale = 1.0 + at.translation.vector.norm();
-        let xyz = triple(&at.translation.vector.map(|length| clean(length, scale)));
-        let rpy = triple(&roll_pitch_yaw(&at.rotation));
-        put(out, format_args!("    <origin xyz=\"{xyz}\" rpy=\"{rpy}\"/>\n"));
+        put(out, format_args!("    {}\n", origin(&at)));
     }
 
     /// The frame's constants, SI, with `constant` added to the joint variable.
-    fn constants(&self, frame: &RawFrame, constant: f64) -> Constants {
-        let mut shared = frame;
-        // A frame may share its axis with one that shares its own; a circle of them ends too.
-        for _ in 0..self.robot.frames.len() {
-            match shared.coaxial.as_ref().and_then(|name| self.robot.frames.get(name)) {
-                Some(next) => shared = next,
-                None => break,
-            }
-        }
+    pub(super) fn constants(&self, frame: &RawFrame, constant: f64) -> Constants {
+        let shared = frame.coaxial.as_ref().and_then(|name| self.robot.frames.get(name)).unwrap_or(frame);
         let angle = |value: Option<f64>| value.unwrap_or(0.0) * self.angle;
         let length = |value: Option<f64>| value.unwrap_or(0.0) * self.length;
         let (mut theta, mut r) = (angle(frame.theta), length(frame.r));
@@ -348,13 +263,20 @@ impl<'a> Writer<'a> {
         Constants { beta, gamma, b: length(shared.b), alpha, d: length(shared.d), theta, r }
     }
 
-    fn position(&self, at: Option<[f64; 3]>) -> Translation3<f64> {
+    pub(super) fn position(&self, at: Option<[f64; 3]>) -> Translation3<f64> {
         Translation3::from(Vector3::from(at.unwrap_or_default()) * self.length)
     }
 
     /// The rotation of a rotation vector in the file's unit.
-    fn rotation(&self, vector: Option<[f64; 3]>) -> Rotation3<f64> {
+    pub(super) fn rotation(&self, vector: Option<[f64; 3]>) -> Rotation3<f64> {
         let vector = Vector3::from(vector.unwrap_or_default()) * self.angle;
         UnitQuaternion::from_scaled_axis(vector).to_rotation_matrix()
     }
+}
+
+/// `<origin>` of a displacement.
+pub(super) fn origin(at: &Isometry) -> String {
+    let scale = 1.0 + at.translation.vector.norm();
+    let xyz = triple(&at.translation.vector.map(|length| clean(length, scale)));
+    format!("<origin xyz=\"{xyz}\" rpy=\"{}\"/>", triple(&roll_pitch_yaw(&at.rotation)))
 }

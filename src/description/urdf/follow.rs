@@ -13,34 +13,27 @@ pub(super) struct Follower<'a> {
     pub(super) master: Option<(&'a str, f64)>,
 }
 
-/// How each moving joint follows another, down chains of couplings.
-pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, Follower<'a>> {
+/// How each moving joint follows another.
+pub(super) type Followers<'a> = HashMap<&'a str, Follower<'a>>;
+
+/// How each moving joint follows another, down chains of couplings, which form no circle.
+pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> Followers<'a> {
     let single = single_terms(robot, diagnostics);
-    let shared = shared_variables(robot);
     let mut followers = HashMap::new();
     for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
         let sign = direction(frame);
         // q = factor * q of `at` + constant, the master's own zero included.
         let (mut factor, mut constant, mut at) = (1.0, offset(robot, frame), name.as_str());
-        let mut steps = 0;
         while let Some((&(master, share), next)) =
             single.get(at).and_then(|term| Some((term, robot.frames.get(term.0)?)))
         {
-            steps += 1;
-            if steps > single.len() {
-                diagnostics.push(Diagnostic::error(format!("the couplings of `{name}` form a circle")));
-                break;
-            }
             let units = robot.frames.get(at).map_or(1.0, |frame| joint_unit(robot, frame)) / joint_unit(robot, next);
             factor *= share * units;
             constant += factor * offset(robot, next);
             at = master;
         }
-        let master = if at != name {
-            robot.frames.get(at).map(|master| (at, sign * factor * direction(master)))
-        } else {
-            shared.get(at).map(|&first| (first, 1.0))
-        };
+        let master = robot.frames.get(at).filter(|_| at != name);
+        let master = master.map(|master| (at, sign * factor * direction(master)));
         followers.insert(name.as_str(), Follower { constant, master });
     }
     followers
@@ -49,19 +42,8 @@ pub(super) fn followers<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnosti
 /// The couplings of one term: the joint that follows, the joint it follows and the factor.
 fn single_terms<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> HashMap<&'a str, (&'a str, f64)> {
     let mut single = HashMap::new();
-    let movable = || robot.frames.iter().filter(|(_, frame)| moves(frame)).map(|(name, _)| name.as_str());
     for coupling in &robot.couplings {
-        let Ok((name, terms)) = parse_coupling(coupling) else {
-            let diagnostic = Diagnostic::error(format!("the coupling `{coupling}` cannot be read"));
-            diagnostics.push(diagnostic.remedy("write it like `6 = -1 * 5`"));
-            continue;
-        };
-        for name in std::iter::once(name).chain(terms.iter().map(|&(_, master)| master)) {
-            if !robot.frames.get(name).is_some_and(moves) {
-                let diagnostic = Diagnostic::error(format!("coupling `{coupling}`: `{name}` is no joint that moves"));
-                diagnostics.push(diagnostic.suggest(name, movable()));
-            }
-        }
+        let Ok((name, terms)) = parse_coupling(coupling) else { continue };
         match terms.as_slice() {
             &[(factor, master)] => {
                 single.insert(name, (master, factor));
@@ -73,21 +55,6 @@ fn single_terms<'a>(robot: &'a RawRobot, diagnostics: &mut Vec<Diagnostic>) -> H
         }
     }
     single
-}
-
-/// Joints moved by a variable that moves another joint before them, and that joint.
-fn shared_variables(robot: &RawRobot) -> HashMap<&str, &str> {
-    let mut movers: HashMap<&str, &str> = HashMap::new();
-    let mut shared = HashMap::new();
-    for (name, frame) in robot.frames.iter().filter(|(_, frame)| moves(frame)) {
-        if let Some(variable) = &frame.variable {
-            let first = *movers.entry(variable).or_insert(name);
-            if first != name {
-                shared.insert(name.as_str(), first);
-            }
-        }
-    }
-    shared
 }
 
 /// Calibrated zero of a joint, SI.

@@ -1,31 +1,37 @@
 //! From a URDF to a robot description.
 
-use std::ops::Range;
+use std::collections::HashSet;
 
 use indexmap::IndexMap;
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use urdf_rs::JointType;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use super::khalil_kleinfinger::{
-    Isometry, about_x, about_y, about_z, clean, clean_angle, khalil_kleinfinger, screw_z, shift_to_normal,
-};
-use super::locate::{self, Survey};
-use super::outline;
-use super::source::{Diagnostics, Source};
+use super::chain::{Chain, Request, chain};
+use super::elements::{Kind, Survey, survey};
+use super::motion::{Isometry, moved, placed, towards};
+use super::source::Source;
 use super::tree::{Tree, tree};
-use crate::description::raw::{JointKind, RawBody, RawFrame, RawRobot, RawTool};
+use crate::description::khalil_kleinfinger::{clean, clean_angle, khalil_kleinfinger, screw_z, shift_to_normal};
+use crate::description::raw::{JointKind, RawBody, RawFrame, RawRobot, RawTool, RawUrdf};
 use crate::description::robot::Constants;
+use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
-
-/// An angle of roll, pitch or yaw of at most twelve decimals that is this near to a multiple of 90 degrees is taken to be
-/// that: pi/2 is often written with eleven decimals (5e-12).
-const QUARTER: f64 = 6e-12;
 
 /// Leaf links or joints taken for the tool when there are several leaves, the likeliest first.
 const TOOLS: [&str; 9] =
     ["tcp", "tool0", "tool", "tool_center_point", "tool_link", "ee_link", "end_effector", "ee", "flange"];
 
-/// Reads a URDF: `text` is its text, `file` the name shown in diagnostics.
+/// What a URDF gives.
+#[derive(Debug, Clone)]
+pub struct Imported {
+    /// The description, in SI units.
+    pub robot: RawRobot,
+    /// A fixed frame for each link, where the file has the link's frame, SI; not for those that bear a joint's name.
+    pub link_frames: IndexMap<String, RawFrame>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads a whole URDF: `text` is its text, `file` the name shown in diagnostics.
 ///
 /// The description is in SI units. Each joint becomes a frame of its name, each link's mass a body of that frame. A
 /// mimicking joint becomes a coupling, its offset going into the frame's theta or r; every other moving joint gets a
@@ -41,110 +47,136 @@ const TOOLS: [&str; 9] =
 /// or malformed attributes, unknown or repeated names, links that do not form one tree, joints of an unsupported type,
 /// circles of mimicking joints, a file of more than 20 MB.
 pub fn import(file: &str, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let source = Source::new(file, text.strip_prefix('\u{feff}').unwrap_or(text));
-    outline::outline(&source).map_err(|diagnostic| vec![*diagnostic])?;
-    let document = outline::parse(&source).map_err(|diagnostic| vec![*diagnostic])?;
-    let mut diagnostics = Diagnostics::default();
-    let survey = locate::survey(&source, &document, &mut diagnostics);
-    let hangs = if survey.links.is_empty() && diagnostics.has_error() {
-        None
-    } else {
-        tree(&source, &survey, &mut diagnostics)
+    let (keys, units) = (RawUrdf::default(), Units::default());
+    let Imported { robot, diagnostics, .. } =
+        import_chain(file, text, &Request { keys: &keys, units, weighed: &[], locate: &|_| None })?;
+    Ok((robot, diagnostics))
+}
+
+/// Reads of a URDF the chain between two links; without `from` and `to` as [`import`] does.
+///
+/// With `to`, only joints that move become frames, and the tool is the frame of that link. Joints off the chain are held
+/// at what `fixed` says, or at zero (the nearest limit where zero is outside); what they carry weighs on the frame it is
+/// attached to. Joints that follow one of the chain move with it. Gravity is that of the file's base link.
+///
+/// # Errors
+///
+/// As [`import`], and every fault of the request.
+pub fn import_chain(file: &str, text: &str, request: &Request) -> Result<Imported, Vec<Diagnostic>> {
+    built(file, text, request, |builder, _| builder.links()).map(|(robot, link_frames, diagnostics)| Imported {
+        robot,
+        link_frames,
+        diagnostics,
+    })
+}
+
+/// A description of the file, and what is made of its builder.
+pub(super) fn built<T>(
+    file: &str,
+    text: &str,
+    request: &Request,
+    make: impl FnOnce(&Builder, &RawRobot) -> T,
+) -> Result<(RawRobot, T, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let mut source = Source::new(file, text);
+    let Some(document) = source.parse() else { return Err(source.finish()) };
+    let survey = survey(&mut source, &document);
+    let nothing = survey.links.is_empty() && source.count() > 0;
+    let tree = if nothing { None } else { tree(&mut source, &survey) };
+    let chain = tree.as_ref().and_then(|tree| chain(&mut source, &survey, tree, request));
+    let (Some(tree), Some(chain)) = (&tree, chain) else { return Err(source.finish()) };
+    let carriers = vec![None; survey.links.len()];
+    let mut builder = Builder {
+        source: &mut source,
+        survey: &survey,
+        tree,
+        chain,
+        carriers,
+        tool_joint: None,
+        weighed: request.weighed,
     };
-    let Some(tree) = hangs.filter(|_| !diagnostics.has_error()) else { return Err(diagnostics.finish()) };
-    let read = urdf_rs::read_from_string(&blanked(source.text(), &survey.blank)).map_err(|error| error.to_string());
-    let whole =
-        |read: &urdf_rs::Robot| read.links.len() == survey.links.len() && read.joints.len() == survey.joints.len();
-    match read {
-        Ok(model) if whole(&model) => {
-            let mut robot =
-                Builder { source: &source, survey: &survey, tree: &tree, model: &model, diagnostics }.robot();
-            robot.0.robot = (!survey.name.is_empty()).then(|| survey.name.to_owned());
-            Ok((robot.0, robot.1.finish()))
-        }
-        other => {
-            let why = other.err().unwrap_or_else(|| "links or joints are lost".to_owned());
-            diagnostics
-                .push(Diagnostic::error(format!("the file cannot be read as URDF: {why}")).at(source.place(0..0)));
-            Err(diagnostics.finish())
-        }
-    }
+    let robot = builder.robot();
+    let made = make(&builder, &robot);
+    Ok((robot, made, source.finish()))
 }
 
-/// The text with blanks for elements that are not read, so that they cannot stop the model reader.
-fn blanked(text: &str, ranges: &[Range<usize>]) -> String {
-    let mut ranges = ranges.to_vec();
-    ranges.sort_by_key(|range| range.start);
-    let (mut kept, mut at) = (String::with_capacity(text.len()), 0);
-    for range in ranges {
-        kept.push_str(text.get(at..range.start).unwrap_or(""));
-        kept.push(' ');
-        at = at.max(range.end);
-    }
-    kept.push_str(text.get(at..).unwrap_or(""));
-    kept
+/// Makes the description, and knows which frame carries each link.
+pub(super) struct Builder<'b, 'a> {
+    source: &'b mut Source<'a>,
+    pub(super) survey: &'b Survey<'a>,
+    pub(super) tree: &'b Tree,
+    pub(super) chain: Chain,
+    /// Per link of the part that is read: the frame it moves with, and that frame's pose in the link.
+    pub(super) carriers: Vec<Option<(&'a str, Isometry)>>,
+    /// The joint that carries the tool's link.
+    pub(super) tool_joint: Option<usize>,
+    weighed: &'b [&'b str],
 }
 
-struct Builder<'s> {
-    source: &'s Source<'s>,
-    survey: &'s Survey<'s>,
-    tree: &'s Tree,
-    model: &'s urdf_rs::Robot,
-    diagnostics: Diagnostics,
-}
-
-// Positions come from the survey of the same file; `import` has checked that the model has as many links and joints.
-impl<'s> Builder<'s> {
-    fn robot(mut self) -> (RawRobot, Diagnostics) {
-        let mut robot = RawRobot::default();
-        // Per link: the frame it moves with, and that frame's pose in the link.
-        let mut carriers = vec![("0", Isometry::identity()); self.survey.links.len()];
-        let mut open = vec![self.tree.root];
+// Positions are those of the survey.
+impl<'a> Builder<'_, 'a> {
+    fn robot(&mut self) -> RawRobot {
+        let name = self.survey.name;
+        let robot = (!name.is_empty()).then(|| name.to_owned());
+        let mut robot = RawRobot { robot, gravity: self.chain.gravity, ..RawRobot::default() };
+        self.carriers[self.chain.root] = Some(("0", Isometry::identity()));
+        let mut open = vec![self.chain.root];
         while let Some(link) = open.pop() {
             for &joint in &self.tree.leaving[link] {
-                let child = self.tree.carries[joint];
-                let (antecedent, parent) = carriers[link];
-                let own = self.own_frame(joint);
-                let constants = khalil_kleinfinger(&(parent.inverse() * self.placed(joint) * own));
-                self.warn_of_tilt(joint, antecedent, &constants);
-                robot.frames.insert(self.name(joint).to_owned(), self.frame(joint, antecedent, constants));
-                carriers[child] = (self.name(joint), own);
-                robot.couplings.extend(self.coupling(joint));
-                self.body(child, self.name(joint), &own, &mut robot.bodies);
+                let (child, name) = (self.tree.carries[joint], self.survey.joint(joint));
+                let Some((antecedent, parent)) = self.carriers[link] else { continue };
+                self.carriers[child] = Some(if let Some(value) = self.chain.held[joint] {
+                    (antecedent, self.displaced(joint, value).inverse() * parent)
+                } else {
+                    let own = self.own_frame(joint);
+                    let constants = khalil_kleinfinger(&(parent.inverse() * self.displaced(joint, 0.0) * own));
+                    self.warn_of_tilt(joint, antecedent, &constants);
+                    robot.frames.insert(name.to_owned(), self.frame(joint, antecedent, constants));
+                    robot.couplings.extend(self.coupling(joint));
+                    (name, own)
+                });
+                self.weigh(child, &mut robot.bodies);
             }
             open.extend(self.tree.leaving[link].iter().rev().map(|&joint| self.tree.carries[joint]));
         }
-        robot.tool = self.tool(&carriers);
-        (robot, self.diagnostics)
+        robot.tool = self.tool();
+        robot
     }
 
-    fn name(&self, joint: usize) -> &'s str {
-        self.survey.joints[joint].name.as_ref().map_or("", |name| name.text)
+    /// A fixed frame for each link that is read.
+    fn links(&self) -> IndexMap<String, RawFrame> {
+        let joints: HashSet<&str> = (0..self.survey.joints.len()).map(|joint| self.survey.joint(joint)).collect();
+        let links = self.carriers.iter().enumerate();
+        let links = links.filter_map(|(link, carrier)| Some((self.survey.link(link), carrier.as_ref()?)));
+        let links = links.filter(|(link, _)| *link != "0" && !joints.contains(link));
+        links
+            .map(|(link, (frame, pose))| (link.to_owned(), fixed(frame, khalil_kleinfinger(&pose.inverse()))))
+            .collect()
     }
 
     fn fixed(&self, joint: usize) -> bool {
-        self.model.joints[joint].joint_type == JointType::Fixed
+        self.survey.joints[joint].kind == Kind::Fixed
     }
 
-    /// The child link's pose in the parent link at joint value zero.
-    fn placed(&self, joint: usize) -> Isometry {
-        let origin = &self.model.joints[joint].origin;
-        let [roll, pitch, yaw] = if self.survey.kept { origin.rpy.0 } else { origin.rpy.0.map(quarter) };
-        let [x, y, z] = origin.xyz.0;
-        Isometry::from_parts(Translation3::new(x, y, z), about_z(yaw) * about_y(pitch) * about_x(roll))
+    /// The child link's pose in the parent link.
+    pub(super) fn displaced(&self, joint: usize, value: f64) -> Isometry {
+        let joint = &self.survey.joints[joint];
+        let placed = placed(joint, self.survey.kept);
+        if value == 0.0 { placed } else { placed * moved(joint, value) }
     }
 
     /// Sense of the joint about or along z of its frame: +1, but where the link frame is kept and z is against the axis.
-    fn direction(&self, joint: usize) -> f64 {
-        let [x, y, z] = self.model.joints[joint].axis.xyz.0;
+    pub(super) fn direction(&self, joint: usize) -> f64 {
+        let [x, y, z] = self.survey.joints[joint].axis;
         if self.survey.kept && !self.fixed(joint) && x == 0.0 && y == 0.0 && z < 0.0 { -1.0 } else { 1.0 }
     }
 
     /// A frame in the child link with z along the joint's axis: the link's own frame turned the shortest way.
     fn axis_frame(&self, joint: usize) -> Isometry {
-        let axis = self.model.joints[joint].axis.xyz.0.map(|coordinate| coordinate * self.direction(joint));
-        let turn = if self.fixed(joint) { Rotation3::identity() } else { towards(axis) };
-        Isometry::from_parts(Translation3::identity(), turn)
+        if self.fixed(joint) {
+            return Isometry::identity();
+        }
+        let axis = self.survey.joints[joint].axis.map(|coordinate| coordinate * self.direction(joint));
+        Isometry::from_parts(Vector3::zeros().into(), towards(axis))
     }
 
     /// The frame of a joint in its child link: the link's frame for a fixed joint, else on the joint's axis, where the
@@ -154,85 +186,94 @@ impl<'s> Builder<'s> {
         if self.fixed(joint) || self.survey.kept {
             return frame;
         }
-        let leaving = &self.tree.leaving[self.tree.carries[joint]];
-        let Some(&next) = leaving.iter().find(|&&next| !self.fixed(next)) else { return frame };
-        let (turn, slide) = shift_to_normal(&(frame.inverse() * self.placed(next) * self.axis_frame(next)));
-        frame * screw_z(turn, slide)
+        let (mut link, mut reached) = (self.tree.carries[joint], frame.inverse());
+        // Through joints that are held.
+        loop {
+            let leaving = self.tree.leaving[link].iter().copied();
+            let mut leaving = leaving.filter(|&next| self.chain.within[next]);
+            let held = |next: usize| self.chain.held[next];
+            if let Some(next) = leaving.clone().find(|&next| !self.fixed(next) && held(next).is_none()) {
+                let (turn, slide) = shift_to_normal(&(reached * self.displaced(next, 0.0) * self.axis_frame(next)));
+                return frame * screw_z(turn, slide);
+            }
+            let Some((next, value)) = leaving.find_map(|next| Some((next, held(next)?))) else { return frame };
+            reached *= self.displaced(next, value);
+            link = self.tree.carries[next];
+        }
     }
 
     fn frame(&self, joint: usize, antecedent: &str, constants: Constants) -> RawFrame {
-        let Constants { beta, gamma, b, alpha, d, mut theta, mut r } = constants;
-        let model = &self.model.joints[joint];
-        let kind = match model.joint_type {
-            JointType::Fixed => JointKind::Fixed,
-            JointType::Prismatic => JointKind::Prismatic,
-            _ => JointKind::Revolute,
+        let Constants { mut theta, mut r, .. } = constants;
+        let kind = match self.survey.joints[joint].kind {
+            Kind::Fixed => JointKind::Fixed,
+            Kind::Prismatic => JointKind::Prismatic,
+            Kind::Revolute | Kind::Continuous => JointKind::Revolute,
         };
-        let (direction, (_, offset)) = (self.direction(joint), self.follows(joint));
-        let offset = direction * offset;
+        let (direction, offset) = (self.direction(joint), self.direction(joint) * self.follows(joint).1);
         match kind {
             JointKind::Prismatic => r = clean(r + offset, 1.0 + r.abs()),
             _ => theta = if offset == 0.0 { theta } else { clean_angle(theta + offset) },
         }
-        let limited =
-            self.survey.joints[joint].limited && matches!(model.joint_type, JointType::Revolute | JointType::Prismatic);
-        let mut bounds = [model.limit.lower, model.limit.upper];
-        if self.tree.mimics[joint].is_some() {
+        let follows = self.tree.mimics[joint].is_some();
+        let mut bounds = self.survey.joints[joint].limits;
+        if follows {
             // Without a variable of its own, they bound what is added to theta or r.
-            let [lower, upper] = bounds.map(|bound| direction * bound - offset);
-            bounds = [lower.min(upper), lower.max(upper)];
+            bounds = bounds.map(|bounds| bounds.map(|bound| direction * bound - offset));
+            bounds = bounds.map(|[a, b]| [a.min(b), a.max(b)]);
         }
-        let some = |value: f64| (value != 0.0).then_some(value);
         RawFrame {
-            antecedent: Some(antecedent.to_owned()),
             joint: Some(kind),
-            variable: (kind != JointKind::Fixed && self.tree.mimics[joint].is_none())
-                .then(|| self.name(joint).to_owned()),
+            variable: (kind != JointKind::Fixed && !follows).then(|| self.survey.joint(joint).to_owned()),
             direction: (direction < 0.0).then_some(direction),
-            beta: some(beta),
-            gamma: some(gamma),
-            b: some(b),
-            alpha: some(alpha),
-            d: some(d),
-            theta: some(theta),
-            r: some(r),
-            limits: (limited && bounds.iter().all(|bound| bound.is_finite())).then_some(bounds),
-            ..RawFrame::default()
+            limits: bounds,
+            ..fixed(antecedent, Constants { theta, r, ..constants })
         }
     }
 
     /// How a joint follows the joint at the end of its chain of mimics: factor and offset.
-    fn follows(&self, joint: usize) -> (f64, f64) {
+    pub(super) fn follows(&self, joint: usize) -> (f64, f64) {
         let (mut factor, mut offset, mut at) = (1.0, 0.0, joint);
-        while let Some(master) = self.tree.mimics[at] {
-            let mimic = self.model.joints[at].mimic.as_ref();
-            offset += factor * mimic.and_then(|mimic| mimic.offset).unwrap_or(0.0);
-            factor *= mimic.and_then(|mimic| mimic.multiplier).unwrap_or(1.0);
+        while let (Some(master), Some(mimic)) = (self.tree.mimics[at], &self.survey.joints[at].mimic) {
+            offset += factor * mimic.offset;
+            factor *= mimic.multiplier;
             at = master;
         }
         (factor, offset)
     }
 
-    fn coupling(&self, joint: usize) -> Option<String> {
-        let mut master = self.tree.mimics[joint]?;
-        while let Some(next) = self.tree.mimics[master] {
-            master = next;
-        }
-        let factor = self.follows(joint).0 * self.direction(joint) * self.direction(master);
-        Some(format!("{} = {factor} * {}", self.name(joint), self.name(master)))
+    /// The joint at the end of its chain of mimics.
+    pub(super) fn master(&self, joint: usize) -> usize {
+        std::iter::successors(Some(joint), |&at| self.tree.mimics[at]).last().unwrap_or(joint)
     }
 
-    fn body(&self, link: usize, frame: &str, own: &Isometry, bodies: &mut IndexMap<String, RawBody>) {
-        let inertial = &self.model.links[link].inertial;
-        if inertial.mass.value == 0.0 {
+    fn coupling(&self, joint: usize) -> Option<String> {
+        self.tree.mimics[joint]?;
+        let master = self.master(joint);
+        let factor = self.follows(joint).0 * self.direction(joint) * self.direction(master);
+        Some(format!("{} = {factor} * {}", self.survey.joint(joint), self.survey.joint(master)))
+    }
+
+    /// Mass of a link and its centre in the axes of the frame that carries it.
+    pub(super) fn weight(&self, link: usize) -> Option<(f64, Vector3<f64>)> {
+        let (_, pose) = self.carriers[link].as_ref()?;
+        let centre = pose.inverse() * Point3::from(self.survey.links[link].com);
+        Some((self.survey.links[link].mass, centre.coords))
+    }
+
+    /// Adds the mass of a link to the body of the frame that carries it.
+    fn weigh(&self, link: usize, bodies: &mut IndexMap<String, RawBody>) {
+        let (Some((frame, pose)), Some((mass, centre))) = (self.carriers[link], self.weight(link)) else { return };
+        if mass == 0.0 || frame == "0" || self.weighed.contains(&self.survey.link(link)) {
             return;
         }
-        let [x, y, z] = inertial.origin.xyz.0;
-        let centre = own.inverse() * nalgebra::Point3::new(x, y, z);
-        let scale = 1.0 + centre.coords.norm() + own.translation.vector.norm();
-        let com = [centre.x, centre.y, centre.z].map(|coordinate| clean(coordinate, scale));
-        let com = (com != [0.0; 3]).then_some(com);
-        bodies.insert(frame.to_owned(), RawBody { mass: Some(inertial.mass.value), com });
+        let body = bodies.entry(frame.to_owned()).or_default();
+        let before = body.mass.unwrap_or(0.0);
+        let total = before + mass;
+        let com = (Vector3::from(body.com.unwrap_or_default()) * before + centre * mass) / total;
+        let com = if before == 0.0 { centre } else { com };
+        let scale = 1.0 + centre.norm() + pose.translation.vector.norm();
+        let com = [com.x, com.y, com.z].map(|coordinate| clean(coordinate, scale));
+        *body = RawBody { mass: Some(total), com: (com != [0.0; 3]).then_some(com) };
     }
 
     fn warn_of_tilt(&mut self, joint: usize, antecedent: &str, constants: &Constants) {
@@ -243,89 +284,88 @@ impl<'s> Builder<'s> {
         let z = constants.isometry().rotation.matrix().column(2).into_owned();
         let tilt = z.x.hypot(z.y).asin();
         let message = format!("the axis of `{}` is {tilt:.1e} rad from parallel to that of `{antecedent}`", name.text);
-        let diagnostic = Diagnostic::warning(message).at(self.source.place(name.at.clone()));
-        self.diagnostics.push(
-            diagnostic
-                .remedy("kept as written, with `beta`; if they are parallel, write pi in full (3.141592653589793)"),
-        );
+        let remedy = "kept as written, with `beta`; if they are parallel, write pi in full (3.141592653589793)";
+        self.source.warn(name.at.clone(), message, remedy);
     }
 
-    fn tool(&mut self, carriers: &[(&str, Isometry)]) -> RawTool {
-        let moved = self.moved();
-        let leaves = |moved: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            let arrivals = self.tree.carries.iter().enumerate();
-            arrivals
-                .filter(|&(joint, &link)| self.tree.leaving[link].is_empty() && moved(joint))
-                .map(|(joint, _)| joint)
-                .collect()
+    fn tool(&mut self) -> RawTool {
+        let link = match self.chain.end {
+            Some(end) => Some(end),
+            None => self.likeliest_tool().map(|joint| self.tree.carries[joint]),
         };
-        let mut ends = leaves(&|joint| moved[joint]);
-        if ends.is_empty() {
-            ends = leaves(&|_| true);
-        }
-        let chosen = match ends.as_slice() {
-            &[only] => only,
-            several => {
-                let link = |joint: usize| {
-                    self.survey.links[self.tree.carries[joint]].name.as_ref().map_or("", |name| name.text)
-                };
-                let called = |joint: usize, tool: &str| {
-                    link(joint).eq_ignore_ascii_case(tool) || self.name(joint).eq_ignore_ascii_case(tool)
-                };
-                let chosen = TOOLS.iter().find_map(|tool| several.iter().copied().find(|&joint| called(joint, tool)));
-                let shown: Vec<String> =
-                    several.iter().take(12).map(|&joint| format!("`{}`", self.name(joint))).collect();
-                let more = if several.len() > 12 { ", ..." } else { "" };
-                let message = format!("several links carry nothing; their frames are {}{more}", shown.join(", "));
-                let diagnostic = Diagnostic::warning(message).remedy(match chosen {
-                    Some(joint) => format!("`{}` is taken for the tool", self.name(joint)),
-                    None => "say which is the tool: `tool: {frame: ...}`".to_owned(),
-                });
-                self.diagnostics.push(diagnostic);
-                let Some(chosen) = chosen else { return RawTool::default() };
-                chosen
-            }
+        let Some((link, (frame, own))) = link.and_then(|link| Some((link, self.carriers[link]?))) else {
+            return RawTool::default();
         };
-        let (frame, own) = &carriers[self.tree.carries[chosen]];
+        self.tool_joint = self.tree.above[link].map(|(joint, _)| joint);
         let back = own.inverse();
         let at = back.translation.vector.map(|length| clean(length, 1.0 + own.translation.vector.norm()));
         let rotation = UnitQuaternion::from_rotation_matrix(&back.rotation).scaled_axis().map(clean_angle);
         let some = |vector: Vector3<f64>| (vector != Vector3::zeros()).then_some([vector.x, vector.y, vector.z]);
-        RawTool { frame: Some((*frame).to_owned()), at: some(at), rotation: some(rotation) }
+        RawTool { frame: Some(frame.to_owned()), at: some(at), rotation: some(rotation) }
     }
 
-    /// Per joint: whether what it carries can move.
-    fn moved(&self) -> Vec<bool> {
-        let mut moved = vec![false; self.survey.joints.len()];
-        let mut open = vec![(self.tree.root, false)];
-        while let Some((link, moving)) = open.pop() {
-            for &joint in &self.tree.leaving[link] {
-                moved[joint] = moving || !self.fixed(joint);
-                open.push((self.tree.carries[joint], moved[joint]));
-            }
+    /// The joint that carries the only end, or the end that is called a tool.
+    fn likeliest_tool(&mut self) -> Option<usize> {
+        let joints = self.tree.carries.iter().enumerate();
+        let ends = joints.filter(|&(_, &link)| self.carriers[link].is_some() && self.tree.leaving[link].is_empty());
+        let ends: Vec<usize> = ends.map(|(joint, _)| joint).collect();
+        let moving = ends.iter().copied().filter(|&joint| self.moves(joint)).collect::<Vec<_>>();
+        let ends = if moving.is_empty() { ends } else { moving };
+        if let &[only] = ends.as_slice() {
+            return Some(only);
         }
-        moved
+        // A link that is called a tool is one even where something hangs on it.
+        let called = |joint: usize| self.called_tool(joint);
+        let chosen = ends.iter().copied().filter(|&joint| called(joint).is_some()).min_by_key(|&joint| called(joint));
+        let others = (0..self.survey.joints.len()).filter(|&joint| self.carriers[self.tree.carries[joint]].is_some());
+        let chosen =
+            chosen.or_else(|| others.filter(|&joint| called(joint).is_some()).min_by_key(|&joint| called(joint)));
+        let shown: Vec<String> = ends.iter().take(12).map(|&joint| format!("`{}`", self.survey.joint(joint))).collect();
+        let more = if ends.len() > 12 { ", ..." } else { "" };
+        let message = format!("several links carry nothing; their frames are {}{more}", shown.join(", "));
+        let remedy = match chosen {
+            Some(joint) => format!("`{}` is taken for the tool", self.survey.joint(joint)),
+            None => {
+                "say which is the tool: `tool: {frame: ...}`, or the chain: `urdf: {file: .., to: LINK}`".to_owned()
+            }
+        };
+        self.source.doubt(|_| Diagnostic::warning(message).remedy(remedy));
+        chosen
+    }
+
+    /// How likely the link that a joint carries is the tool by its name or the joint's: the less the likelier.
+    pub(super) fn called_tool(&self, joint: usize) -> Option<usize> {
+        let names = [self.survey.link(self.tree.carries[joint]), self.survey.joint(joint)];
+        TOOLS.iter().position(|tool| names.iter().any(|name| name.eq_ignore_ascii_case(tool)))
+    }
+
+    /// Whether what a joint carries moves with a frame that can move.
+    fn moves(&self, joint: usize) -> bool {
+        let mut at = Some(joint);
+        while let Some(joint) = at {
+            if !self.fixed(joint) && self.chain.held[joint].is_none() {
+                return true;
+            }
+            let (_, parent) = self.tree.above[self.tree.carries[joint]].unwrap_or_default();
+            at = self.tree.above[parent].map(|(joint, _)| joint).filter(|_| parent != self.chain.root);
+        }
+        false
     }
 }
 
-/// The multiple of 90 degrees that was meant.
-fn quarter(angle: f64) -> f64 {
-    let exact = (angle / std::f64::consts::FRAC_PI_2).round() * std::f64::consts::FRAC_PI_2;
-    let short = (angle * 1e12).round() / 1e12 == angle;
-    if short && exact != 0.0 && (angle - exact).abs() <= QUARTER { exact } else { angle }
-}
-
-/// The shortest rotation of z to this direction, which is not zero.
-fn towards(direction: [f64; 3]) -> Rotation3<f64> {
-    let axis = Vector3::from(direction).normalize();
-    if axis.z < -0.5 {
-        // By half a turn about x first: the shortest rotation is ill-defined near -z.
-        return about_x(std::f64::consts::PI) * towards([axis.x, -axis.y, -axis.z]);
+/// A fixed frame of these constants; those that are zero are not written.
+fn fixed(antecedent: &str, Constants { beta, gamma, b, alpha, d, theta, r }: Constants) -> RawFrame {
+    let some = |value: f64| (value != 0.0).then_some(value);
+    RawFrame {
+        antecedent: Some(antecedent.to_owned()),
+        joint: Some(JointKind::Fixed),
+        beta: some(beta),
+        gamma: some(gamma),
+        b: some(b),
+        alpha: some(alpha),
+        d: some(d),
+        theta: some(theta),
+        r: some(r),
+        ..RawFrame::default()
     }
-    // Rodrigues' formula about z x axis.
-    let (x, y, z) = (axis.x, axis.y, axis.z);
-    let share = 1.0 / (1.0 + z);
-    let matrix =
-        Matrix3::new(1.0 - x * x * share, -x * y * share, x, -x * y * share, 1.0 - y * y * share, y, -x, -y, z);
-    Rotation3::from_matrix_unchecked(matrix)
 }

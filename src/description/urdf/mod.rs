@@ -6,18 +6,22 @@
 //! the centre of mass, the tool) is carried over from the link frame to this frame. A URDF that `export` has written says
 //! so, and its link frames are taken as they are: every frame comes back where it was.
 //!
-//! In: `outline` guards against what is no URDF at all, `locate` finds faults in the elements, `tree` in how they hang
-//! together, `import` makes the description. Out: `export`, with `follow` for joints that follow others and `xml`.
+//! In: `source` reads the XML, `elements` what it declares, `tree` how that hangs together, `chain` which part of it is
+//! the robot, `import` makes the description (with `motion`). Out: `export` writes a URDF, with `follow` for joints that
+//! follow others and `xml`.
 
+mod chain;
+mod elements;
 mod export;
 mod follow;
 mod import;
-pub mod khalil_kleinfinger;
-mod locate;
-mod outline;
+mod into;
+mod motion;
 mod source;
 mod tree;
 mod xml;
 
+pub use chain::Request;
 pub use export::export;
-pub use import::import;
+pub use import::{Imported, import, import_chain};
+pub use into::export_into;

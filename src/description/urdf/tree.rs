@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::locate::{Joint, Name, Survey};
-use super::source::{Diagnostics, Source};
+use super::elements::{Kind, Name, Survey};
+use super::source::Source;
 use crate::diagnostic::Diagnostic;
 
-/// Most links of a file, and most joints: the model reader takes a time that grows with their square (2 s at this limit).
+/// Most links of a file, and most joints.
 const MOST: usize = 10_001;
 
 /// The tree, by positions in the survey.
@@ -15,6 +15,8 @@ pub(super) struct Tree {
     pub(super) root: usize,
     /// Joints that leave each link, in the order of the file.
     pub(super) leaving: Vec<Vec<usize>>,
+    /// The joint that carries each link, and the link that the joint hangs on.
+    pub(super) above: Vec<Option<(usize, usize)>>,
     /// The link that each joint carries.
     pub(super) carries: Vec<usize>,
     /// The joint that each joint mimics.
@@ -22,140 +24,145 @@ pub(super) struct Tree {
 }
 
 /// Checks names and connections. `None` when there is an error, about which diagnostics have been made.
-pub(super) fn tree(source: &Source, survey: &Survey, diagnostics: &mut Diagnostics) -> Option<Tree> {
-    let (links, joints) = (survey.links.len(), survey.joints.len());
-    if links.max(joints) > MOST {
-        let message = format!("the file holds {links} links and {joints} joints; at most {MOST} of each are read");
-        diagnostics.push(Diagnostic::error(message));
+pub(super) fn tree(source: &mut Source, survey: &Survey) -> Option<Tree> {
+    let (link_count, joint_count) = (survey.links.len(), survey.joints.len());
+    if link_count.max(joint_count) > MOST {
+        let message =
+            format!("the file holds {link_count} links and {joint_count} joints; at most {MOST} of each are read");
+        source.report(|_| Diagnostic::error(message));
         return None;
     }
-    if survey.links.is_empty() {
-        diagnostics.push(Diagnostic::error("the file holds no link"));
-    } else if survey.joints.is_empty() {
-        diagnostics.push(Diagnostic::error("the file holds no joint").remedy("a robot needs at least one joint"));
+    if link_count == 0 {
+        source.report(|_| Diagnostic::error("the file holds no link"));
+    } else if joint_count == 0 {
+        source.report(|_| Diagnostic::error("the file holds no joint").remedy("a robot needs at least one joint"));
     }
-    let links = unique("link", survey.links.iter().map(|link| link.name.as_ref()), source, diagnostics);
-    let joints = unique("joint", survey.joints.iter().map(|joint| joint.name.as_ref()), source, diagnostics);
+    let links = unique("link", survey.links.iter().map(|link| link.name.as_ref()), source);
+    let joints = unique("joint", survey.joints.iter().map(|joint| joint.name.as_ref()), source);
     for name in survey.joints.iter().filter_map(|joint| joint.name.as_ref()).filter(|name| name.text == "0") {
-        let diagnostic = Diagnostic::error("a joint is named `0`, which is the name of the base frame");
-        diagnostics.push(diagnostic.at(source.place(name.at.clone())).remedy("rename the joint"));
+        source.error(name.at.clone(), "a joint is named `0`, which is the name of the base frame", "rename the joint");
     }
-    let mimics = mimics(&joints, source, survey, diagnostics);
-
-    let known = || survey.links.iter().filter_map(|link| link.name.as_ref()).map(|name| name.text);
-    let nameless = known().count() < survey.links.len();
-    let mut find = |name: &Option<Name>, role: &str| {
-        let name = name.as_ref()?;
-        let found = links.get(name.text).copied();
-        if found.is_none() && !nameless && !diagnostics.full() {
-            let diagnostic = Diagnostic::error(format!("unknown {role} link `{}`", name.text));
-            diagnostics.push(diagnostic.at(source.place(name.at.clone())).suggest(name.text, known()));
-        }
-        found
+    let mimics = mimics(&joints, source, survey);
+    let mut tree = Tree {
+        root: 0,
+        leaving: vec![Vec::new(); link_count],
+        above: vec![None; link_count],
+        carries: Vec::with_capacity(joint_count),
+        mimics,
     };
-    let mut leaving = vec![Vec::new(); survey.links.len()];
-    let mut carries = Vec::with_capacity(survey.joints.len());
-    let mut above: Vec<Option<(usize, usize)>> = vec![None; survey.links.len()];
     // With a name missing or given twice, links seem to be lost that are not.
-    let mut whole = links.len() == survey.links.len() && joints.len() == survey.joints.len();
-    let mut twice = Vec::new();
-    for (index, joint) in survey.joints.iter().enumerate() {
-        let (Some(parent), Some(child)) = (find(&joint.parent, "parent"), find(&joint.child, "child")) else {
-            whole = false;
-            continue;
-        };
-        // In bounds: both are positions in `survey.links`.
-        match above[child] {
-            Some((first, _)) => twice.push((child, first, index)),
-            None => above[child] = Some((index, parent)),
-        }
-        leaving[parent].push(index);
-        carries.push(child);
-    }
-    for (child, first, second) in twice {
+    let named = links.len() == link_count && joints.len() == joint_count;
+    let mut whole = tree.connect(&links, source, survey) && named;
+    let above: Vec<Option<usize>> = tree.above.iter().map(|above| above.map(|(_, parent)| parent)).collect();
+    for ring in rings(&above) {
         whole = false;
-        let place = |joint: usize| Some(source.place(survey.joints.get(joint)?.child.as_ref()?.at.clone()));
-        let name = survey.links.get(child).and_then(|link| link.name.as_ref()).map_or("", |name| name.text);
-        let diagnostic = Diagnostic::error(format!("the link `{name}` has two parents")).at(place(second));
-        let diagnostic = diagnostic.related(place(first), "carried first here");
-        diagnostics
-            .push(diagnostic.remedy("a URDF is a tree; declare closed loops in the description that starts from it"));
+        // The joint that closes the circle is the last of them in the file.
+        let joint = ring.iter().filter_map(|&link| tree.above[link]).map(|(joint, _)| joint).max();
+        let closing = joint.and_then(|joint| survey.joints[joint].child.as_ref()).map_or(0..0, |name| name.at.clone());
+        let around: Vec<usize> = ring.iter().copied().chain(ring.first().copied()).collect();
+        let message = format!("links carry one another in a circle: {}", list(&around, survey));
+        source.error(closing, message, "a URDF is a tree; declare closed loops in the description that starts from it");
     }
-    whole &= !cycles(&above, source, survey, diagnostics);
-    let root = if whole { root(&above, source, survey, diagnostics) } else { None };
-    (!diagnostics.has_error()).then_some(Tree { root: root?, leaving, carries, mimics })
+    if whole {
+        tree.root = root(&above, source, survey)?;
+    }
+    (source.count() == 0).then_some(tree)
+}
+
+impl Tree {
+    /// Hangs the links on one another; whether every joint has found its place.
+    fn connect(&mut self, links: &HashMap<&str, usize>, source: &mut Source, survey: &Survey) -> bool {
+        let known = || survey.links.iter().filter_map(|link| link.name.as_ref()).map(|name| name.text);
+        let nameless = known().count() < survey.links.len();
+        let find = |name: &Option<Name>, role: &str, source: &mut Source| {
+            let name = name.as_ref()?;
+            let found = links.get(name.text).copied();
+            if found.is_none() && !nameless {
+                source.report(|source| {
+                    let diagnostic = Diagnostic::error(format!("unknown {role} link `{}`", name.text));
+                    diagnostic.at(source.place(name.at.clone())).suggest(name.text, known())
+                });
+            }
+            found
+        };
+        let (mut whole, mut twice) = (true, Vec::new());
+        for (index, joint) in survey.joints.iter().enumerate() {
+            let (parent, child) = (find(&joint.parent, "parent", source), find(&joint.child, "child", source));
+            let (Some(parent), Some(child)) = (parent, child) else {
+                whole = false;
+                continue;
+            };
+            match self.above[child] {
+                Some((first, _)) => twice.push((child, first, index)),
+                None => self.above[child] = Some((index, parent)),
+            }
+            self.leaving[parent].push(index);
+            self.carries.push(child);
+        }
+        for (child, first, second) in twice {
+            whole = false;
+            source.report(|source| {
+                let place = |joint: usize| Some(source.place(survey.joints[joint].child.as_ref()?.at.clone()));
+                let diagnostic = Diagnostic::error(format!("the link `{}` has two parents", survey.link(child)));
+                let diagnostic = diagnostic.at(place(second)).related(place(first), "carried first here");
+                diagnostic.remedy("a URDF is a tree; declare closed loops in the description that starts from it")
+            });
+        }
+        whole
+    }
 }
 
 /// Positions by name, after diagnostics on names given twice.
 fn unique<'n>(
     what: &str,
     names: impl Iterator<Item = Option<&'n Name<'n>>>,
-    source: &Source,
-    diagnostics: &mut Diagnostics,
+    source: &mut Source,
 ) -> HashMap<&'n str, usize> {
-    let mut positions = HashMap::new();
-    let mut first: HashMap<&str, &Name> = HashMap::new();
+    let mut first: HashMap<&str, (usize, &Name)> = HashMap::new();
     for (index, name) in names.enumerate() {
         let Some(name) = name else { continue };
-        if let Some(&before) = first.get(name.text) {
-            let diagnostic =
-                Diagnostic::error(format!("two {what}s are named `{}`", name.text)).at(source.place(name.at.clone()));
-            diagnostics.push(diagnostic.related(Some(source.place(before.at.clone())), "named first here"));
-            continue;
+        if let Some((_, before)) = first.get(name.text) {
+            source.report(|source| {
+                let diagnostic = Diagnostic::error(format!("two {what}s are named `{}`", name.text));
+                let before = Some(source.place(before.at.clone()));
+                diagnostic.at(source.place(name.at.clone())).related(before, "named first here")
+            });
+        } else {
+            first.insert(name.text, (index, name));
         }
-        first.insert(name.text, name);
-        positions.insert(name.text, index);
     }
-    positions
+    first.into_iter().map(|(name, (index, _))| (name, index)).collect()
 }
 
-/// Diagnostics on links that carry one another in a circle; whether there are any.
-fn cycles(above: &[Option<(usize, usize)>], source: &Source, survey: &Survey, diagnostics: &mut Diagnostics) -> bool {
-    let mut seen = vec![0_usize; above.len()];
-    let mut found = false;
-    for start in 0..above.len() {
-        let walk = start + 1;
-        let mut link = start;
-        // Upwards until the base, or a link seen in this walk (a circle) or in an earlier one.
-        while seen[link] == 0 {
-            seen[link] = walk;
-            match above[link] {
-                Some((_, parent)) => link = parent,
-                None => break,
+/// The circles that one meets when going from each position to the next one, downwards.
+fn rings(next: &[Option<usize>]) -> Vec<Vec<usize>> {
+    let (mut seen, mut found) = (vec![0; next.len()], Vec::new());
+    for start in 0..next.len() {
+        let mut at = start;
+        // Onwards until the end, or a position seen in this walk (a circle) or in an earlier one.
+        let last = loop {
+            if seen[at] != 0 {
+                break (seen[at] == start + 1).then_some(at);
             }
-        }
-        if seen[link] != walk {
-            continue;
-        }
-        if above[link].is_none() {
-            continue;
-        }
-        found = true;
-        let mut ring = vec![link];
-        while let Some((_, parent)) = ring.last().and_then(|&last| above[last]) {
-            ring.push(parent);
-            if parent == link {
-                break;
+            seen[at] = start + 1;
+            match next[at] {
+                Some(following) => at = following,
+                None => break None,
             }
+        };
+        if let Some(last) = last {
+            let mut ring: Vec<usize> =
+                std::iter::successors(next[last], |&at| next[at].filter(|_| at != last)).collect();
+            ring.reverse();
+            found.push(ring);
         }
-        ring.reverse();
-        // The joint that closes the circle is the last of them in the file.
-        let joint = ring.iter().filter_map(|&link| above[link]).map(|(joint, _)| joint).max();
-        let joint = joint.and_then(|joint| survey.joints.get(joint));
-        let place = joint.and_then(|joint| joint.child.as_ref()).map(|name| source.place(name.at.clone()));
-        let name =
-            |link: &usize| survey.links.get(*link).and_then(|link| link.name.as_ref()).map_or("", |name| name.text);
-        let diagnostic =
-            Diagnostic::error(format!("links carry one another in a circle: {}", chain(&ring, name))).at(place);
-        diagnostics
-            .push(diagnostic.remedy("a URDF is a tree; declare closed loops in the description that starts from it"));
     }
     found
 }
 
 /// `a, b, ..., z` in words of at most seven links.
-fn chain<'n>(ring: &[usize], name: impl Fn(&usize) -> &'n str) -> String {
-    let shown: Vec<String> = ring.iter().map(|link| format!("`{}`", name(link))).collect();
+fn list(links: &[usize], survey: &Survey) -> String {
+    let shown: Vec<String> = links.iter().map(|&link| format!("`{}`", survey.link(link))).collect();
     match shown.as_slice() {
         [first, second, third, .., last] if shown.len() > 7 => format!("{first}, {second}, {third}, ..., {last}"),
         _ => shown.join(", "),
@@ -163,78 +170,51 @@ fn chain<'n>(ring: &[usize], name: impl Fn(&usize) -> &'n str) -> String {
 }
 
 /// The only link that nothing carries.
-fn root(
-    above: &[Option<(usize, usize)>],
-    source: &Source,
-    survey: &Survey,
-    diagnostics: &mut Diagnostics,
-) -> Option<usize> {
+fn root(above: &[Option<usize>], source: &mut Source, survey: &Survey) -> Option<usize> {
     let roots: Vec<usize> = (0..above.len()).filter(|&link| above[link].is_none()).collect();
-    let place = |link: usize| Some(source.place(survey.links.get(link)?.name.as_ref()?.at.clone()));
     let (&first, others) = roots.split_first()?;
     if let Some(&second) = others.first() {
-        let name =
-            |link: &usize| survey.links.get(*link).and_then(|link| link.name.as_ref()).map_or("", |name| name.text);
-        let diagnostic = Diagnostic::error(format!("{} links hang on no joint: {}", roots.len(), chain(&roots, name)));
-        let diagnostic = diagnostic.at(place(second)).related(place(first), "the first of them");
-        diagnostics.push(diagnostic.remedy("only the base may: make the others the child of a joint"));
-        return None;
+        source.report(|source| {
+            let place = |link: usize| Some(source.place(survey.links[link].name.as_ref()?.at.clone()));
+            let message = format!("{} links hang on no joint: {}", roots.len(), list(&roots, survey));
+            let diagnostic = Diagnostic::error(message).at(place(second)).related(place(first), "the first of them");
+            diagnostic.remedy("only the base may: make the others the child of a joint")
+        });
     }
     Some(first)
 }
 
 /// Which joint each joint mimics, after diagnostics on unknown ones and circles.
-fn mimics(
-    joints: &HashMap<&str, usize>,
-    source: &Source,
-    survey: &Survey,
-    diagnostics: &mut Diagnostics,
-) -> Vec<Option<usize>> {
-    let moving = |joint: &Joint| !joint.fixed;
+fn mimics(joints: &HashMap<&str, usize>, source: &mut Source, survey: &Survey) -> Vec<Option<usize>> {
     let mut masters = vec![None; survey.joints.len()];
     for (index, joint) in survey.joints.iter().enumerate() {
-        let Some(mimic) = &joint.mimic else { continue };
+        let Some(mimic) = joint.mimic.as_ref().map(|mimic| &mimic.joint) else { continue };
         for name in [Some(mimic), joint.name.as_ref()].into_iter().flatten() {
             if name.text.contains(|c: char| c.is_whitespace() || "=*+".contains(c)) {
                 let message = format!("the name `{}` cannot stand in a coupling of joints", name.text);
-                let diagnostic = Diagnostic::error(message).at(source.place(name.at.clone()));
-                diagnostics.push(diagnostic.remedy("rename it without blanks, `=`, `*` and `+`"));
+                source.error(name.at.clone(), message, "rename it without blanks, `=`, `*` and `+`");
             }
         }
         match joints.get(mimic.text).copied() {
-            Some(master) if survey.joints.get(master).is_some_and(moving) => masters[index] = Some(master),
+            Some(master) if survey.joints[master].kind != Kind::Fixed => masters[index] = Some(master),
             Some(_) => {
-                let message = format!("the joint `{}` is fixed and cannot be mimicked", mimic.text);
-                diagnostics.push(Diagnostic::error(message).at(source.place(mimic.at.clone())));
-            }
-            None if diagnostics.full() => {}
-            None => {
-                let near = survey.joints.iter().filter(|joint| moving(joint)).filter_map(|joint| joint.name.as_ref());
-                let diagnostic = Diagnostic::error(format!("unknown joint `{}` to mimic", mimic.text));
-                diagnostics.push(
-                    diagnostic.at(source.place(mimic.at.clone())).suggest(mimic.text, near.map(|name| name.text)),
+                source.error(
+                    mimic.at.clone(),
+                    format!("the joint `{}` is fixed and cannot be mimicked", mimic.text),
+                    "",
                 );
             }
+            None => source.report(|source| {
+                let near = survey.joints.iter().filter(|joint| joint.kind != Kind::Fixed);
+                let near = near.filter_map(|joint| joint.name.as_ref()).map(|name| name.text);
+                let diagnostic = Diagnostic::error(format!("unknown joint `{}` to mimic", mimic.text));
+                diagnostic.at(source.place(mimic.at.clone())).suggest(mimic.text, near)
+            }),
         }
     }
-    let mut seen = vec![0_usize; masters.len()];
-    for start in 0..masters.len() {
-        let mut joint = start;
-        while seen[joint] == 0 {
-            seen[joint] = start + 1;
-            match masters[joint] {
-                Some(master) => joint = master,
-                None => break,
-            }
-        }
-        if seen[joint] == start + 1
-            && masters[joint].is_some()
-            && let Some(mimic) = survey.joints.get(joint).and_then(|joint| joint.mimic.as_ref())
-        {
-            let message = format!("joints mimic one another in a circle, by way of `{}`", mimic.text);
-            let diagnostic = Diagnostic::error(message).at(source.place(mimic.at.clone()));
-            diagnostics.push(diagnostic.remedy("one of them must move by itself"));
-        }
+    for mimic in rings(&masters).iter().filter_map(|ring| survey.joints[*ring.first()?].mimic.as_ref()) {
+        let message = format!("joints mimic one another in a circle, by way of `{}`", mimic.joint.text);
+        source.error(mimic.joint.at.clone(), message, "one of them must move by itself");
     }
     masters
 }

@@ -124,7 +124,7 @@ impl Document {
 ///
 /// A located diagnostic when the bytes are not UTF-8 (with the remedy when they are UTF-16) or hold a NUL.
 pub fn text_of(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
-    let start = Place { file: name.to_owned(), line: 1, column: 1, excerpt: String::new(), highlight: 0..0 };
+    let start = Place::line_of(name, 1);
     let wide = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     let wide = wide || (bytes.len() > 1 && (bytes.starts_with(&[0]) || bytes.get(1) == Some(&0)));
     if wide {

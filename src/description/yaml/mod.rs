@@ -19,7 +19,12 @@ use serde::Serialize;
 ///
 /// # Errors
 ///
-/// The message of the value's own `Serialize`, when it fails.
-pub fn write<T: Serialize>(value: &T) -> Result<String, String> {
-    serde_yaml::to_string(value).map_err(|error| error.to_string())
+/// What the value's own `Serialize` refuses.
+pub fn write<T: Serialize>(value: &T) -> Result<String, WriteError> {
+    Ok(serde_yaml::to_string(value)?)
 }
+
+/// A value that cannot be written as YAML.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct WriteError(#[from] serde_yaml::ser::Error);

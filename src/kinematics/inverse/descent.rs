@@ -4,12 +4,13 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::super::geometry::{Geometry, Placements};
 use super::super::jacobian::{By, ErrorColumns, shift};
+use super::super::limits::beyond_limits;
 use super::super::rates::Rates;
 use super::super::rotation_vector;
-use super::target::Target;
+use super::target::{Hold, Target};
 use crate::description::raw::JointKind;
-use crate::description::robot::{FrameIndex, Motion};
-use crate::model::{Frame, Model, Stage};
+use crate::description::robot::Motion;
+use crate::model::Stage;
 
 type Matrix6 = SMatrix<f64, 6, 6>;
 type Vector6 = SVector<f64, 6>;
@@ -47,7 +48,7 @@ pub struct Memory {
 pub enum Within {
     /// Limits of lengths only: angles are brought back by whole turns afterwards.
     Lengths,
-    /// All limits, those of passive joints included.
+    /// All limits, those of passive joints and of sums included.
     Limits,
     /// Nothing.
     Nothing,
@@ -110,8 +111,21 @@ impl<'a> Problem<'a> {
             Some(rotation) => rotation_vector(&(rotation * end.rotation.inverse())),
             None => Vector3::zeros(),
         };
-        let errors = Errors { position, orientation };
+        let mut errors = Errors { position, orientation };
+        if self.target.hold != Hold::POSE {
+            let held = self.held(&errors.weighted(1.0));
+            errors = Errors { position: held.fixed_rows::<3>(0).into(), orientation: held.fixed_rows::<3>(3).into() };
+        }
         errors.weighted(self.length).norm_squared().is_finite().then_some(errors)
+    }
+
+    /// A motion in base axes, its rotation to the target's, without what the target lets go.
+    fn held(&self, motion: &Vector6) -> Vector6 {
+        let mut held = *motion;
+        if let Some(rotation) = &self.target.rotation {
+            held.fixed_rows_mut::<3>(3).copy_from(&(rotation.inverse() * motion.fixed_rows::<3>(3)));
+        }
+        self.target.hold.of_motion(held)
     }
 
     /// Derivatives of the weighted errors, reversed, by the scaled variables, at the configuration just placed.
@@ -128,6 +142,10 @@ impl<'a> Problem<'a> {
             column[..3].copy_from_slice(moved.as_slice());
             for turned in &mut column[3..] {
                 *turned *= if self.target.rotation.is_some() { *scale } else { 0.0 };
+            }
+            if self.target.hold != Hold::POSE {
+                let held = self.held(&Vector6::from_column_slice(column));
+                column.copy_from_slice(held.as_slice());
             }
             if column.iter().any(|value| !value.is_finite()) {
                 *column = [0.0; 6]; // exactly at a loop's singularity: this variable waits
@@ -159,9 +177,10 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Whether the joints that no variable moves directly keep their limits at the configuration just placed.
-    pub fn passive_within(&self, placements: &Placements) -> bool {
-        beyond_limits(self.geometry.model, placements).next().is_none()
+    /// Whether the joints that no variable moves directly, and sums of joints, keep their limits at the configuration just
+    /// placed.
+    pub fn passive_within(&self, q: &[f64], placements: &Placements) -> bool {
+        beyond_limits(self.geometry.model, q, placements).next().is_none()
     }
 
     /// Levenberg's steps from `q`, in place; the errors where they end. None where `q` cannot be placed.
@@ -171,7 +190,7 @@ impl<'a> Problem<'a> {
             *value = value.max(low).min(high);
         }
         let mut errors = self.errors(q, memory)?;
-        let mut inside = within != Within::Limits || self.passive_within(&memory.placements);
+        let mut inside = within != Within::Limits || self.passive_within(q, &memory.placements);
         let mut merit = errors.weighted(self.length).norm_squared();
         let mut damping = 1e-1;
         let mut trial = q.to_vec();
@@ -206,7 +225,7 @@ impl<'a> Problem<'a> {
                     trial[k] = (q[k] + shorter * step * self.scale[k]).max(low).min(high);
                 }
                 if let Some(found) = self.errors(&trial, memory) {
-                    let fits = within != Within::Limits || self.passive_within(&memory.placements);
+                    let fits = within != Within::Limits || self.passive_within(&trial, &memory.placements);
                     let reached = found.weighted(self.length).norm_squared();
                     if reached < merit && (fits || !inside) {
                         improved = merit > MET || reached < 0.5 * merit;
@@ -227,20 +246,6 @@ impl<'a> Problem<'a> {
         }
         Some(errors)
     }
-}
-
-/// The joints without a variable of their own that are beyond their limits at a placed configuration.
-pub fn beyond_limits<'p>(model: &'p Model, placements: &'p Placements) -> impl Iterator<Item = FrameIndex> + 'p {
-    let beyond = |frame: &Frame, joint: f64| {
-        let Some([low, high]) = frame.limits else { return false };
-        let middle = 0.5 * (low + high);
-        let turns = frame.motion == Motion::Passive && frame.joint == JointKind::Revolute && middle.is_finite();
-        let turn = std::f64::consts::TAU;
-        let joint = if turns { joint - turn * ((joint - middle) / turn).round() } else { joint };
-        !matches!(frame.motion, Motion::Variable { .. } | Motion::Fixed) && !(low - 1e-9..=high + 1e-9).contains(&joint)
-    };
-    let joints = model.frames.iter().zip(&placements.joints);
-    joints.enumerate().filter(move |(_, (frame, joint))| beyond(frame, **joint)).map(|(index, _)| index)
 }
 
 impl Errors {

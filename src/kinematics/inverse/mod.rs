@@ -8,14 +8,14 @@
 mod descent;
 mod target;
 
-pub use descent::beyond_limits;
-pub use target::{InverseError, InverseSettings, Solution, Target};
+pub use target::{Hold, InverseError, InverseSettings, Solution, Target};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::geometry::{Geometry, Placements};
+use super::limits::beyond_limits;
 use descent::{Memory, Problem, Within};
 
 /// Starts tried together; fixed, so that threads change nothing.
@@ -34,14 +34,14 @@ const SAME: f64 = 1e-4;
 /// [`InverseError`] if the input is unsound, the mechanism cannot be put together or no start reaches the target.
 ///
 /// ```
-/// use elastogeo::kinematics::{Geometry, InverseSettings, Placements, Target, solve};
+/// use elastogeo::kinematics::{Geometry, Hold, InverseSettings, Placements, Target, solve};
 ///
 /// let robot = elastogeo::files::load_robot("universal-ur5")?;
 /// let geometry = Geometry::nominal(&robot.model)?;
 /// let mut placements = Placements::default();
 /// geometry.place(&[0.3, -1.2, 1.3, 0.4, 0.9, 0.2], &mut placements)?;
 /// let tool = placements.frames[robot.model.tool.0] * geometry.tool();
-/// let target = Target { position: tool.translation.vector.into(), rotation: Some(tool.rotation) };
+/// let target = Target { position: tool.translation.vector.into(), rotation: Some(tool.rotation), hold: Hold::POSE };
 /// let branches = solve(&geometry, &target, &InverseSettings::default())?;
 /// assert_eq!(branches.len(), 8);
 /// assert!(branches.iter().all(|solution| solution.position_error < 1e-9 && solution.self_motions == 0));
@@ -237,6 +237,7 @@ impl Search<'_> {
     /// Errors of a configuration that keeps all limits, and their weighted square.
     fn measure(&self, joints: Vec<f64>, memory: &mut Memory) -> Option<(f64, Solution)> {
         let errors = self.problem.errors(&joints, memory)?;
+        let within = self.problem.passive_within(&joints, &memory.placements);
         let solution = Solution {
             joints,
             position_error: errors.position.norm(),
@@ -244,7 +245,7 @@ impl Search<'_> {
             self_motions: 0,
         };
         let merit = errors.weighted(self.problem.length).norm_squared();
-        self.problem.passive_within(&memory.placements).then_some((merit, solution))
+        within.then_some((merit, solution))
     }
 
     /// A start that can be put together: random ones are drawn again as long as they cannot.
@@ -358,8 +359,7 @@ impl Search<'_> {
             }
         }
         if self.problem.errors(q, memory).is_some() {
-            let beyond = beyond_limits(model, &memory.placements);
-            names.extend(beyond.map(|joint| model.frames[joint].name.clone()));
+            names.extend(beyond_limits(model, q, &memory.placements).map(|beyond| beyond.name.to_owned()));
         }
         names
     }

@@ -1,6 +1,6 @@
 //! What is asked of the inverse model and what it answers; m and rad, in the robot's base frame.
 
-use nalgebra::{Point3, Rotation3};
+use nalgebra::{Point3, Rotation3, Vector6};
 
 use super::super::assembly_error::AssemblyError;
 
@@ -11,6 +11,53 @@ pub struct Target {
     pub position: Point3<f64>,
     /// Axes of the tool in the robot's base frame; free where absent.
     pub rotation: Option<Rotation3<f64>>,
+    /// Which of its directions count.
+    pub hold: Hold,
+}
+
+/// Which directions of a target are held: along x, y, z of the base frame, and about x, y, z of the target's own axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hold(pub [bool; 6]);
+
+impl Hold {
+    /// Position and orientation.
+    pub const POSE: Self = Self([true; 6]);
+    /// Position and the direction of the tool's z axis: a spindle may turn about it.
+    pub const AXIS: Self = Self([true, true, true, true, true, false]);
+    /// Position alone.
+    pub const POSITION: Self = Self([true, true, true, false, false, false]);
+    /// Names of the directions.
+    pub const NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+    /// What a robot of so many variables can hold wherever its axes point.
+    pub fn of(variables: usize) -> Self {
+        match variables {
+            6.. => Self::POSE,
+            5 => Self::AXIS,
+            _ => Self::POSITION,
+        }
+    }
+
+    /// Number of directions held.
+    pub fn count(self) -> usize {
+        self.0.iter().filter(|held| **held).count()
+    }
+
+    /// Whether a rotation is held.
+    pub fn turns(self) -> bool {
+        self.0[3..].contains(&true)
+    }
+
+    /// Indices of the directions that are let go.
+    pub fn let_go(self) -> impl Iterator<Item = usize> {
+        (0..6).filter(move |&k| !self.0[k])
+    }
+
+    /// A motion without the directions let go; its rotation is in the target's axes.
+    pub fn of_motion(self, mut motion: Vector6<f64>) -> Vector6<f64> {
+        self.let_go().for_each(|k| motion[k] = 0.0);
+        motion
+    }
 }
 
 /// How to search.

@@ -7,7 +7,7 @@ use crate::description::robot::FrameIndex;
 pub enum SiteKind {
     /// `frame:<n>`
     Frame,
-    /// `joint:<n>`: one that an actuated variable moves.
+    /// `joint:<n>`: one that an actuated variable moves; of single effects also one that follows others, or that a loop moves.
     Joint,
     /// `link:<n>`: the body that moves with frame n.
     Link,

@@ -9,9 +9,9 @@ use super::site::{Site, SiteKind};
 use super::tags::named_choices;
 use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawEffect};
-use crate::description::robot::Motion;
+use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::Diagnostic;
-use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Model, SwitchedOn};
+use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Frame, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 impl EffectEntry {
@@ -63,16 +63,9 @@ impl Model {
             SiteKind::Frame => {
                 frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index, 0, 0)).collect()
             }
-            SiteKind::Joint => frames()
-                .filter_map(|(index, frame)| {
-                    let variable = match frame.motion {
-                        Motion::Variable { index, .. } => index,
-                        Motion::Actuator(_) => self.actuators.iter().find(|actuator| actuator.joint == index)?.variable,
-                        _ => return None,
-                    };
-                    Some(site(format!("joint:{}", frame.name), index, variable, 0))
-                })
-                .collect(),
+            SiteKind::Joint => {
+                self.joints_moved_by(|motion| matches!(motion, Motion::Variable { .. } | Motion::Actuator(_)))
+            }
             SiteKind::Link => frames()
                 .filter(|(_, frame)| frame.joint != JointKind::Fixed)
                 .map(|(index, frame)| site(format!("link:{}", frame.name), index, 0, 0))
@@ -87,7 +80,31 @@ impl Model {
         }
     }
 
-    /// The sites at which this robot has the constants of an effect.
+    /// Sites at the joints that move in a way which is accepted; those that a loop moves have no variable, and say 0.
+    pub fn joints_moved_by(&self, accepted: impl Fn(Motion) -> bool) -> Vec<Site> {
+        let joints = self.frames.iter().enumerate().skip(1);
+        let joints = joints.filter(|(_, frame)| frame.moves() && accepted(frame.motion));
+        let site = |(index, frame): (FrameIndex, &Frame)| Site {
+            name: format!("joint:{}", frame.name),
+            kind: SiteKind::Joint,
+            frame: index,
+            variable: self.variable_of(index).unwrap_or(0),
+            actuator: 0,
+        };
+        joints.map(site).collect()
+    }
+
+    /// The variable that moves a joint, itself or the first of those that it follows.
+    fn variable_of(&self, joint: FrameIndex) -> Option<usize> {
+        match self.frames[joint].motion {
+            Motion::Variable { index, .. } => Some(index),
+            Motion::Actuator(_) => self.actuators.iter().find(|actuator| actuator.joint == joint).map(|of| of.variable),
+            Motion::Coupling(which) => self.couplings[which].iter().find_map(|term| self.variable_of(term.1)),
+            Motion::Fixed | Motion::Passive => None,
+        }
+    }
+
+    /// The sites at which this robot has the constants of an effect; of joints, those that a variable moves.
     pub fn sites_with_constants(&self, effect: &dyn Effect) -> Vec<Site> {
         let mut sites = self.sites(effect.sits_at());
         sites.retain(|site| !effect.constants(self, site, &Nonlinear::default()).is_empty());

@@ -22,11 +22,12 @@ impl Arrows {
     /// `None` of distances, which have no direction.
     pub fn new(review: &Review) -> Option<Self> {
         let (campaign, readings) = (review.campaign, &review.readings);
-        if campaign.components() < 3 {
+        if campaign.readings.iter().all(|reading| reading.observes.length_rows() < 3) {
             return None;
         }
         let count = campaign.readings.len();
-        let order: Vec<usize> = (0..count).step_by(count.div_ceil(ARROWS).max(1)).collect();
+        let drawn = |index: &usize| campaign.readings[*index].observes.length_rows() >= 3;
+        let order: Vec<usize> = (0..count).step_by(count.div_ceil(ARROWS).max(1)).filter(drawn).collect();
         let errors = readings.stages.iter().map(|stage| {
             let all = order.iter().filter_map(|&index| readings.in_base(campaign, stage, index));
             (stage.key, all.map(|e| [e.x, e.y, e.z].map(|v| (v * 1e7).round() / 1e4)).collect())

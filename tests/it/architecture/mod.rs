@@ -22,7 +22,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["prediction"],
     &["identifiability"],
     &["estimation"],
-    &["simulation"],
+    &["simulation", "plausibility"],
     &["diagnosis", "compensation", "planning", "scene"],
     &["snapshot", "error"],
     &["blind"],

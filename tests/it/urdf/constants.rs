@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use elastogeo::description::khalil_kleinfinger::{Isometry, khalil_kleinfinger};
 use elastogeo::description::robot::Constants;
-use elastogeo::description::urdf::khalil_kleinfinger::{Isometry, khalil_kleinfinger};
 use nalgebra::{Matrix4, Rotation3, Translation3, Vector3};
 use proptest::prelude::*;
 

@@ -12,7 +12,7 @@ pub type Values = HashMap<String, f64>;
 
 /// Pose of each joint's child link at these values of the joints that mimic nothing.
 pub fn of_urdf(text: &str, values: &Values) -> HashMap<String, Isometry3<f64>> {
-    let robot = urdf_rs::read_from_string(text).unwrap();
+    let robot = urdf_rs::read_from_string(text.trim_start()).unwrap();
     let value = |name: &str| -> f64 {
         let (mut name, mut factor, mut offset) = (name.to_owned(), 1.0, 0.0);
         loop {
@@ -129,7 +129,7 @@ pub fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> f64 {
 /// same tool.
 pub fn assert_same(text: &str, robot: &RawRobot, values: &Values, tolerance: f64) {
     let (urdf, ours) = (of_urdf(text, values), of_description(robot, values));
-    let model = urdf_rs::read_from_string(text).unwrap();
+    let model = urdf_rs::read_from_string(text.trim_start()).unwrap();
     assert_eq!(model.joints.len(), robot.frames.len());
     for joint in &model.joints {
         let (theirs, mine) = (&urdf[&joint.name], &ours[&joint.name]);

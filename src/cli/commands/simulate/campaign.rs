@@ -7,12 +7,12 @@ use crate::Error;
 use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::commands::schema::file_name;
 use crate::cli::output::Output;
-use crate::description::campaign::raw::{OneOrMany, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::campaign::{self, Campaign};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, schema_line};
-use crate::results::{PathPoint, Simulation, Truth};
+use crate::results::{IN_BOTH_READINGS, OwnWeight, PathPoint, Simulation, Truth};
 use crate::simulation::Plan;
 
 /// What a campaign was made with.
@@ -45,10 +45,15 @@ pub fn delivered(
     let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let header_file = command.into.join("campaign.yaml");
     let (readings, poses) = (campaign.readings.len(), campaign.poses.len());
-    let text = format!("{readings} readings at {poses} configurations: {}\n", header_file.display());
+    let own_weight = OwnWeight::of_campaign(model, values, &campaign);
+    let text = format!(
+        "{readings} readings at {poses} configurations: {}\n{}\n",
+        header_file.display(),
+        own_weight.words(IN_BOTH_READINGS)
+    );
     let truth_file = serde_json::to_string_pretty(&truth)? + "\n";
-    let mut output =
-        Output::new(text, &Simulation { campaign: header_file.display().to_string(), readings, truth, points })?;
+    let made = Simulation { campaign: header_file.display().to_string(), readings, own_weight, truth, points };
+    let mut output = Output::new(text, &made)?;
     output.diagnostics = loaded.diagnostics.clone();
     std::fs::create_dir_all(&command.into).map_err(|error| {
         Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
@@ -57,7 +62,7 @@ pub fn delivered(
     output.files = vec![
         (command.into.join("measurements.csv"), csv(loaded, &campaign)?),
         (command.into.join("truth.json"), truth_file),
-        (header_file, line + &yaml::write(&header).map_err(Error::Impossible)?),
+        (header_file, line + &yaml::write(&header)?),
     ];
     Ok(output)
 }
@@ -78,15 +83,16 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
             torque: Torque::NewtonMetre,
             ..loaded.raw.units
         },
-        observes: Some(plan.observes),
+        observes: Some(Kinds::one(plan.observes)),
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
+            ppm: None,
             orientation: (plan.observes.sees_orientation() && command.orientation_noise > 0.0)
                 .then_some(command.orientation_noise),
         }),
-        estimate: RawEstimate { base: command.unknown_base, tool: command.unknown_tool },
+        estimate: RawEstimate::of([command.unknown_base, command.unknown_tool]),
         calibrate: campaign.calibrate.clone(),
-        measurements: Some(OneOrMany::One("measurements.csv".into())),
+        measurements: Some(Measurements::file("measurements.csv")),
         ..RawCampaign::default()
     }
 }

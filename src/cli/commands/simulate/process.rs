@@ -8,7 +8,7 @@ use crate::cli::args::{FrameName, Simulate};
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::compensation::predict_path;
+use crate::compensation::{Hold, Settings, predict_path};
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
 use crate::results::PathPoint;
@@ -37,9 +37,11 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = marker);
     }
     let controller = ControllerFile::new(None, loaded, &path, session)?;
-    let (desired, _) = controller.desired(loaded, &path, None, FrameName::Base)?;
+    let (desired, _) =
+        controller.desired(loaded, &path, None, FrameName::Base, Hold::of(loaded.model.variables.len()))?;
     let (model, mut campaign) = (&loaded.model, path.campaign);
-    let found = predict_path(model, values, &mut campaign, &desired, Some(&process))?;
+    let found =
+        predict_path(model, values, &mut campaign, &desired, Some(&process), &Settings::new(model.variables.len()))?;
     let (mut rows, mut points) = (Vec::new(), Vec::new());
     for (index, (balance, desired)) in found.iter().zip(&desired).enumerate() {
         let name = campaign.poses[campaign.readings[index].pose].clone();
@@ -91,7 +93,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
 /// The marker on which the process pushes; `None` for the tool centre point.
 fn check(command: &Simulate, markers: &[Option<usize>]) -> Result<Option<usize>, Error> {
     let observes = command.observes;
-    if observes.is_difference() || observes.anchor_column().is_some() {
+    if observes.is_difference() || observes.target_column().is_some() {
         return Err(Error::input(
             "--process: what is read along a path are positions or poses",
             "give --observes position or pose",

@@ -8,7 +8,7 @@ use crate::results::Report;
 use crate::review::Review;
 
 pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section> {
-    let has_arrows = review.campaign.components() >= 3;
+    let has_arrows = review.campaign.readings.iter().any(|reading| reading.observes.length_rows() >= 3);
     let (shots, readings) = (review.shots.len(), report.readings.len());
     let html = page
         .render("arrows.html", context! { stages => Value::from(Serde(&report.stages)), has_arrows, shots, readings });

@@ -15,22 +15,18 @@ const BINS: usize = 31;
 const POINTS: usize = 300;
 
 pub fn section(review: &Review, page: &Page) -> Option<Section> {
-    let components = review.campaign.components();
     let stage = review.readings.stages.last()?;
-    let of = |from: usize, to: usize, size: f64| -> Vec<f64> {
-        stage
-            .residual
-            .chunks(components)
-            .flat_map(|r| r[from..to].iter().map(|v| v * size).collect::<Vec<_>>())
-            .collect()
-    };
-    let mut pairs = vec![pair("error of a coordinate, mm", &of(0, components.min(3), 1e3))];
-    if components == 6 {
-        pairs.push(pair("error of a rotation component, deg", &of(3, 6, 180.0 / std::f64::consts::PI)));
-    }
+    let readings = || review.campaign.by_reading(&stage.residual, 1);
+    let lengths = readings().flat_map(|(of, own)| &own[..of.observes.length_rows()]).map(|v| v * 1e3);
+    let angles = readings().flat_map(|(of, own)| &own[of.observes.length_rows()..]).map(|v| v.to_degrees());
+    let named = [
+        ("error of a coordinate, mm", lengths.collect::<Vec<f64>>()),
+        ("error of a rotation component, deg", angles.collect()),
+    ];
+    let pairs = named.iter().filter(|(_, values)| !values.is_empty()).map(|(what, values)| pair(what, values));
     let html = page.render(
         "distribution.html",
-        context! { charts => pairs.into_iter().flatten().map(safe).collect::<Vec<_>>(), stage => stage_label(stage.key) },
+        context! { charts => pairs.flatten().map(safe).collect::<Vec<_>>(), stage => stage_label(stage.key) },
     );
     Some(Section { id: "distribution", title: "How what is left is distributed".into(), html })
 }

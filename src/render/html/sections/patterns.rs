@@ -33,12 +33,12 @@ const POSITION: Scale = Scale { first: 0, names: &["x", "y", "z"], unit: ("mm", 
 const ROTATION: Scale = Scale { first: 3, names: &["rx", "ry", "rz"], unit: ("deg", std::f64::consts::PI / 180.0) };
 
 pub fn section(review: &Review, page: &Page) -> Option<Section> {
-    let components = review.campaign.components();
     let axes = axes(review);
-    let own = if components == 1 { &DISTANCE } else { &POSITION };
+    let any = |rows: usize| review.campaign.readings.iter().any(|reading| reading.observes.rows() >= rows);
+    let own = if any(3) { &POSITION } else { &DISTANCE };
     let order = chosen(&coordinates(review, review.readings.left(), own), review.campaign.readings.len());
     let (rows, beyond) = rows(review, &axes, own, &order);
-    let (rotations, _) = if components > 3 { self::rows(review, &axes, &ROTATION, &order) } else { (Vec::new(), 0) };
+    let (rotations, _) = if any(6) { self::rows(review, &axes, &ROTATION, &order) } else { (Vec::new(), 0) };
     let html = page.render(
         "patterns.html",
         context! {
@@ -54,8 +54,12 @@ fn coordinates(review: &Review, all: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
     if all.is_empty() {
         return Vec::new();
     }
-    let of =
-        |k: usize| all.chunks(review.campaign.components()).map(|own| own[scale.first + k] / scale.unit.1).collect();
+    // Not a number where a reading has no such component.
+    let value = |own: &[f64], k: usize| match own.len() >= scale.first + scale.names.len() {
+        true => own[scale.first + k] / scale.unit.1,
+        false => f64::NAN,
+    };
+    let of = |k: usize| review.campaign.by_reading(all, 1).map(|(_, own)| value(own, k)).collect();
     (0..scale.names.len()).map(of).collect()
 }
 
@@ -64,7 +68,8 @@ fn coordinates(review: &Review, all: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
 fn rows(review: &Review, axes: &[Axis], scale: &Scale, order: &[usize]) -> (Vec<minijinja::Value>, usize) {
     let errors = coordinates(review, review.readings.left(), scale);
     let taken = coordinates(review, &review.readings.pattern, scale);
-    let mut sizes: Vec<f64> = errors.iter().chain(&taken).flatten().map(|v| v.abs()).collect();
+    let mut sizes: Vec<f64> =
+        errors.iter().chain(&taken).flatten().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = 1.25 * sizes.get((sizes.len().saturating_sub(1)) * 99 / 100).copied().unwrap_or(1.0).max(1e-6);
     let beyond = errors.iter().flatten().filter(|v| v.abs() > most).count();

@@ -4,45 +4,15 @@
 //! everything that reads files, so that `?` works in a program; `render::diagnostics` draws them for a terminal. The
 //! model is that of compilers (`rustc`'s JSON messages: code, severity, spans, children).
 
+mod code;
+
+pub use code::{Code, Severity};
+
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::{Deref, Range};
 
 use serde::Serialize;
-
-/// How grave a [`Diagnostic`] is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Severity {
-    /// Worth knowing; the file is still usable.
-    Warning,
-    /// The file cannot be used.
-    Error,
-}
-
-/// What kind of fault a [`Diagnostic`] reports; programs branch on this, never on the message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Code {
-    /// A file that cannot be opened, or is no text.
-    Unreadable,
-    /// A file that holds nothing.
-    Empty,
-    /// The text does not follow its format: YAML, XML, CSV, a coupling.
-    Syntax,
-    /// A key, column or name that nothing declares.
-    Unknown,
-    /// Something that is required is absent.
-    Missing,
-    /// Given twice.
-    Duplicate,
-    /// A value of the wrong type, out of its range, or in contradiction to another.
-    Invalid,
-    /// Elements that do not fit together: frames, loops, drivers of joints.
-    Structure,
-    /// A usable value that is probably not meant: mostly a matter of units.
-    Doubtful,
-}
 
 /// A stretch of a file, with the lines around it, so that it can be shown without the file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -57,12 +27,20 @@ pub struct Place {
     pub excerpt: String,
     /// Bytes of `excerpt` that are meant.
     pub highlight: Range<usize>,
+    /// Whether it is a cell of a workbook: `line` is then the sheet's row, and `column` its column, both counted from 1.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub in_sheet: bool,
 }
 
 /// Lines longer than this many characters are cut around their highlight.
 const LONGEST_LINE: usize = 200;
 
 impl Place {
+    /// A line of a file that cannot be shown.
+    pub fn line_of(file: &str, line: usize) -> Self {
+        Self { file: file.to_owned(), line, column: 1, excerpt: String::new(), highlight: 0..0, in_sheet: false }
+    }
+
     /// The stretch `highlight` (bytes) of `text`, cut off at the end of its first line.
     ///
     /// A range that is out of the text, or within a character, is moved to the nearest boundary.
@@ -85,8 +63,29 @@ impl Place {
         let end = floor(text, highlight.end).max(start);
         let column = 1 + text.get(..start).unwrap_or_default().chars().count();
         let (excerpt, highlight) = cut(text, start..end);
-        Self { file: file.to_owned(), line, column, excerpt, highlight }
+        Self { file: file.to_owned(), line, column, excerpt, highlight, in_sheet: false }
     }
+}
+
+impl Place {
+    /// Where it is, in one word: `robot.yaml:3:5`, or of a workbook `readings.xlsx#Sheet1!C7`.
+    pub fn address(&self) -> String {
+        if self.in_sheet {
+            format!("{}!{}{}", self.file, letters(self.column), self.line)
+        } else {
+            format!("{}:{}:{}", self.file, self.line, self.column)
+        }
+    }
+}
+
+/// Letters of a column of a sheet, counted from 1: A, B, .., Z, AA, ..
+fn letters(mut column: usize) -> String {
+    let mut letters = Vec::new();
+    while let Some(rest) = column.checked_sub(1) {
+        letters.push(char::from(b'A' + u8::try_from(rest % 26).unwrap_or_default()));
+        column = rest / 26;
+    }
+    letters.into_iter().rev().collect()
 }
 
 /// The character boundary at or before `at`.
@@ -115,11 +114,17 @@ pub(crate) fn cut(line: &str, highlight: Range<usize>) -> (String, Range<usize>)
     (text, start..end)
 }
 
+/// Says where a path of a file stands (keys from the top, list positions as numbers).
+pub type Locate<'a> = &'a dyn Fn(&[&str]) -> Option<Place>;
+
+/// Says whether what is missing at a path of a file is missing because of a fault that has been reported already.
+pub type Explained<'a> = &'a dyn Fn(&[&str]) -> bool;
+
 /// Another place that matters for a [`Diagnostic`].
 pub type Related = (Place, String);
 
-/// One diagnostic about an input.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// One diagnostic about an input or a result. As JSON: `code`, `severity`, `message`, `remedy`, `at`, `related`, `figures`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnostic {
     /// What kind of fault it is.
     pub code: Code,
@@ -128,18 +133,21 @@ pub struct Diagnostic {
     /// What is wrong, with the value found and the rule it breaks.
     pub message: String,
     /// Where; `None` when it concerns the whole input or a flag.
+    #[serde(rename = "at")]
     pub place: Option<Place>,
     /// Other places that matter (the first of two definitions), each with a word on why.
     pub related: Vec<Related>,
     /// What to do about it.
     pub remedy: Option<String>,
+    /// The figures that the message speaks of, by name; the name says the unit.
+    pub figures: BTreeMap<String, f64>,
 }
 
 impl Diagnostic {
     /// An error without a place; see [`Diagnostic::at`] and [`Diagnostic::remedy`].
     pub fn error(message: impl Into<String>) -> Self {
         let (code, severity, message) = (Code::Invalid, Severity::Error, message.into());
-        Self { code, severity, message, place: None, related: Vec::new(), remedy: None }
+        Self { code, severity, message, place: None, related: Vec::new(), remedy: None, figures: BTreeMap::new() }
     }
 
     /// A warning without a place.
@@ -175,6 +183,15 @@ impl Diagnostic {
         self
     }
 
+    /// Adds a figure that the message speaks of; what is not finite is left out.
+    #[must_use]
+    pub fn figure(mut self, name: &str, value: f64) -> Self {
+        if value.is_finite() {
+            self.figures.insert(name.to_owned(), value);
+        }
+        self
+    }
+
     /// Makes it one about an unknown name: adds "did you mean ...?" when one of `valid` is near `found`, else lists what
     /// is valid.
     #[must_use]
@@ -201,8 +218,8 @@ impl Diagnostic {
 impl fmt::Display for Diagnostic {
     /// One line: `robot.yaml:3:5: error: message (remedy)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(Place { file, line, column, .. }) = &self.place {
-            write!(f, "{file}:{line}:{column}: ")?;
+        if let Some(place) = &self.place {
+            write!(f, "{}: ", place.address())?;
         }
         f.write_str(if self.is_error() { "error: " } else { "warning: " })?;
         f.write_str(&self.message)?;
@@ -229,7 +246,7 @@ impl fmt::Display for Diagnostic {
 /// let diagnostics = error.downcast_ref::<Diagnostics>().unwrap();
 /// assert_eq!(diagnostics[0].code, Code::Unknown);
 /// ```
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Diagnostics(Vec<Diagnostic>);
 
@@ -255,14 +272,6 @@ impl Diagnostics {
     /// All of them, if one is an error.
     pub fn into_result(self) -> Result<Self, Self> {
         if self.has_error() { Err(self) } else { Ok(self) }
-    }
-
-    /// Gives a place to those that have none.
-    #[must_use]
-    pub fn located_at(mut self, place: Option<&Place>) -> Self {
-        let unplaced = self.0.iter_mut().filter(|diagnostic| diagnostic.place.is_none());
-        unplaced.for_each(|diagnostic| diagnostic.place = place.cloned());
-        self
     }
 }
 

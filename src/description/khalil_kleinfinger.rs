@@ -14,7 +14,7 @@ use crate::description::robot::Constants;
 pub type Isometry = IsometryMatrix3<f64>;
 
 /// Below this sine of their angle two axes count as parallel. Round-off leaves 1e-15; nothing that is built is so true.
-pub(super) const PARALLEL: f64 = 5e-13;
+pub(crate) const PARALLEL: f64 = 5e-13;
 
 /// Below this sine of their angle (about 3 degrees) the common normal of two axes may lie far away: up to 20 times their
 /// offset at this limit, without bound below it. The tilt then goes into beta and the normal stays at hand.
@@ -97,7 +97,7 @@ fn crossed(t: &Isometry) -> Constants {
 /// By how much the antecedent must turn about its z and slide along it to see the frame `t` with gamma = b = 0 (and, if
 /// the axes are nearly parallel, with the smallest beta): the lesser of the two turns, and of two quarter turns that with
 /// a positive d. Radians, metres.
-pub(super) fn shift_to_normal(t: &Isometry) -> (f64, f64) {
+pub(crate) fn shift_to_normal(t: &Isometry) -> (f64, f64) {
     let (turn, slide, d) = match Normal::of(t) {
         Normal::Parallel { gamma, d } => (gamma, 0.0, d),
         Normal::Near { along } => {
@@ -183,7 +183,7 @@ fn fold(angle: f64) -> f64 {
 
 /// An angle in (-pi, pi] rid of round-off: a multiple of 15 degrees or a number of twelve decimals if it is within 2e-15
 /// of one.
-pub(super) fn clean_angle(angle: f64) -> f64 {
+pub(crate) fn clean_angle(angle: f64) -> f64 {
     let step = (angle / (PI / 12.0)).round();
     let exact = if step % 6.0 == 0.0 { step / 6.0 * FRAC_PI_2 } else { (15.0 * step).to_radians() };
     if (angle - exact).abs() > 2e-15 {
@@ -193,7 +193,7 @@ pub(super) fn clean_angle(angle: f64) -> f64 {
 }
 
 /// A number of twelve decimals if `value` is within round-off of one, `scale` being the size of what it was computed from.
-pub(super) fn clean(value: f64, scale: f64) -> f64 {
+pub(crate) fn clean(value: f64, scale: f64) -> f64 {
     let rounded = (value * 1e12).round() / 1e12;
     // `+ 0.0` turns -0 into 0.
     if (value - rounded).abs() <= 2e-15 * scale { rounded + 0.0 } else { value }
@@ -214,24 +214,37 @@ fn sin_cos(angle: f64) -> (f64, f64) {
 }
 
 /// Rotation about x, exact at multiples of 90 degrees.
-pub(super) fn about_x(angle: f64) -> Rotation3<f64> {
+pub(crate) fn about_x(angle: f64) -> Rotation3<f64> {
     let (s, c) = sin_cos(angle);
     Rotation3::from_matrix_unchecked(Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c))
 }
 
 /// Rotation about y, exact at multiples of 90 degrees.
-pub(super) fn about_y(angle: f64) -> Rotation3<f64> {
+pub(crate) fn about_y(angle: f64) -> Rotation3<f64> {
     let (s, c) = sin_cos(angle);
     Rotation3::from_matrix_unchecked(Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c))
 }
 
 /// Rotation about z, exact at multiples of 90 degrees.
-pub(super) fn about_z(angle: f64) -> Rotation3<f64> {
+pub(crate) fn about_z(angle: f64) -> Rotation3<f64> {
     let (s, c) = sin_cos(angle);
     Rotation3::from_matrix_unchecked(Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0))
 }
 
 /// Rotation about z and translation along it.
-pub(super) fn screw_z(angle: f64, length: f64) -> Isometry {
+pub(crate) fn screw_z(angle: f64, length: f64) -> Isometry {
     Isometry::from_parts(Translation3::new(0.0, 0.0, length), about_z(angle))
+}
+
+/// Roll, pitch and yaw whose rotation is this one to round-off, at a pitch of 90 degrees too.
+pub(crate) fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let m = rotation.matrix();
+    let level = m[(0, 0)].hypot(m[(1, 0)]);
+    // Any yaw does at a pitch of 90 degrees; roll and pitch are read from what remains once yaw is undone.
+    let yaw = if level < 4e-16 { 0.0 } else { clean_angle(m[(1, 0)].atan2(m[(0, 0)])) };
+    let unyawed = about_z(-yaw) * rotation;
+    let unyawed = unyawed.matrix();
+    let pitch = (-unyawed[(2, 0)]).atan2(unyawed[(0, 0)]).clamp(-FRAC_PI_2, FRAC_PI_2);
+    let roll = (-unyawed[(1, 2)]).atan2(unyawed[(1, 1)]);
+    Vector3::new(clean_angle(roll), clean_angle(pitch), yaw)
 }

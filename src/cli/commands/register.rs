@@ -1,0 +1,37 @@
+//! `register`: where the robot stands and what its tool is, everything else as described.
+
+use super::convert::can_write;
+use super::identify::{Asked, calibrated, left_to_fit, loss};
+use crate::Error;
+use crate::cli::args::Register;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
+use crate::cli::values::known_parameters;
+use crate::estimation::{Settings, split};
+
+pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
+    let loss = loss(&command.robust)?;
+    if let Some(path) = &command.save {
+        can_write(path)?;
+    }
+    let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
+    let campaign = &loaded.campaign;
+    known_parameters(&loaded.robot.model, command.hold.iter().map(String::as_str))?;
+    if campaign.observes.is_difference() {
+        return Err(Error::input(
+            format!("{}s say nothing of where the robot stands", campaign.observes.name()),
+            "register positions, poses or distances",
+        ));
+    }
+    if !campaign.estimate_base && !campaign.estimate_tool {
+        return Err(Error::input(
+            "the campaign declares neither base nor tool unknown: there is nothing to register",
+            "write `estimate: {base: true, tool: true}` in the campaign file",
+        ));
+    }
+    let held_out = split(campaign, command.check, session.seed());
+    left_to_fit(campaign, &held_out)?;
+    let settings = Settings { only: Some(Vec::new()), loss, hold: command.hold.clone(), ..Settings::default() };
+    let asked = Asked { save: command.save.as_deref(), ..Asked::default() };
+    calibrated(session, &loaded, (campaign, &held_out), &settings, &asked)
+}

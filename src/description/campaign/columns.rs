@@ -1,0 +1,63 @@
+//! Columns that files of measurements may have, under our names.
+
+use super::WRENCH;
+use super::raw::{JointSource, RawCampaign, RawEntry};
+use super::stated::NOISE_COLUMNS;
+use crate::description::robot::Robot;
+use crate::description::table::{ColumnKind, ExpectedColumn};
+use crate::description::units::Unit;
+use crate::observation::{Observes, POSITION};
+use crate::parameter::Kind;
+
+/// Kinds of readings that each row of a file holds.
+pub fn kinds(entry: &RawEntry) -> Vec<Observes> {
+    entry.observes.as_ref().map_or_else(|| vec![POSITION], |kinds| kinds.0.clone())
+}
+
+/// The column of a variable at which the model is evaluated.
+pub(super) fn joint_column(raw: &RawCampaign, variable: &str) -> String {
+    raw.joints.map_or_else(|| variable.to_string(), |source| format!("{}.{variable}", source.prefix()))
+}
+
+/// Columns of the other values of a variable.
+pub(super) fn other_columns(raw: &RawCampaign, variable: &str) -> Vec<String> {
+    let sources =
+        [JointSource::Commanded, JointSource::Recorded].map(|source| format!("{}.{variable}", source.prefix()));
+    let used = joint_column(raw, variable);
+    std::iter::once(variable.to_string()).chain(sources).filter(|column| *column != used).collect()
+}
+
+/// Columns that a file of a campaign about this robot may have; `entry` is what holds of the file
+/// ([`RawCampaign::completed`]).
+pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> Vec<ExpectedColumn> {
+    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let number = |name: &str, required| column(name, ColumnKind::Number, required);
+    let text = |name: &str| column(name, ColumnKind::Text, false);
+    let units = entry.units.unwrap_or(raw.units);
+    let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
+    let mut columns = vec![text("pose"), text("marker"), text("session"), text("station")];
+    if !raw.payloads.is_empty() {
+        columns.push(text("payload"));
+    }
+    for variable in &robot.variables {
+        let quantity = of_kind(variable.kind());
+        columns.push(column(&joint_column(raw, &variable.name), quantity, true));
+        columns.extend(other_columns(raw, &variable.name).iter().map(|name| column(name, quantity, false)));
+    }
+    for observes in kinds(entry) {
+        columns.extend(observes.columns().iter().map(|measured| column(measured.name, of_kind(measured.kind), true)));
+        columns.extend(observes.target_column().map(text));
+    }
+    columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text));
+    let wrench = WRENCH.into_iter().zip(units.of_wrench());
+    columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit), false)));
+    columns.push(text("set"));
+    columns.extend(["temperature", "order"].map(|name| number(name, false)));
+    columns.push(column("time", ColumnKind::Quantity(Unit::Time(units.time)), false));
+    columns.extend(NOISE_COLUMNS.map(|(name, ..)| column(name, of_kind(Kind::Length), false)));
+    columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name), false)));
+    columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name), false)));
+    let mut known = std::collections::HashSet::new();
+    columns.retain(|column| known.insert(column.name.clone()));
+    columns
+}

@@ -1,0 +1,55 @@
+//! The order in which readings were taken: the move by which each configuration was reached, and the time since its session
+//! began.
+
+use std::collections::BTreeMap;
+
+use super::{Campaign, InSession};
+
+/// Place of a reading among those of its session: its number in the order of measurement, its time, or nothing (its place in
+/// the files).
+fn place(campaign: &Campaign, orders: &[Option<i64>], reading: usize) -> (f64, usize) {
+    let time = || campaign.conditions.time.as_ref().map(|all| all[reading]).filter(|time| time.is_finite());
+    let number = orders[reading].map(|number| number as f64).or_else(time);
+    (number.unwrap_or(0.0), reading)
+}
+
+/// Sets [`super::Conditions::last_move`] and [`super::Conditions::session_time`]. `orders` are the numbers in the column
+/// `order`, by reading: consecutive numbers follow one another, after a gap the predecessor is unknown. Without them times
+/// order the readings, and without times their places in the files.
+pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
+    let mut sessions: BTreeMap<InSession, Vec<usize>> = BTreeMap::new();
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        sessions.entry(reading.session).or_default().push(index);
+    }
+    let count = campaign.readings.len();
+    let mut moves = vec![vec![f64::NAN; count]; campaign.variables];
+    let mut since = campaign.conditions.time.as_ref().map(|_| vec![f64::NAN; count]);
+    for mut own in sessions.into_values() {
+        own.sort_by(|&a, &b| {
+            let [a, b] = [a, b].map(|reading| place(campaign, orders, reading));
+            a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+        });
+        if let (Some(since), Some(times)) = (&mut since, &campaign.conditions.time) {
+            let start = own.iter().map(|&reading| times[reading]).fold(f64::INFINITY, f64::min);
+            own.iter().for_each(|&reading| since[reading] = times[reading] - start);
+        }
+        // The first reading of the configuration at hand, and of the one before it.
+        let (mut current, mut before): (Option<usize>, Option<usize>) = (None, None);
+        for reading in own {
+            let known = current.filter(|&known| campaign.configuration(known) == campaign.configuration(reading));
+            if known.is_none() {
+                let follows = |known: &usize| match (orders[*known], orders[reading]) {
+                    (Some(last), Some(this)) => this - last <= 1,
+                    _ => true,
+                };
+                (before, current) = (current.filter(follows), Some(reading));
+            }
+            for (variable, moves) in moves.iter_mut().enumerate() {
+                let at = |reading: usize| campaign.configuration(reading)[variable];
+                moves[reading] = before.map_or(f64::NAN, |before| at(reading) - at(before));
+            }
+        }
+    }
+    campaign.conditions.last_move = moves;
+    campaign.conditions.session_time = since;
+}

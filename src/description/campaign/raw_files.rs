@@ -1,0 +1,87 @@
+//! Image of what a campaign says of how its files are written.
+
+#[cfg(feature = "cli")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::description::table::Points;
+
+/// What kind of file holds readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// A table under a line with the names of its columns.
+    Table,
+    /// Points as metrology programs export them: collection, group, name, x, y, z, with or without a header.
+    Points,
+}
+
+/// A field that names a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum PointField {
+    /// Its collection.
+    Collection,
+    /// Its group.
+    Group,
+    /// Its own name.
+    Name,
+}
+
+impl PointField {
+    fn name(self) -> String {
+        match self {
+            Self::Collection => "collection".into(),
+            Self::Group => "group".into(),
+            Self::Name => "name".into(),
+        }
+    }
+}
+
+/// What the fields of a list of points are.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct RawPoints {
+    /// The field that names the pose; the point's name where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<PointField>,
+    /// The field that names the marker.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker: Option<PointField>,
+    /// The fields of a line in order, where they are not collection, group, name, x, y, z or the last of these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<String>,
+}
+
+impl From<&RawPoints> for Points {
+    fn from(raw: &RawPoints) -> Self {
+        let pose = Some(("pose", raw.pose.unwrap_or(PointField::Name)));
+        let named = pose.into_iter().chain(raw.marker.map(|field| ("marker", field)));
+        let columns = named.map(|(ours, field)| (ours.to_owned(), field.name())).collect();
+        Self { columns, fields: raw.fields.clone() }
+    }
+}
+
+impl RawCsv {
+    /// Most rows of one file where nothing is said.
+    pub const MOST_ROWS: usize = 1_000_000;
+}
+
+/// How CSV files are written.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct RawCsv {
+    /// Between fields; guessed from the header line where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delimiter: Option<char>,
+    /// `.` or `,`; where absent a point between commas, else that of the first number that has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decimal: Option<char>,
+    /// Most rows accepted of one file; a million where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_rows: Option<usize>,
+}

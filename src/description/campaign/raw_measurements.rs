@@ -1,0 +1,277 @@
+//! Image of `measurements:` and of the short forms that a campaign file allows: one name or a list, a file or an entry that
+//! says more about it. Read by hand where an untagged enum would only say that nothing matched.
+
+#[cfg(feature = "cli")]
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+
+#[cfg(feature = "cli")]
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::raw_files::{Format, RawCsv, RawPoints};
+use super::raw_instrument::RawInstrument;
+use super::sessions::Sharing;
+use crate::description::table::{Join, Orientation};
+use crate::description::units::Units;
+use crate::observation::Observes;
+
+/// A file of readings, and what differs from what the campaign says of all its files.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct RawEntry {
+    /// The file, relative to the campaign's.
+    pub file: String,
+    /// What its readings are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observes: Option<Kinds>,
+    /// The session in which they were taken; a column `session` says it row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
+    /// The station of the instrument; a column `station` says it row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub station: Option<String>,
+    /// What the tool carries in these readings; a column `payload` says it row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload: Option<String>,
+    /// Units of this file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<Units>,
+    /// Noise of the instrument with which they were taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<RawInstrument>,
+    /// The frame whose inclination is read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Columns that are named otherwise in the file: our name, the file's name; in addition to the campaign's.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, String>,
+    /// Columns of the file to pass over, in addition to the campaign's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ignore: Vec<String>,
+    /// How the file is written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub csv: Option<RawCsv>,
+    /// Whether it is a table or a list of points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<Format>,
+    /// Of a list of points: what its fields are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<RawPoints>,
+    /// How orientations are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<Orientation>,
+    /// The file of the joints of these readings, where they are not in the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joints: Option<String>,
+    /// How rows of both files belong together: by the names of poses where both have them, else by order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub join: Option<Join>,
+}
+
+/// Files of readings: a name, an entry, or a list of them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Measurements(pub Vec<RawEntry>);
+
+/// Kinds of readings in one row: a name or a list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinds(pub Vec<Observes>);
+
+/// Whether a part of the arrangement is unknown, and between what it is shared: `true`, `false`, `per-session`,
+/// `per-station`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RawSharing(pub Option<Sharing>);
+
+impl RawSharing {
+    /// Whether it is known.
+    pub fn is_known(&self) -> bool {
+        self.0.is_none()
+    }
+}
+
+impl Kinds {
+    /// One kind.
+    pub fn one(observes: Observes) -> Self {
+        Self(vec![observes])
+    }
+}
+
+impl Measurements {
+    /// One file.
+    pub fn file(name: impl Into<String>) -> Self {
+        Self(vec![RawEntry { file: name.into(), ..RawEntry::default() }])
+    }
+}
+
+impl RawEntry {
+    fn is_only_a_file(&self) -> bool {
+        *self == Self { file: self.file.clone(), ..Self::default() }
+    }
+}
+
+/// An entry of the list, as a name or in full.
+struct Element(RawEntry);
+
+impl<'de> Deserialize<'de> for Element {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Element;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a file name, or an entry `{file: ..}`")
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Element, E> {
+                Ok(Element(RawEntry { file: name.into(), ..RawEntry::default() }))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Element, A::Error> {
+                RawEntry::deserialize(MapAccessDeserializer::new(map)).map(Element)
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+impl<'de> Deserialize<'de> for Measurements {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Measurements;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a file name, an entry `{file: ..}`, or a list of them")
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Measurements, E> {
+                Ok(Measurements::file(name))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Measurements, A::Error> {
+                Ok(Measurements(vec![RawEntry::deserialize(MapAccessDeserializer::new(map))?]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Measurements, A::Error> {
+                let all = Vec::<Element>::deserialize(SeqAccessDeserializer::new(seq))?;
+                Ok(Measurements(all.into_iter().map(|element| element.0).collect()))
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+impl Serialize for Measurements {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0.as_slice() {
+            [one] if one.is_only_a_file() => serializer.serialize_str(&one.file),
+            all if all.iter().all(RawEntry::is_only_a_file) => {
+                serializer.collect_seq(all.iter().map(|entry| &entry.file))
+            }
+            all => serializer.collect_seq(all),
+        }
+    }
+}
+
+#[cfg(feature = "cli")]
+impl JsonSchema for Measurements {
+    fn schema_name() -> Cow<'static, str> {
+        "Measurements".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let entry = generator.subschema_for::<RawEntry>();
+        let one = json_schema!({"anyOf": [{"type": "string"}, entry]});
+        json_schema!({
+            "description": "Files of readings, relative to this file: a name, an entry, or a list of them.",
+            "anyOf": [one, {"type": "array", "items": one}],
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Kinds {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Kinds;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a kind of readings, or a list of them")
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Kinds, E> {
+                Observes::deserialize(serde::de::value::StrDeserializer::new(name)).map(Kinds::one)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Kinds, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Kinds)
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+impl Serialize for Kinds {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0.as_slice() {
+            [one] => one.serialize(serializer),
+            all => serializer.collect_seq(all),
+        }
+    }
+}
+
+#[cfg(feature = "cli")]
+impl JsonSchema for Kinds {
+    fn schema_name() -> Cow<'static, str> {
+        "Kinds".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let one = generator.subschema_for::<Observes>();
+        json_schema!({
+            "description": "What a reading is; a list where one row holds several.",
+            "anyOf": [one, {"type": "array", "items": one}],
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for RawSharing {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl Visitor<'_> for Reader {
+            type Value = RawSharing;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("`true`, `false`, `per-session` or `per-station`")
+            }
+            fn visit_bool<E: Error>(self, is_unknown: bool) -> Result<RawSharing, E> {
+                Ok(RawSharing(is_unknown.then_some(Sharing::All)))
+            }
+            fn visit_str<E: Error>(self, word: &str) -> Result<RawSharing, E> {
+                match word {
+                    "per-session" => Ok(RawSharing(Some(Sharing::PerSession))),
+                    "per-station" => Ok(RawSharing(Some(Sharing::PerStation))),
+                    other => Err(E::unknown_variant(other, &["true", "false", "per-session", "per-station"])),
+                }
+            }
+        }
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+impl Serialize for RawSharing {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            None => serializer.serialize_bool(false),
+            Some(Sharing::All) => serializer.serialize_bool(true),
+            Some(shared) => shared.serialize(serializer),
+        }
+    }
+}
+
+#[cfg(feature = "cli")]
+impl JsonSchema for RawSharing {
+    fn schema_name() -> Cow<'static, str> {
+        "Sharing".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Whether it is unknown; where it differs between sessions or stations of the instrument, so.",
+            "anyOf": [{"type": "boolean"}, {"type": "string", "enum": ["per-session", "per-station"]}],
+        })
+    }
+}

@@ -1,0 +1,121 @@
+//! Image of what readings refer to besides the robot: `anchors:`, `contacts:`, `distances:`, `payloads:`.
+
+#[cfg(feature = "cli")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The word `unknown`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Unknown {
+    /// Estimated with the rest.
+    Unknown,
+}
+
+/// A value, or `unknown`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(untagged)]
+pub enum OrUnknown<T> {
+    /// Known.
+    Known(T),
+    /// To be estimated.
+    Unknown(Unknown),
+}
+
+impl<T: Copy> OrUnknown<T> {
+    /// What is known.
+    pub fn known(self) -> Option<T> {
+        match self {
+            Self::Known(value) => Some(value),
+            Self::Unknown(_) => None,
+        }
+    }
+}
+
+/// A fixed point from which distances are measured, in the measurement frame.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(untagged)]
+pub enum RawAnchor {
+    /// Known.
+    At([f64; 3]),
+    /// With what is unknown of it.
+    Declared(RawDeclaredAnchor),
+}
+
+/// A fixed point of which something may be unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RawDeclaredAnchor {
+    /// Where it is.
+    pub at: OrUnknown<[f64; 3]>,
+    /// What the instrument shows at no distance; zero where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zero: Option<OrUnknown<f64>>,
+    /// Where it is about, if unknown: a start for the search.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near: Option<[f64; 3]>,
+}
+
+impl RawAnchor {
+    /// Where it is, if known.
+    pub fn at(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::At(at) => Some(*at),
+            Self::Declared(declared) => declared.at.known(),
+        }
+    }
+}
+
+/// What a ball on the tool touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactKind {
+    /// A cone or cup that holds the ball: its centre is a point.
+    Socket,
+    /// A flat face: the ball's centre is at its radius from it.
+    Plane,
+    /// A ball of the fixture: centres are at the sum of the radii.
+    Sphere,
+}
+
+/// A place that the ball on the tool touches, in the measurement frame.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RawContact {
+    /// What is touched.
+    pub kind: ContactKind,
+    /// The column that says where the fixture stood: a contact is another one in each placement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// The point: of a socket or sphere its centre, of a plane any point of it; unknown where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<OrUnknown<[f64; 3]>>,
+    /// Of a plane its normal, towards the ball; unknown where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<OrUnknown<[f64; 3]>>,
+    /// Distance of the ball's centre: of a sphere the sum of the radii, of a plane the ball's radius; of a sphere unknown
+    /// where absent, of a plane zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<OrUnknown<f64>>,
+}
+
+/// A body fixed to the tool.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RawPayload {
+    /// Its mass.
+    pub mass: f64,
+    /// Its centre of mass in the frame.
+    #[serde(default)]
+    pub com: [f64; 3],
+    /// The frame; that of the tool where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<String>,
+}

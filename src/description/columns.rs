@@ -1,0 +1,33 @@
+//! Names of the columns that tables of measurements have of themselves: no variable can be called so.
+
+use crate::observation::FAMILY;
+
+/// Columns of the applied wrench: force and moment, base axes.
+pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+/// What a table says of a reading besides joints, wrench and values.
+const ABOUT: [&str; 12] = [
+    "pose",
+    "marker",
+    "set",
+    "temperature",
+    "time",
+    "order",
+    "session",
+    "station",
+    "contact",
+    "payload",
+    "sigma",
+    "U95",
+];
+
+/// First parts of columns that name a variable, frame or coordinate after a dot.
+const PREFIXES: [&str; 6] = ["approach.", "temperature.", "commanded.", "recorded.", "torque.", "sigma."];
+
+/// Whether a table of measurements may have a column of this name that is no joint's.
+pub fn is_reserved(name: &str) -> bool {
+    let measured = || FAMILY.iter().flat_map(|kind| kind.columns().iter().map(|column| column.name));
+    let anchors = || FAMILY.iter().filter_map(|kind| kind.target_column());
+    ABOUT.iter().chain(&WRENCH).copied().chain(measured()).chain(anchors()).any(|known| known == name)
+        || PREFIXES.iter().any(|prefix| name.starts_with(prefix))
+}

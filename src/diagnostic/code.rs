@@ -1,0 +1,90 @@
+//! How grave a diagnostic is, and what kind of fault it reports.
+
+use serde::{Serialize, Serializer};
+
+/// How grave a [`super::Diagnostic`] is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Worth knowing; the file is still usable.
+    Warning,
+    /// The file, or the result, cannot be used.
+    Error,
+}
+
+/// Makes the codes, their list and their names from one table.
+macro_rules! codes {
+    ($($(#[$about:meta])* $variant:ident $name:literal,)*) => {
+        /// What kind of fault a [`super::Diagnostic`] reports; programs branch on this, never on the message. What each
+        /// means and what to do stands in `docs/diagnostics.md`, a section each; `elastogeo explain CODE` prints it.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Code {
+            $($(#[$about])* $variant,)*
+        }
+
+        impl Code {
+            /// All codes.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// Its name in JSON and in the docs.
+            ///
+            /// ```
+            /// use elastogeo::diagnostic::Code;
+            ///
+            /// assert_eq!(Code::NotConverged.name(), "not-converged");
+            /// ```
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    /// A file that cannot be opened, or is no text.
+    Unreadable "unreadable",
+    /// A file that holds nothing.
+    Empty "empty",
+    /// The text does not follow its format: YAML, XML, CSV, a coupling.
+    Syntax "syntax",
+    /// A key, column or name that nothing declares.
+    Unknown "unknown",
+    /// Something that is required is absent.
+    Missing "missing",
+    /// Given twice.
+    Duplicate "duplicate",
+    /// A value of the wrong type, out of its range, or in contradiction to another.
+    Invalid "invalid",
+    /// Elements that do not fit together: frames, loops, drivers of joints.
+    Structure "structure",
+    /// A usable value that is probably not meant: mostly a matter of units.
+    Doubtful "doubtful",
+    /// Content that cannot be of the robot that is described; `--force` goes on.
+    Implausible "implausible",
+    /// The computation has no answer for this input.
+    NotComputed "not-computed",
+    /// A fit stopped before it reached a minimum.
+    NotConverged "not-converged",
+    /// A description that was to be written cannot be read back, or says something else.
+    UnusableResult "unusable-result",
+    /// Base or tool have directions that the readings hardly show, held as described.
+    WeakDirection "weak-direction",
+    /// Readings of one configuration share an error, and intervals count it.
+    DependentReadings "dependent-readings",
+}
+
+impl Code {
+    /// Whether it is about the plausibility of content: a refusal then has exit status 2, and `--force` makes it a warning.
+    pub fn is_plausibility(self) -> bool {
+        self == Self::Implausible
+    }
+}
+
+impl Serialize for Code {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}

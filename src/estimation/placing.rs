@@ -1,0 +1,351 @@
+//! Base, tool and markers of one group of readings, searched for globally with the robot rigid and its frames given.
+//!
+//! With the frames given, a reading depends on twelve numbers or so, and hundreds of fits cost less than one of the robot.
+//! A fit by least squares is begun from many placements: rotations spread over all, each at the position that the readings
+//! suggest (their mean; of distances the points that trilateration finds from the mean distance to each anchor). The
+//! cheapest end is taken. Very weak priors about the description keep what the readings do not show from drifting.
+//!
+//! Sources: Kabsch, *A solution for the best rotation to relate two sets of vectors*, Acta Cryst. A32, 1976 (rigid fit);
+//! Manolakis, *Efficient solution and performance analysis of 3-D position estimation by trilateration*, IEEE Trans. Aerosp.
+//! Electron. Syst. 32, 1996.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+
+use super::settings::RegistrationSettings;
+use crate::description::campaign::{Campaign, Reading, Target};
+use crate::kinematics::{Transform, rotation_vector};
+use crate::least_squares::{self, Bounds, EvaluationError, Problem};
+use crate::math::left_jacobian;
+use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, Observes, PointDerivative, TargetValues, Twist};
+use crate::parameter::Slot;
+
+/// Readings that share base and tool, and where their values stand.
+pub struct Group<'a> {
+    /// The readings.
+    pub campaign: &'a Campaign,
+    /// Their kind.
+    pub observes: Observes,
+    /// Frame of the marker or the tool of each reading, base axes.
+    pub frames: Vec<Transform>,
+    /// First of the three slots of the point that each reading sees.
+    pub points: Vec<Slot>,
+    /// First of the six slots of the base.
+    pub base: Slot,
+    /// Whether the points are unknown.
+    pub are_points_free: bool,
+    /// First of the three slots of the tool's rotation, where it shows, and whether it is unknown.
+    pub tool_rotation: Option<(Slot, bool)>,
+}
+
+/// Puts the best placement found into `values`.
+pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings) {
+    let some = Rigid::new(group, values, settings.readings);
+    let mut ends: Vec<(f64, Vec<f64>, Rotation3<f64>)> = Vec::new();
+    for (rotation, position) in some.starts(settings) {
+        let trial = Rigid { rotation, ..some.clone() };
+        ends.extend(trial.fitted(position, settings.iterations));
+    }
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ends.truncate(settings.finalists);
+    // The finalists on all readings: a subset may prefer another.
+    let all = Rigid::new(group, values, usize::MAX);
+    let last = |(_, x, rotation): (f64, Vec<f64>, Rotation3<f64>)| Rigid { rotation, ..all.clone() }.refined(&x);
+    let best = ends.into_iter().filter_map(last).min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, x, rotation)) = best {
+        all.put(&x, &rotation, values);
+    }
+}
+
+/// Standard deviations of the priors: of base and points, m, and of rotations, rad. Thousands of times what an instrument
+/// resolves, so that they decide only what no reading does.
+const LOOSE: [f64; 2] = [30.0, 10.0];
+
+/// Residuals of some readings of a group in standard deviations, then weak priors, as a function of the base's position,
+/// its rotation from `rotation`, the points and the tool's rotation.
+#[derive(Clone)]
+struct Rigid<'a> {
+    group: &'a Group<'a>,
+    /// Rotation of the base from which the search sets out.
+    rotation: Rotation3<f64>,
+    /// Readings used.
+    used: Vec<usize>,
+    /// First slots of the unknown points, each once.
+    points: Vec<Slot>,
+    /// The point that each reading sees, as described, m.
+    described: Vec<Vector3<f64>>,
+    /// The tool's rotation as described.
+    turn: Vector3<f64>,
+    /// Of each row of a reading, m and rad.
+    sigmas: Vec<f64>,
+    /// The description's unknowns, and how far they may be (n).
+    expected: Vec<f64>,
+    deviations: Vec<f64>,
+}
+
+impl<'a> Rigid<'a> {
+    /// With at most so many of the readings, spread evenly.
+    fn new(group: &'a Group<'a>, values: &[f64], most: usize) -> Self {
+        let count = group.campaign.readings.len();
+        let mut points = group.points.clone();
+        points.sort_unstable();
+        points.dedup();
+        points.retain(|_| group.are_points_free);
+        let mut expected = [values[group.base..group.base + 3].to_vec(), vec![0.0; 3]].concat();
+        expected.extend(points.iter().flat_map(|&slot| values[slot..slot + 3].to_vec()));
+        let mut deviations = [[LOOSE[0]; 3], [LOOSE[1]; 3]].concat();
+        deviations.resize(expected.len(), LOOSE[0]);
+        let turn = group.tool_rotation.map_or_else(Vector3::zeros, |(slot, _)| at(values, slot));
+        if group.tool_rotation.is_some_and(|(_, is_free)| is_free) {
+            expected.extend(turn.iter());
+            deviations.extend([LOOSE[1]; 3]);
+        }
+        let observes = group.observes;
+        Self {
+            rotation: Rotation3::new(at(values, group.base + 3)),
+            used: (0..count).step_by(count.div_ceil(most.max(1)).max(1)).collect(),
+            described: group.points.iter().map(|&slot| at(values, slot)).collect(),
+            sigmas: observes.sigmas(&group.campaign.noise())[..observes.rows()].to_vec(),
+            group,
+            points,
+            turn,
+            expected,
+            deviations,
+        }
+    }
+
+    /// Where in the unknowns the point of a reading begins; `None` where it is known.
+    fn point_of(&self, reading: usize) -> Option<usize> {
+        self.points.iter().position(|slot| *slot == self.group.points[reading]).map(|k| 6 + 3 * k)
+    }
+
+    /// Where in the unknowns the tool's rotation begins; `None` where it is known.
+    fn turn_of(&self) -> Option<usize> {
+        (self.expected.len() > 6 + 3 * self.points.len()).then_some(6 + 3 * self.points.len())
+    }
+
+    /// Rotations and positions of the base to begin at.
+    fn starts(&self, settings: &RegistrationSettings) -> Vec<(Rotation3<f64>, Vector3<f64>)> {
+        let campaign = self.group.campaign;
+        let mut starts = vec![(self.rotation, Vector3::from_column_slice(&self.expected[..3]))];
+        let mean = |vectors: Vec<Vector3<f64>>| vectors.iter().sum::<Vector3<f64>>() / vectors.len().max(1) as f64;
+        let points: Vec<Vector3<f64>> =
+            self.used.iter().map(|&i| (self.group.frames[i] * Point3::from(self.described[i])).coords).collect();
+        let readings = || self.used.iter().map(|&i| &campaign.readings[i]);
+        let measured: Option<Vec<Vector3<f64>>> =
+            readings().map(|reading| self.group.observes.measured_position(&reading.measured)).collect();
+        let centre = mean(points.clone());
+        let (centres, rotations) = match measured {
+            Some(measured) => {
+                let (fitted, _) = rigid_fit(&points, &measured);
+                // The fit of rigid points is nearly right unless they are unknown: its quarter turns too.
+                (vec![mean(measured)], rotations().into_iter().map(|turn| turn * fitted).collect())
+            }
+            None if self.group.observes.target_column().is_some() => (self.trilaterated(settings), rotations()),
+            None => (vec![starts[0].0 * centre + starts[0].1], rotations()),
+        };
+        let from = |rotation: Rotation3<f64>, middle: &Vector3<f64>| (rotation, middle - rotation * centre);
+        starts.extend(rotations.iter().flat_map(|rotation| centres.iter().map(|middle| from(*rotation, middle))));
+        starts
+    }
+
+    /// Where the readings' mean distances to their anchors meet: up to two points, of which a plane of anchors cannot tell
+    /// which it is.
+    fn trilaterated(&self, settings: &RegistrationSettings) -> Vec<Vector3<f64>> {
+        let campaign = self.group.campaign;
+        let mut spheres: Vec<(Vector3<f64>, f64)> = Vec::new();
+        for target in 0..campaign.targets.len() {
+            let own = || self.used.iter().map(|&i| &campaign.readings[i]).filter(|reading| reading.target == target);
+            let radius = own().map(|reading| reading.measured[0]).sum::<f64>() / own().count().max(1) as f64;
+            spheres.extend(own().next().map(|reading| (anchor(campaign, reading), radius)));
+        }
+        let count = spheres.len().max(1) as f64;
+        let middle = spheres.iter().map(|(centre, _)| centre).sum::<Vector3<f64>>() / count;
+        let size = spheres.iter().map(|(_, radius)| radius).sum::<f64>() / count;
+        let mut found: Vec<(f64, Vector3<f64>)> = Vec::new();
+        for k in 0..6 {
+            let mut from = middle;
+            from[k / 2] += if k % 2 == 0 { size } else { -size };
+            let (cost, point) = met(&spheres, from, settings.iterations);
+            if found.iter().all(|(_, known)| (known - point).norm() > 0.01 * size) {
+                found.push((cost, point));
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.truncate(2);
+        found.into_iter().map(|(_, point)| point).collect()
+    }
+
+    /// Cost, unknowns and rotation where a fit from the base at `position` ends.
+    fn fitted(&self, position: Vector3<f64>, most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
+        let mut start = self.expected.clone();
+        start[..3].copy_from_slice(position.as_slice());
+        self.minimized(&start, most)
+    }
+
+    /// The same from unknowns, to the end.
+    fn refined(&self, start: &[f64]) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
+        self.minimized(start, least_squares::Settings::default().max_iterations)
+    }
+
+    fn minimized(&self, start: &[f64], most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
+        let limits = least_squares::Settings {
+            max_iterations: most,
+            cost_tolerance: 1e-10,
+            ..least_squares::Settings::default()
+        };
+        let end = least_squares::minimize(self, start, &Bounds::none(start.len()), &limits).ok()?;
+        end.cost.is_finite().then_some((end.cost, end.x, self.rotation))
+    }
+
+    /// Writes unknowns into all values.
+    fn put(&self, x: &[f64], rotation: &Rotation3<f64>, values: &mut [f64]) {
+        let turned = Rotation3::new(Vector3::from_column_slice(&x[3..6])) * rotation;
+        put(values, self.group.base, Vector3::from_column_slice(&x[..3]));
+        put(values, self.group.base + 3, rotation_vector(&turned));
+        for (k, &slot) in self.points.iter().enumerate() {
+            put(values, slot, Vector3::from_column_slice(&x[6 + 3 * k..9 + 3 * k]));
+        }
+        if let (Some(begin), Some((slot, _))) = (self.turn_of(), self.group.tool_rotation) {
+            let turn = Rotation3::new(Vector3::from_column_slice(&x[begin..begin + 3]));
+            put(values, slot, rotation_vector(&turn));
+        }
+    }
+}
+
+impl Problem for Rigid<'_> {
+    fn parameters(&self) -> usize {
+        self.expected.len()
+    }
+
+    fn residuals(&self) -> usize {
+        self.used.len() * self.sigmas.len() + self.expected.len()
+    }
+
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        mut jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError> {
+        let campaign = self.group.campaign;
+        let vector = |begin: usize| Vector3::from_column_slice(&x[begin..begin + 3]);
+        let turned = left_jacobian(&vector(3));
+        let base = Rotation3::new(vector(3)) * self.rotation;
+        let turn = self.turn_of().map_or(self.turn, vector);
+        let tool_turned = left_jacobian(&turn);
+        if let Some(jacobian) = jacobian.as_deref_mut() {
+            jacobian.fill(0.0);
+        }
+        for (row, &index) in self.used.iter().enumerate() {
+            let (reading, frame) = (&campaign.readings[index], &self.group.frames[index]);
+            let begin = self.point_of(index);
+            let arm = base * (frame * Point3::from(begin.map_or(self.described[index], vector))).coords;
+            let onto = base * frame.rotation;
+            let point = MeasuredPoint {
+                undeflected: arm + vector(0),
+                displacement: Vector3::zeros(),
+                orientation: onto * Rotation3::new(turn),
+                target: target_of(campaign, reading),
+            };
+            let first = row * self.sigmas.len();
+            let found = self.group.observes.residual(&reading.measured, &point);
+            for (k, sigma) in self.sigmas.iter().enumerate() {
+                residual[first + k] = found[k] / sigma;
+            }
+            let Some(jacobian) = jacobian.as_deref_mut() else { continue };
+            let mut set = |column: usize, displacement: Vector3<f64>, rotation: Vector3<f64>| {
+                let by = PointDerivative::of_frames(Twist::new(displacement, rotation));
+                let change = self.group.observes.derivative(&point, &by);
+                for (k, sigma) in self.sigmas.iter().enumerate() {
+                    jacobian[(first + k, column)] = -change[k] / sigma;
+                }
+            };
+            for axis in 0..3 {
+                let unit = Vector3::ith(axis, 1.0);
+                let about = turned * unit;
+                set(axis, unit, Vector3::zeros());
+                set(3 + axis, about.cross(&arm), about);
+                begin.into_iter().for_each(|begin| set(begin + axis, onto * unit, Vector3::zeros()));
+                let turn = self.turn_of().filter(|_| reading.marker.is_none());
+                turn.into_iter().for_each(|begin| set(begin + axis, Vector3::zeros(), onto * (tool_turned * unit)));
+            }
+        }
+        let priors = self.used.len() * self.sigmas.len();
+        for (k, (expected, deviation)) in self.expected.iter().zip(&self.deviations).enumerate() {
+            residual[priors + k] = (expected - x[k]) / deviation;
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                jacobian[(priors + k, k)] = -1.0 / deviation;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Values of what a reading refers to.
+fn target_of(campaign: &Campaign, reading: &Reading) -> TargetValues {
+    campaign.targets.get(reading.target).map_or([0.0; MOST_TARGET_VALUES], Target::assumed)
+}
+
+/// The fixed point of a reading, m.
+fn anchor(campaign: &Campaign, reading: &Reading) -> Vector3<f64> {
+    Vector3::from_column_slice(&target_of(campaign, reading)[..3])
+}
+
+/// The 24 rotations that turn a cube onto itself: none is farther than 63 degrees from one of them.
+fn rotations() -> Vec<Rotation3<f64>> {
+    let half = std::f64::consts::FRAC_PI_2;
+    let about = |axis: Vector3<f64>, quarter: usize| Rotation3::new(axis * (half * quarter as f64));
+    let faces = (0..4).map(|k| about(Vector3::y(), k)).chain([1, 3].map(|k| about(Vector3::x(), k)));
+    faces.flat_map(|face| (0..4).map(move |k| face * about(Vector3::z(), k))).collect()
+}
+
+/// Cost and point at which spheres meet best, by Gauss-Newton from a point.
+fn met(spheres: &[(Vector3<f64>, f64)], from: Vector3<f64>, most: usize) -> (f64, Vector3<f64>) {
+    let mut point = from;
+    let gap = |point: &Vector3<f64>| -> f64 { spheres.iter().map(|(c, r)| ((point - c).norm() - r).powi(2)).sum() };
+    for _ in 0..most {
+        let (mut normal, mut right) = (Matrix3::identity() * 1e-6, Vector3::zeros());
+        for (centre, radius) in spheres {
+            let arm = point - centre;
+            let along = arm / arm.norm().max(f64::MIN_POSITIVE);
+            normal += along * along.transpose();
+            right += along * (radius - arm.norm());
+        }
+        let Some(step) = normal.try_inverse().map(|inverse| inverse * right) else { break };
+        point += step;
+        if step.norm() < 1e-9 {
+            break;
+        }
+    }
+    (gap(&point), point)
+}
+
+fn at(values: &[f64], slot: Slot) -> Vector3<f64> {
+    Vector3::new(values[slot], values[slot + 1], values[slot + 2])
+}
+
+fn put(values: &mut [f64], slot: Slot, vector: Vector3<f64>) {
+    values[slot..slot + 3].copy_from_slice(vector.as_slice());
+}
+
+/// Rotation R and translation t that minimise the sum of |R a + t - b|^2 (Kabsch 1976).
+fn rigid_fit(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> (Rotation3<f64>, Vector3<f64>) {
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let covariance: Matrix3<f64> = a.iter().zip(b).map(|(a, b)| (b - mean_b) * (a - mean_a).transpose()).sum();
+    let rotation = nearest_rotation(&covariance);
+    (rotation, mean_b - rotation * mean_a)
+}
+
+/// The rotation nearest to a matrix; the identity where it has none.
+fn nearest_rotation(matrix: &Matrix3<f64>) -> Rotation3<f64> {
+    if matrix.iter().any(|v| !v.is_finite()) {
+        return Rotation3::identity();
+    }
+    let Some(svd) = matrix.try_svd(true, true, f64::EPSILON, 100) else { return Rotation3::identity() };
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return Rotation3::identity() };
+    let sign = (u * v).determinant().signum();
+    // Singular values come in descending order: the last may be mirrored.
+    let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v;
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).to_rotation_matrix()
+}

@@ -1,0 +1,94 @@
+//! The readings of one entry of a campaign's `measurements:`, from a table or a list of points, and from a file of their joints
+//! where that is another one.
+
+use std::io::Read;
+
+use crate::description::campaign::raw::{Format, RawCsv, RawEntry};
+use crate::description::table::{Dialect, ExpectedColumn, Points, Table, read_table};
+use crate::description::units::Units;
+use crate::diagnostic::{Diagnostic, Place};
+
+/// What is asked of the files of an entry.
+pub(super) struct Asked<'a> {
+    /// Columns that both files together may or must have.
+    pub expected: Vec<ExpectedColumn>,
+    /// The robot's variables: what a file of joints holds.
+    pub variables: Vec<&'a str>,
+    pub units: &'a Units,
+    /// The entry, completed by the campaign.
+    pub entry: &'a RawEntry,
+}
+
+/// Keys of an entry that mean nothing without another, and names that neither of two files can have.
+pub(super) fn faults(asked: &Asked, locate: impl Fn(&str) -> Option<Place>) -> Vec<Diagnostic> {
+    let entry = asked.entry;
+    let alone = |key: &str, is_alone: bool, remedy: &str| {
+        let fault = Diagnostic::error(format!("`{key}:` means nothing here")).at(locate(key));
+        is_alone.then(|| fault.remedy(remedy))
+    };
+    let of_table = entry.points.is_some() && entry.format != Some(Format::Points);
+    let all = [
+        alone("points", of_table, "it says what the fields of a list of points are: add `format: points`"),
+        alone("join", entry.join.is_some() && entry.joints.is_none(), "add `joints:`, the file to be joined"),
+    ];
+    let mut faults: Vec<Diagnostic> = all.into_iter().flatten().collect();
+    if entry.joints.is_some() {
+        let expected = entry.orientation.unwrap_or_default().expected(asked.expected.clone());
+        let names = || expected.iter().map(|column| column.name.as_str());
+        for ours in entry.columns.keys().filter(|ours| names().all(|name| name != ours.as_str())) {
+            let fault = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"));
+            faults.push(fault.at(locate("columns")).suggest(ours, names()));
+        }
+    }
+    faults
+}
+
+/// Reads the file of the readings, and the second one as that of their joints; each with its name.
+pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result<Table, Vec<Diagnostic>> {
+    let entry = asked.entry;
+    let csv = entry.csv.clone().unwrap_or_default();
+    let orientation = entry.orientation.unwrap_or_default();
+    let is_list = entry.format == Some(Format::Points);
+    let points = is_list.then(|| entry.points.as_ref().map_or_else(Points::default, Points::from));
+    let own = Dialect {
+        delimiter: csv.delimiter,
+        decimal: csv.decimal,
+        orientation,
+        points,
+        is_shared: files.len() > 1,
+        of_campaign: true,
+    };
+    // How the file of the joints is written is seen from itself.
+    let of_joints = Dialect { is_shared: true, of_campaign: true, ..Dialect::default() };
+    let (joints, readings) = split(orientation.expected(asked.expected.clone()), asked, files.len() > 1);
+    let (mut tables, mut faults) = (Vec::new(), Vec::new());
+    for ((name, bytes), (expected, dialect)) in files.into_iter().zip([(readings, own), (joints, of_joints)]) {
+        let most = csv.max_rows.unwrap_or(RawCsv::MOST_ROWS);
+        match read_table(&name, bytes, &expected, &entry.columns, &entry.ignore, &dialect, most) {
+            Ok(table) => tables.push(table),
+            Err(mut found) => faults.append(&mut found),
+        }
+    }
+    let mut tables = tables.into_iter();
+    let Some(mut table) = tables.next().filter(|_| faults.is_empty()) else { return Err(faults) };
+    if let Some(joints) = tables.next() {
+        table = table.with_joints(joints, entry.join)?;
+    }
+    table.add_rotation_vectors(orientation, asked.units.angle)?;
+    Ok(table)
+}
+
+/// The columns of a file of joints, and those of the readings: what is required stands in one of them, all else in either.
+fn split(expected: Vec<ExpectedColumn>, asked: &Asked, has_joints: bool) -> (Vec<ExpectedColumn>, Vec<ExpectedColumn>) {
+    if !has_joints {
+        return (Vec::new(), expected);
+    }
+    let is_joint = |column: &ExpectedColumn| {
+        let prefixes = ["approach.", "commanded.", "recorded."];
+        let variable = prefixes.iter().find_map(|prefix| column.name.strip_prefix(prefix));
+        asked.variables.contains(&variable.unwrap_or(&column.name))
+    };
+    let joints = expected.iter().filter(|column| is_joint(column) || !column.required).cloned().collect();
+    let readings = expected.iter().filter(|column| !is_joint(column)).cloned().collect();
+    (joints, readings)
+}

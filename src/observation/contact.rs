@@ -1,0 +1,262 @@
+//! `contact`: a ball on the tool touches a fixture. No instrument: the reading is that it touches, so nothing is measured and
+//! every residual is a distance (m) of the ball's centre from where the fixture holds it. The place of the fixture, in the
+//! measurement frame, is known or estimated.
+//!
+//! A socket gives three residuals, a face or a sphere one. Pivoting about a point (tool-centre calibration) is a socket.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::kind::{
+    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of,
+    rows_of,
+};
+
+/// As files name the kind; what is touched says which of the others a reading is.
+pub(super) struct Contact;
+/// A socket; values of its target: its centre (m).
+pub(super) struct Socket;
+/// A face; values of its target: a normal of any length, and the distance of the ball's centre from the origin along it (m).
+pub(super) struct Plane;
+/// A sphere; values of its target: its centre and the distance of the ball's centre from it (m).
+pub(super) struct Sphere;
+
+const COLUMN: Option<&str> = Some("contact");
+
+fn mean(read: &[(Vector3<f64>, Rows)]) -> Vector3<f64> {
+    read.iter().map(|(at, _)| at).sum::<Vector3<f64>>() / read.len().max(1) as f64
+}
+
+fn row(value: f64) -> Rows {
+    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
+}
+
+impl Observation for Contact {
+    fn name(&self) -> &'static str {
+        "contact"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball on the tool touches a socket, a face or a sphere."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    fn target_column(&self) -> Option<&'static str> {
+        COLUMN
+    }
+
+    fn value(&self, _point: &MeasuredPoint) -> Rows {
+        row(0.0)
+    }
+
+    fn derivative(&self, _point: &MeasuredPoint, _by: &PointDerivative) -> Rows {
+        row(0.0)
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        rows_of(&noise.position.into())
+    }
+}
+
+impl Observation for Socket {
+    fn name(&self) -> &'static str {
+        "contact-socket"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball on the tool sits in a socket."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    fn rows(&self) -> usize {
+        3
+    }
+
+    fn length_rows(&self) -> usize {
+        3
+    }
+
+    fn target_column(&self) -> Option<&'static str> {
+        COLUMN
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        rows_of(&(point.position() - point.anchor()))
+    }
+
+    fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        rows_of(&by.total().displacement)
+    }
+
+    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+        let mut start = [0.0; MOST_TARGET_VALUES];
+        start[..3].copy_from_slice(mean(read).as_slice());
+        Some(start)
+    }
+
+    fn by_target(&self, _point: &MeasuredPoint, k: usize) -> Rows {
+        let mut rows = [0.0; 6];
+        rows[k] = -1.0;
+        rows
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        rows_of(&noise.position.into())
+    }
+
+    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
+        *measured = rows_of(&Vector3::from_fn(|k, _| noise.position[k] * normal()));
+    }
+}
+
+/// Unit normal, length of the normal, and signed distance of the ball from the face.
+fn over_face(point: &MeasuredPoint) -> (Vector3<f64>, f64, f64) {
+    let normal = point.anchor();
+    let length = normal.norm().max(f64::MIN_POSITIVE);
+    let unit = normal / length;
+    (unit, length, unit.dot(&point.position()) - point.target[3])
+}
+
+impl Observation for Plane {
+    fn name(&self) -> &'static str {
+        "contact-plane"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball on the tool touches a face."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    fn rows(&self) -> usize {
+        1
+    }
+
+    fn length_rows(&self) -> usize {
+        1
+    }
+
+    fn target_column(&self) -> Option<&'static str> {
+        COLUMN
+    }
+
+    fn residuals_named(&self) -> &'static str {
+        "distances from the face"
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        row(over_face(point).2)
+    }
+
+    fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        row(over_face(point).0.dot(&by.total().displacement))
+    }
+
+    /// The plane of least squares through the points; its normal points away from the base of the arrangement.
+    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+        let mean = mean(read);
+        let spread: Matrix3<f64> = read.iter().map(|(at, _)| (at - mean) * (at - mean).transpose()).sum();
+        let eigen = spread.symmetric_eigen();
+        let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+        let normal = if normal.dot(&mean) < 0.0 { -normal } else { normal };
+        let mut start = [0.0; MOST_TARGET_VALUES];
+        start[..3].copy_from_slice(normal.as_slice());
+        start[3] = normal.dot(&mean);
+        Some(start)
+    }
+
+    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
+        let (unit, length, _) = over_face(point);
+        let position = point.position();
+        row(if k == 3 { -1.0 } else { (position[k] - unit[k] * unit.dot(&position)) / length })
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        row(noise.position[0])
+    }
+
+    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
+        *measured = row(noise.position[0] * normal());
+    }
+
+    fn is_comparable(&self, _same_point: bool, same_target: bool) -> bool {
+        same_target
+    }
+}
+
+/// Direction from the centre to the ball, and how far its distance is from the one that touches.
+fn over_sphere(point: &MeasuredPoint) -> (Vector3<f64>, f64) {
+    let arm = point.position() - point.anchor();
+    let length = arm.norm();
+    (arm / length.max(f64::MIN_POSITIVE), length - point.target[3])
+}
+
+impl Observation for Sphere {
+    fn name(&self) -> &'static str {
+        "contact-sphere"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball on the tool touches a sphere."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    fn rows(&self) -> usize {
+        1
+    }
+
+    fn length_rows(&self) -> usize {
+        1
+    }
+
+    fn target_column(&self) -> Option<&'static str> {
+        COLUMN
+    }
+
+    fn residuals_named(&self) -> &'static str {
+        "distances from the sphere"
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        row(over_sphere(point).1)
+    }
+
+    fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        row(over_sphere(point).0.dot(&by.total().displacement))
+    }
+
+    /// The sphere of least squares of |p|^2 = 2 a.p + (R^2 - |a|^2), which is linear.
+    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+        let (centre, left) = centre_of(read.iter().map(|(at, _)| (*at, at.norm_squared())))?;
+        let mut start = [0.0; MOST_TARGET_VALUES];
+        start[..3].copy_from_slice(centre.as_slice());
+        start[3] = (left + centre.norm_squared()).max(0.0).sqrt();
+        Some(start)
+    }
+
+    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
+        row(if k == 3 { -1.0 } else { -over_sphere(point).0[k] })
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        row(noise.position[0])
+    }
+
+    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
+        *measured = row(noise.position[0] * normal());
+    }
+
+    fn is_comparable(&self, _same_point: bool, same_target: bool) -> bool {
+        same_target
+    }
+}

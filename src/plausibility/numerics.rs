@@ -1,0 +1,72 @@
+//! Checks of the computation itself.
+
+use super::evidence::{Evidence, Limits};
+use crate::diagnostic::Diagnostic;
+use crate::identifiability::Why;
+use crate::least_squares::Status;
+use crate::parameter::{Group, Kind};
+
+pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let found = evidence.found;
+    let why = match &found.ending {
+        ending if ending.converged() => return Vec::new(),
+        Status::IterationLimit => "the limit of iterations was reached",
+        Status::Stalled => "steps shrank to nothing although the model promises progress",
+        _ => "it ended without a minimum",
+    };
+    let error = Diagnostic::error(format!("the fit did not converge: {why}, after {} iterations", found.iterations));
+    let remedy = "hold what the readings hardly show (--hold), let tolerances pull (--prior), look for wrong readings \
+                  (--loss huber), use --scheme batch, or measure more configurations";
+    vec![error.figure("iterations", found.iterations as f64).remedy(remedy)]
+}
+
+pub(super) fn finite(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let found = evidence.found;
+    let registry = &evidence.model.registry;
+    let lost = found
+        .values
+        .iter()
+        .zip(registry.all())
+        .find(|(value, parameter)| !value.is_finite() && (parameter.nominal.is_finite() || value.is_nan()));
+    let what = match lost {
+        Some((value, parameter)) => format!("`{}` is {value}", parameter.name),
+        None if found.residual.iter().any(|r| !r.is_finite()) => "errors of readings are not finite".into(),
+        None => return Vec::new(),
+    };
+    vec![Diagnostic::error(format!("the calibration came to nothing: {what}")).remedy("check readings and description")]
+}
+
+pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let registry = &evidence.model.registry;
+    let is_far = |slot: usize, value: f64| {
+        let parameter = &registry[slot];
+        let placed = matches!(parameter.group, Group::Base | Group::Tool) && parameter.kind == Kind::Length;
+        placed && value.abs() > limits.farthest.max(10.0 * parameter.nominal.abs())
+    };
+    let far = evidence.found.estimates.iter().find(|estimate| is_far(estimate.slot, estimate.value));
+    let told = far.map(|estimate| {
+        let (name, metres) = (&registry[estimate.slot].name, estimate.value);
+        Diagnostic::error(format!("`{name}` came out at {metres:.0} m, where no instrument reaches"))
+            .figure("value_m", metres)
+            .remedy(
+                "check units and anchors, or state where base and tool are (`estimate: {base: false, tool: false}`)",
+            )
+    });
+    told.into_iter().collect()
+}
+
+pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let found = evidence.found;
+    let weak = found.identifiability.dropped.iter().filter_map(|(column, why)| {
+        let parameter = &evidence.model.registry[*found.slots.get(*column)?];
+        (*why == Why::Weak && matches!(parameter.group, Group::Base | Group::Tool)).then_some(parameter.name.as_str())
+    });
+    let names: Vec<&str> = weak.collect();
+    if names.is_empty() {
+        return Vec::new();
+    }
+    let message =
+        format!("the readings hardly show {}: held as described, merged into what is fitted", names.join(", "));
+    let remedy = "measure configurations that differ more, or state where base or tool is";
+    vec![Diagnostic::warning(message).figure("held", names.len() as f64).remedy(remedy)]
+}

@@ -1,0 +1,73 @@
+//! A campaign as text, before anything is fitted. Lengths in mm, angles in deg.
+
+use std::fmt::Write;
+
+use super::table::Screen;
+use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange};
+
+/// Text of `check` of a campaign.
+pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
+    let mut out = format!("{}\n{}, {} readings", found.campaign, found.robot, found.readings);
+    let _ = writeln!(out, " ({}) at {} configurations", found.observes, found.configurations);
+    let markers: Vec<String> = found.markers.iter().map(|(name, count)| format!("{name} {count}")).collect();
+    let _ = writeln!(out, "readings by marker: {}", markers.join(", "));
+    let sets = [("fit", found.sets.fit), ("check", found.sets.check), ("unassigned", found.sets.unassigned)];
+    let sets: Vec<String> =
+        sets.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!("{name} {count}")).collect();
+    let _ = writeln!(out, "readings by set: {}\n", sets.join(", "));
+    let header = ["variable", "unit", "least", "most", "limits", "covered", "beyond"];
+    out += &screen.table(&header, found.joints.iter().map(|(name, range)| row(name, range)));
+    out += "\n";
+    let _ = match &found.noise {
+        Some(noise) => {
+            let [x, y, z] = noise.position;
+            let axes = if x == y && y == z { format!("{x:.4} mm") } else { format!("{x:.4}, {y:.4}, {z:.4} mm") };
+            let turned = noise.orientation.map_or(String::new(), |deg| format!(", {deg:.4} deg"));
+            writeln!(out, "noise stated, one sigma: {axes}{turned}")
+        }
+        None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
+    };
+    if let Some(loads) = &found.loads {
+        let _ = writeln!(
+            out,
+            "loaded readings: {}, up to {:.1} N and {:.1} N.m",
+            loads.readings, loads.greatest_force, loads.greatest_moment
+        );
+    }
+    for (what, names) in
+        [("conditions", &found.conditions), ("calibrate", &found.calibrate), ("without", &found.without)]
+    {
+        if !names.is_empty() {
+            let _ = writeln!(out, "{what}: {}", names.join(", "));
+        }
+    }
+    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
+    out + &estimated(found)
+}
+
+fn row(name: &str, range: &JointRange) -> Vec<String> {
+    let limits = range.limits.map_or("none".into(), |[low, high]| format!("{low:.2} .. {high:.2}"));
+    let covered = range.covered.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share));
+    let beyond = if range.beyond > 0 { format!("{} readings", range.beyond) } else { String::new() };
+    let [least, most] = [range.least, range.most].map(|v| format!("{v:.2}"));
+    vec![name.into(), range.unit.into(), least, most, limits, covered, beyond]
+}
+
+fn estimated(found: &CampaignCheck) -> String {
+    let estimate = &found.estimate;
+    if let Some(why) = &estimate.none {
+        return format!("`identify` will estimate nothing: {why}\n");
+    }
+    let groups = [
+        ("base", &estimate.base),
+        ("tool and markers", &estimate.tool),
+        ("geometry", &estimate.geometry),
+        ("springs", &estimate.elastic),
+        ("effects", &estimate.effects),
+    ];
+    let mut out = "\n`identify` will estimate, as far as the readings separate it (`identifiability`)\n".to_string();
+    for (what, names) in groups.into_iter().filter(|(_, names)| !names.is_empty()) {
+        let _ = writeln!(out, "{what} ({}): {}", names.len(), names.join(" "));
+    }
+    out
+}

@@ -1,0 +1,56 @@
+//! Results as tables, to be written as CSV or as a workbook. Lengths in mm, angles in deg, as the columns' names say.
+
+use std::io;
+use std::path::Path;
+
+use crate::description::campaign::Campaign;
+use crate::description::table::Sheet;
+use crate::parameter::Kind;
+use crate::results::{DescriptionResiduals, Identification};
+
+/// Table of `residuals`, a reading a row, to be written to a file of that name: measured less predicted in the columns
+/// `error.<column>` (mm, or deg of a rotation vector), its length in `error` (mm).
+///
+/// # Errors
+/// As [`Sheet::file`].
+pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path) -> io::Result<Vec<u8>> {
+    let readings = &found.readings;
+    let mut sheet = Sheet::new();
+    sheet.column("row", |row| readings[row].row.to_string());
+    sheet.texts("pose", |row| readings[row].pose.clone());
+    sheet.texts("marker", |row| readings[row].marker.clone());
+    let set = |check| if check { "check" } else { "fit" };
+    sheet.texts("set", move |row| campaign.readings[row].check.map_or(String::new(), |check| set(check).into()));
+    let (mut lengths, mut angles) = (0.., 0..);
+    for column in campaign.observes.columns() {
+        let (is_angle, at) = match column.kind {
+            Kind::Angle => (true, angles.next()),
+            _ => (false, lengths.next()),
+        };
+        sheet.column(format!("error.{}", column.name), move |row| {
+            let reading = &readings[row];
+            let all = if is_angle { reading.orientation_error_deg.as_deref() } else { Some(reading.error.as_slice()) };
+            let error = at.and_then(|at: usize| all?.get(at));
+            error.map_or_else(String::new, |error| format!("{error:.9}"))
+        });
+    }
+    sheet.column("error", |row| format!("{:.9}", readings[row].error.iter().map(|e| e * e).sum::<f64>().sqrt()));
+    sheet.file(file, 0..readings.len())
+}
+
+/// Table of the parameters that `identify` finds, to be written to a file of that name: each in its unit.
+///
+/// # Errors
+/// As [`Sheet::file`].
+pub fn parameters(found: &Identification, file: &Path) -> io::Result<Vec<u8>> {
+    let parameters = &found.parameters;
+    let mut sheet = Sheet::new();
+    sheet.texts("parameter", |row| parameters[row].name.clone());
+    sheet.texts("unit", |row| parameters[row].unit.into());
+    sheet.column("nominal", |row| parameters[row].nominal.to_string());
+    sheet.column("value", |row| parameters[row].value.to_string());
+    sheet.column("ci95", |row| parameters[row].ci95.map_or_else(String::new, |width| width.to_string()));
+    sheet.texts("estimated", |row| if parameters[row].identifiable { "yes" } else { "no" }.into());
+    sheet.texts("at_bound", |row| if parameters[row].at_bound { "yes" } else { "no" }.into());
+    sheet.file(file, 0..parameters.len())
+}

@@ -1,0 +1,181 @@
+//! What `check` finds of a campaign: what was measured, where, how well, and what calibration will estimate. Lengths in mm,
+//! angles in deg, forces in N, moments in N.m.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::own_weight::OwnWeight;
+use super::units::{deg, mm, shown, shown_unit};
+use crate::description::campaign::Campaign;
+use crate::diagnostic::Diagnostic;
+use crate::estimation::{What, candidates};
+use crate::model::Model;
+use crate::parameter::Group;
+
+/// Readings by the column `set`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Sets {
+    pub fit: usize,
+    pub check: usize,
+    /// Readings that the file assigns to neither: commands hold a share of their configurations out.
+    pub unassigned: usize,
+}
+
+/// How far a variable goes over the campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JointRange {
+    pub unit: &'static str,
+    pub least: f64,
+    pub most: f64,
+    /// Of the description.
+    pub limits: Option<[f64; 2]>,
+    /// Share of the range between the limits that the campaign covers; `None` without finite limits.
+    pub covered: Option<f64>,
+    /// Readings beyond the limits.
+    pub beyond: usize,
+}
+
+/// Noise that the campaign states, one sigma.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StatedNoise {
+    /// Along x, y, z (of a distance: the first).
+    pub position: [f64; 3],
+    /// Of a component of the orientation, deg.
+    pub orientation: Option<f64>,
+}
+
+/// Loads that were applied.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AppliedLoads {
+    /// Readings under load.
+    pub readings: usize,
+    pub greatest_force: f64,
+    pub greatest_moment: f64,
+}
+
+/// Parameters that `identify` will try to estimate, before the reduction drops what the readings cannot separate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ToEstimate {
+    pub base: Vec<String>,
+    pub tool: Vec<String>,
+    pub geometry: Vec<String>,
+    pub elastic: Vec<String>,
+    pub effects: Vec<String>,
+    /// Why nothing will be estimated.
+    pub none: Option<String>,
+}
+
+/// What `check` finds of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CampaignCheck {
+    pub campaign: String,
+    pub robot: String,
+    pub observes: &'static str,
+    pub readings: usize,
+    pub configurations: usize,
+    /// Readings by marker; `TCP` is the tool centre point.
+    pub markers: IndexMap<String, usize>,
+    pub sets: Sets,
+    pub unit: &'static str,
+    pub joints: IndexMap<String, JointRange>,
+    /// `None` where none is stated.
+    pub noise: Option<StatedNoise>,
+    /// `None` where no reading is loaded.
+    pub loads: Option<AppliedLoads>,
+    /// Columns of conditions: sides of approach, time, temperatures.
+    pub conditions: Vec<String>,
+    pub estimate: ToEstimate,
+    /// Effects that a diagnosis re-fits whatever it tries.
+    pub calibrate: Vec<String>,
+    /// Elements of the description left out.
+    pub without: Vec<String>,
+    pub own_weight: OwnWeight,
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl CampaignCheck {
+    /// Of a campaign and its robot, with the warnings of reading them.
+    pub fn new(model: &Model, campaign: &Campaign, warnings: &[Diagnostic]) -> Self {
+        let readings = &campaign.readings;
+        let count = |set: Option<bool>| readings.iter().filter(|reading| reading.check == set).count();
+        let mut markers: IndexMap<String, usize> = IndexMap::new();
+        for reading in readings {
+            let name = reading.marker.map_or("TCP", |marker| model.markers[marker].name.as_str());
+            *markers.entry(name.into()).or_default() += 1;
+        }
+        let mut poses: Vec<usize> = readings.iter().map(|reading| reading.pose).collect();
+        poses.sort_unstable();
+        poses.dedup();
+        let variable = |k: usize| model.variables[k].name.as_str();
+        Self {
+            campaign: campaign.name.clone(),
+            robot: model.name.clone(),
+            observes: campaign.observes.name(),
+            readings: readings.len(),
+            configurations: poses.len(),
+            markers,
+            sets: Sets { fit: count(Some(false)), check: count(Some(true)), unassigned: count(None) },
+            unit: "mm",
+            joints: (0..model.variables.len()).map(|k| (variable(k).into(), range(model, campaign, k))).collect(),
+            noise: campaign
+                .sigma
+                .map(|sigma| StatedNoise { position: sigma.map(mm), orientation: campaign.sigma_orientation.map(deg) }),
+            loads: loads(campaign),
+            conditions: campaign.conditions.columns().map(|(column, _)| column.column(variable)).collect(),
+            estimate: ToEstimate::new(model, campaign),
+            calibrate: campaign.calibrate.clone(),
+            without: campaign.without.clone(),
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
+            warnings: warnings.to_vec(),
+        }
+    }
+}
+
+fn range(model: &Model, campaign: &Campaign, k: usize) -> JointRange {
+    let variable = &model.variables[k];
+    let at = |value: f64| shown(value, variable.is_angle);
+    let values = || (0..campaign.readings.len()).map(|reading| campaign.configuration(reading)[k]);
+    let (least, most) =
+        values().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), q| (least.min(q), most.max(q)));
+    let [least, most] = if least <= most { [least, most] } else { [0.0; 2] };
+    let finite = variable.limits.filter(|[low, high]| (high - low).is_finite() && high > low);
+    JointRange {
+        unit: shown_unit(variable.is_angle),
+        least: at(least),
+        most: at(most),
+        limits: variable.limits.map(|limits| limits.map(at)),
+        covered: finite.map(|[low, high]| (most.min(high) - least.max(low)).max(0.0) / (high - low)),
+        beyond: values().filter(|q| variable.limits.is_some_and(|[low, high]| !(low..=high).contains(q))).count(),
+    }
+}
+
+fn loads(campaign: &Campaign) -> Option<AppliedLoads> {
+    let loaded = || campaign.readings.iter().map(|reading| reading.wrench).filter(|wrench| *wrench != [0.0; 6]);
+    let greatest = |from: usize| {
+        let sizes = loaded().map(|w| w[from..from + 3].iter().map(|v| v * v).sum::<f64>().sqrt());
+        sizes.fold(0.0, f64::max)
+    };
+    let readings = loaded().count();
+    (readings > 0).then(|| AppliedLoads { readings, greatest_force: greatest(0), greatest_moment: greatest(3) })
+}
+
+impl ToEstimate {
+    fn new(model: &Model, campaign: &Campaign) -> Self {
+        let (slots, none) = match candidates(model, campaign, What::usual(campaign)) {
+            Ok(slots) => (slots, None),
+            Err(why) => (Vec::new(), Some(why.to_string())),
+        };
+        let of = |group: Group| {
+            let own = slots.iter().map(|&slot| &model.registry[slot]).filter(|parameter| parameter.group == group);
+            own.map(|parameter| parameter.name.clone()).collect()
+        };
+        Self {
+            base: of(Group::Base),
+            tool: of(Group::Tool),
+            geometry: of(Group::Geometry),
+            elastic: of(Group::Elastic),
+            effects: of(Group::Effect),
+            none,
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Whether the positions of a result are those of a robot that sags under its own weight.
+
+use serde::Serialize;
+
+use crate::description::campaign::Campaign;
+use crate::elastics::Elastics;
+use crate::model::Model;
+
+/// Whether own weight and preloads are in predicted positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OwnWeight {
+    /// They are.
+    Included,
+    /// The description has masses and compliances, and the result leaves their deflection out.
+    LeftOut,
+    /// The description declares no masses, or nothing that gives under them.
+    None,
+}
+
+impl OwnWeight {
+    /// Of a model with its values (all slots, SI), of which own weight is `counted` or not.
+    pub fn new(model: &Model, values: &[f64], counted: bool) -> Self {
+        let elastics = Elastics::new(model, values, &[]);
+        match (elastics.is_compliant() && elastics.is_loaded(), counted) {
+            (false, _) => Self::None,
+            (true, true) => Self::Included,
+            (true, false) => Self::LeftOut,
+        }
+    }
+
+    /// Of the description itself.
+    pub fn nominal(model: &Model, counted: bool) -> Self {
+        Self::new(model, &model.registry.nominal(), counted)
+    }
+
+    /// Of what is predicted for a campaign's readings: absolute ones hold it, differences do not.
+    pub fn of_campaign(model: &Model, values: &[f64], campaign: &Campaign) -> Self {
+        Self::new(model, values, !campaign.observes.is_difference())
+    }
+
+    /// In words, `why` where it is left out.
+    pub fn words(self, why: &str) -> String {
+        match self {
+            Self::Included => "own weight: included".into(),
+            Self::LeftOut => format!("own weight: left out; {why}"),
+            Self::None => "own weight: none; the description declares no masses, or nothing that gives".into(),
+        }
+    }
+}
+
+/// Why readings that are differences do without it.
+pub const IN_BOTH_READINGS: &str = "deflections hold only what the wrench adds";

@@ -1,0 +1,66 @@
+//! What `identify --since` finds: which parameters have moved since an earlier description. Lengths in mm, angles in deg,
+//! stiffnesses in SI.
+
+use serde::Serialize;
+
+use super::units::unit;
+use crate::estimation::{Change, LEVEL};
+use crate::model::Model;
+
+/// The change of a parameter, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MovedParameter {
+    pub name: String,
+    pub unit: &'static str,
+    pub before: f64,
+    pub now: f64,
+    pub difference: f64,
+    /// Standard deviation of the difference.
+    pub sigma: f64,
+    /// Whether the earlier description states an uncertainty, which is in `sigma`.
+    pub both: bool,
+    /// The difference in standard deviations; `None` where readings without noise leave no deviation.
+    pub z: Option<f64>,
+    /// Probability of a difference as great by chance, all parameters considered (Holm).
+    pub p: f64,
+    pub moved: bool,
+}
+
+/// What has moved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Since {
+    /// The earlier description.
+    pub description: String,
+    /// Probability with which anything is said to have moved although nothing has.
+    pub level: f64,
+    /// Names of what has moved.
+    pub moved: Vec<String>,
+    /// All parameters estimated.
+    pub parameters: Vec<MovedParameter>,
+}
+
+impl Since {
+    /// With the names and units of a model.
+    pub fn new(description: &str, model: &Model, changes: &[Change]) -> Self {
+        let parameter = |change: &Change| {
+            let parameter = &model.registry[change.slot];
+            let (unit, size) = unit(parameter.shown_kind());
+            let [before, now] = [change.before, change.now].map(|value| parameter.shown(value) / size);
+            MovedParameter {
+                name: parameter.name.clone(),
+                unit,
+                before,
+                now,
+                difference: now - before,
+                sigma: parameter.shown_width(change.now, change.sigma) / size,
+                both: change.both,
+                z: change.z(),
+                p: change.p,
+                moved: change.moved(),
+            }
+        };
+        let parameters: Vec<MovedParameter> = changes.iter().map(parameter).collect();
+        let moved = parameters.iter().filter(|parameter| parameter.moved).map(|parameter| parameter.name.clone());
+        Self { description: description.into(), level: LEVEL, moved: moved.collect(), parameters }
+    }
+}

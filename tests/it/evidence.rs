@@ -1,0 +1,335 @@
+//! What a campaign can say of its evidence: sessions, contacts, unknown anchors, payloads, order, noise of each reading.
+
+use std::path::Path;
+
+use elastogeo::description::campaign::{Campaign, InSession, Payload, Sessions, Sharing, Target, TargetValue};
+use elastogeo::estimation::{Calibration, Settings, calibrate, split};
+use elastogeo::files::{LoadedRobot, load_campaign, load_robot};
+use elastogeo::kinematics::{Geometry, Placements};
+use elastogeo::model::Model;
+use elastogeo::observation::{DISTANCE, POSE, POSITION};
+use elastogeo::parameter::Kind;
+use elastogeo::prediction::{Linearised, Predictor};
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, measure, unmeasured};
+use nalgebra::{Point3, Vector3};
+
+use super::cli::run;
+
+fn blank(
+    robot: &LoadedRobot,
+    observes: elastogeo::observation::Observes,
+    count: usize,
+    estimate: [bool; 2],
+) -> Campaign {
+    let geometry = Geometry::nominal(&robot.model).expect("assembled");
+    let plan = Plan {
+        configurations: draw_configurations(&geometry, count, 0.7, &mut generator(11)).expect("drawn"),
+        markers: vec![None],
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes,
+        sigma: 3e-5,
+        sigma_orientation: 3e-5,
+        estimate,
+    };
+    unmeasured(&robot.model, &plan)
+}
+
+fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
+    let held_out = split(campaign, 0.25, 1);
+    calibrate(model, campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated")
+}
+
+/// Two sessions, between which the base was set up elsewhere and the tool was mounted anew.
+fn two_sessions(robot: &LoadedRobot) -> (Campaign, Model, Vec<f64>) {
+    let mut campaign = blank(robot, POSITION, 60, [true, true]);
+    let names = ["monday", "friday"].map(String::from).to_vec();
+    campaign.sessions = Sessions { names, base: Sharing::PerSession, tool: Sharing::PerSession, ..Sessions::default() };
+    for (index, reading) in campaign.readings.iter_mut().enumerate() {
+        reading.session = InSession { session: index % 2, station: 0 };
+    }
+    let model = robot.model.arranged(&campaign);
+    let mut truth = model.registry.nominal();
+    let drawn = draw_errors(&robot.model, 1.0, 0.0, &mut generator(12));
+    truth[..drawn.len()].copy_from_slice(&drawn);
+    for (session, sign) in [(0, 1.0), (1, -1.0)] {
+        let of = InSession { session, station: 0 };
+        for (k, value) in [1.2, -0.4, 0.3, 0.2, -0.1, 2.0].into_iter().enumerate() {
+            truth[model.base_slot(of) + k] = sign * value;
+        }
+        truth[model.tool_slot(of)] += sign * 0.03;
+    }
+    let campaign = measure(&model, &truth, campaign, [3e-5, 3e-5], &mut generator(13)).expect("measured");
+    (campaign, model, truth)
+}
+
+#[test]
+fn each_session_has_its_own_base_and_tool() {
+    let robot = load_robot("universal-ur5").expect("bundled");
+    let (campaign, model, truth) = two_sessions(&robot);
+    let found = fitted(&model, &campaign);
+    assert!(found.after.check.distance[1] < 1.5e-4, "{:?}", found.after.check);
+    assert!((0.8..1.2).contains(&found.noise_ratio), "{}", found.noise_ratio);
+    // What is shared is the robot; bases are told apart by metres.
+    let [one, two] = ["base@monday.x", "base@friday.x"].map(|name| {
+        let slot = model.registry.slot(name).expect("a parameter");
+        (found.values[slot], truth[slot])
+    });
+    assert!((one.0 - one.1).abs() < 0.02 && (two.0 - two.1).abs() < 0.02, "{one:?} {two:?}");
+    // One base for both cannot serve.
+    let mut shared = campaign.clone();
+    shared.sessions.base = Sharing::All;
+    let poor = fitted(&robot.model.arranged(&shared), &shared);
+    assert!(poor.after.check.distance[1] > 0.1, "{:?}", poor.after.check);
+}
+
+#[test]
+fn derivatives_of_sessions_agree_with_differences() {
+    let robot = load_robot("universal-ur5").expect("bundled");
+    let (campaign, model, truth) = two_sessions(&robot);
+    let slots: Vec<usize> = (robot.model.registry.all().len()..model.registry.all().len()).collect();
+    let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");
+    let (mut at, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
+    predictor.linearise(&truth, true, &mut at).expect("linearised");
+    for (column, &slot) in slots.iter().enumerate() {
+        for (step, out) in [(1e-6, &mut up), (-1e-6, &mut down)] {
+            let mut moved = truth.clone();
+            moved[slot] += step;
+            predictor.linearise(&moved, false, out).expect("predicted");
+        }
+        for row in 0..predictor.rows() {
+            let difference = -(up.residual[row] - down.residual[row]) / 2e-6;
+            let ours = at.jacobian[row * slots.len() + column];
+            assert!((ours - difference).abs() < 1e-7, "{} row {row}: {ours} {difference}", model.registry[slot].name);
+        }
+    }
+}
+
+#[test]
+fn an_unknown_anchor_and_the_zero_of_a_draw_wire_are_found() {
+    let robot = load_robot("universal-ur5").expect("bundled");
+    let mut campaign = blank(&robot, DISTANCE, 150, [false, true]);
+    let value =
+        |symbol: &str| TargetValue { value: 0.0, kind: Kind::Length, parameter: Some(format!("wire.{symbol}")) };
+    let target = Target {
+        values: ["x", "y", "z", "zero"].map(value).to_vec(),
+        has_start: false,
+        ..Target::anchor("wire", &Vector3::zeros())
+    };
+    campaign.targets = vec![target];
+    let model = robot.model.arranged(&campaign);
+    let mut truth = model.registry.nominal();
+    let expected = [0.9, -0.7, 0.2, 0.0123];
+    for (slot, value) in model.target_values(0).to_vec().into_iter().zip(expected) {
+        truth[slot.expect("unknown")] = value;
+    }
+    let campaign = measure(&model, &truth, campaign, [3e-5, 0.0], &mut generator(5)).expect("measured");
+    let found = fitted(&model, &campaign);
+    assert!(found.after.check.distance[1] < 6e-5, "{:?}", found.after.check);
+    // The robot's own errors are not known better than the readings say; the zero is a length of its own.
+    let zero = model.registry.slot("wire.zero").expect("a parameter");
+    let estimate = found.estimates.iter().find(|estimate| estimate.slot == zero).expect("a candidate");
+    let ci95 = estimate.ci95.expect("identifiable");
+    assert!((estimate.value - 0.0123).abs() < 2.0 * ci95 && ci95 < 2e-3, "{} +- {ci95}", estimate.value);
+}
+
+/// The weight of a payload is the wrench that it exerts at the measured point.
+#[test]
+fn a_payload_loads_as_its_weight_does() {
+    let robot = load_robot("kuka-kr270").expect("bundled");
+    let model = &robot.model;
+    let mut campaign = blank(&robot, POSE, 6, [false, false]);
+    let payload = Payload { mass: 200.0, com: Vector3::new(0.1, -0.05, 0.3), frame: model.tool.0 };
+    let mut by_hand = campaign.clone();
+    campaign.readings.iter_mut().for_each(|reading| reading.payload = Some(payload));
+    let geometry = Geometry::nominal(model).expect("assembled");
+    let mut placements = Placements::default();
+    for index in 0..by_hand.readings.len() {
+        geometry.place(by_hand.configuration(index), &mut placements).expect("placed");
+        let frame = placements.frames[model.tool.0];
+        let point = (frame * geometry.tool()).translation.vector;
+        let weight = payload.mass * model.structure.gravity;
+        let moment = ((frame * Point3::from(payload.com)).coords - point).cross(&weight);
+        by_hand.readings[index].wrench = [weight.x, weight.y, weight.z, moment.x, moment.y, moment.z];
+    }
+    let at = |campaign: &Campaign| {
+        let mut found = Linearised::default();
+        let predictor = Predictor::new(model, campaign, Vec::new()).expect("a predictor");
+        predictor.linearise(&model.registry.nominal(), false, &mut found).expect("predicted");
+        found.residual
+    };
+    let (ours, wrench) = (at(&campaign), at(&by_hand));
+    let nothing = at(&blank(&robot, POSE, 6, [false, false]));
+    assert!(ours.iter().zip(&wrench).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(ours.iter().zip(&nothing).any(|(a, b)| (a - b).abs() > 1e-4), "200 kg bend the robot");
+}
+
+#[test]
+fn derivatives_under_a_payload_agree_with_differences() {
+    let robot = load_robot("kuka-kr270").expect("bundled");
+    let model = &robot.model;
+    let mut campaign = blank(&robot, POSE, 3, [false, false]);
+    let payload = Payload { mass: 2000.0, com: Vector3::new(0.3, -0.2, 0.5), frame: model.tool.0 };
+    campaign.readings.iter_mut().for_each(|reading| reading.payload = Some(payload));
+    let slots: Vec<usize> =
+        (model.tool.1..model.tool.1 + 3).chain(model.free_slots()).chain(model.elastic_slots()).collect();
+    let values = model.registry.nominal();
+    let predictor = Predictor::new(model, &campaign, slots.clone()).expect("a predictor").with_sag();
+    let (mut at, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
+    predictor.linearise(&values, true, &mut at).expect("linearised");
+    for (column, &slot) in slots.iter().enumerate() {
+        let step = 1e-3 * model.registry[slot].tolerance;
+        for (step, out) in [(step, &mut up), (-step, &mut down)] {
+            let mut moved = values.clone();
+            moved[slot] += step;
+            predictor.linearise(&moved, false, out).expect("predicted");
+        }
+        for (reading, (up, down)) in up.predicted.iter().zip(&down.predicted).enumerate() {
+            for row in 0..3 {
+                let difference = (up[row] - down[row]) / (2.0 * step);
+                let ours = at.jacobian[(6 * reading + row) * slots.len() + column];
+                let near = 2e-5 * ours.abs() + 1e-13 / step;
+                assert!(
+                    (ours - difference).abs() < near,
+                    "{}, row {row}: {ours} {difference}",
+                    model.registry[slot].name
+                );
+            }
+        }
+    }
+}
+
+const PLANAR_CONTACT: &str = "robot: arm.yaml
+units: {length: mm, angle: deg}
+observes: contact
+contacts: {hole: {kind: socket, group: placement}, pin: {kind: socket, group: placement}}
+distances: {hole-pin: 50}
+measurements: c.csv
+";
+const TABLE: &str = "pose,placement,contact,q1,q2\na,left,hole,0,90\nb,left,pin,10,80\n";
+
+fn said(campaign: &str, table: &str) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("arm.yaml", super::cli::PLANAR);
+    write("campaign.yaml", campaign);
+    write("c.csv", table);
+    let ran = run(folder.path(), &["check", "campaign.yaml"]);
+    format!("{}\n{}{}", ran.status, ran.out, ran.err)
+}
+
+#[test]
+fn wrong_evidence_is_refused_with_place_and_remedy() {
+    let right = said(PLANAR_CONTACT, TABLE);
+    assert!(right.starts_with("0\n"), "{right}");
+    let of_campaign = [
+        ("kind: socket,", "kind: sokcet,", &["campaign.yaml:4", "sokcet", "socket"][..]),
+        ("hole-pin: 50", "hole-pni: 50", &["campaign.yaml:5", "names no two contacts", "a-b: distance"]),
+        ("hole-pin: 50", "hole-pin: -50", &["campaign.yaml:5", "above 0"]),
+        (
+            "contacts: {hole: {kind: socket, group: placement}, pin: {kind: socket, group: placement}}\ndistances: {hole-pin: 50}\n",
+            "",
+            &["contacts are observed, and none is declared", "contacts: {name: {kind: socket}}"],
+        ),
+        ("observes: contact", "observes: contacts", &["campaign.yaml:3", "contacts", "contact"]),
+        (
+            "observes: contact",
+            "observes: contact\nestimate: {base: per-session}",
+            &["estimate", "no session", "add a column `session`"],
+        ),
+        ("observes: contact", "observes: contact\nestimate: {base: per-sesion}", &["per-sesion", "per-session"]),
+        ("observes: contact", "observes: contact\njoints: commanded", &["commanded.q1"]),
+        ("observes: contact", "observes: contact\ninstrument: {ppm: -3}", &["ppm", "above 0"]),
+        ("observes: contact", "observes: distance", &["distance"]),
+        ("measurements: c.csv", "measurements: [{fil: c.csv}]", &["fil", "file"]),
+    ];
+    for (from, to, expected) in of_campaign {
+        assert!(PLANAR_CONTACT.contains(from), "{from}");
+        let found = said(&PLANAR_CONTACT.replacen(from, to, 1), TABLE);
+        assert!(found.starts_with("2\n"), "{to}: {found}");
+        expected.iter().for_each(|word| assert!(found.contains(word), "`{word}` is not said of `{to}`:\n{found}"));
+    }
+    let of_table = [
+        ("left,pin", "left,pni", &["c.csv:3", "unknown contact `pni`", "pin"][..]),
+        ("pose,placement", "pose,plcement", &["plcement"]),
+        (
+            "pose,placement,contact,q1,q2\na,left,hole",
+            "pose,session,placement,contact,q1,q2\na,mon day,left,hole",
+            &["c.csv"],
+        ),
+    ];
+    for (from, to, expected) in of_table {
+        assert!(TABLE.contains(from), "{from}");
+        let found = said(PLANAR_CONTACT, &TABLE.replacen(from, to, 1));
+        assert!(found.starts_with("2\n"), "{to}: {found}");
+        expected.iter().for_each(|word| assert!(found.contains(word), "`{word}` is not said of `{to}`:\n{found}"));
+    }
+}
+
+/// Rows say their noise, their order and what the tool carries.
+#[test]
+fn rows_say_noise_order_and_session() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("arm.yaml", super::cli::PLANAR);
+    write(
+        "campaign.yaml",
+        "robot: arm.yaml\nunits: {length: mm, angle: deg}\nobserves: position\ninstrument: {sigma: 0.03, ppm: 10}\nmeasurements: c.csv\n",
+    );
+    write(
+        "c.csv",
+        "pose,order,session,sigma.z,commanded.q1,q1,q2,x,y,z\na,4,m,0.5,0.1,0,90,3000,4000,0\nb,5,m,0.5,10.1,10,90,900,0,0\nc,9,m,0.5,0,30,90,900,0,0\n",
+    );
+    let path = folder.path().join("campaign.yaml");
+    let campaign = load_campaign(path.to_str().expect("a path"), None).expect("read").campaign;
+    let noise = campaign.readings[0].noise.position;
+    // 0.03 mm and 10 ppm of 5 m, as variances add; z as its column says.
+    assert!(
+        (noise[0] - 3e-5_f64.hypot(5e-5)).abs() < 1e-12 && (noise[2] - 5e-4_f64.hypot(5e-5)).abs() < 1e-12,
+        "{noise:?}"
+    );
+    let moved = &campaign.conditions.last_move[0];
+    assert!(moved[0].is_nan() && moved[2].is_nan(), "the first has no predecessor, the last an unknown one: {moved:?}");
+    assert!((moved[1] - 10_f64.to_radians()).abs() < 1e-12);
+    let other = campaign.conditions.other_joints[0].as_ref().expect("given");
+    assert!((other[0] - 0.1_f64.to_radians()).abs() < 1e-12);
+    assert_eq!(campaign.sessions.names, ["m"]);
+}
+
+/// A ball in sockets at a known distance calibrates a real arm; see the data's notes for the figures of a plain fit.
+#[test]
+fn sockets_calibrate_real_arms() {
+    let data =
+        std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
+    let data = Path::new(&data).join("panda-socket");
+    if !data.exists() {
+        eprintln!("skipped: no data at {}", data.display());
+        return;
+    }
+    let data = data.canonicalize().expect("a folder");
+    for (file, urdf, most) in [("panda_1.csv", "panda.urdf", 0.63e-3), ("kuka_14.csv", "iiwa14.urdf", 0.255e-3)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("written");
+        write("arm.yaml", format!("robot: arm\nurdf: {{file: {}/{urdf}, to: ball_link}}\n", data.display()));
+        write(
+            "campaign.yaml",
+            format!(
+                "robot: arm.yaml\nunits: {{length: m, angle: rad}}\nobserves: contact\ninstrument: {{sigma: 5.0e-4}}\n\
+                 estimate: {{tool: true}}\ncontacts:\n  socket0: {{kind: socket, group: placement}}\n  \
+                 socket1: {{kind: socket, group: placement}}\ndistances: {{socket0-socket1: 0.05}}\n\
+                 measurements: {}/{file}\ncolumns: {{contact: socket}}\n",
+                data.display()
+            ),
+        );
+        let path = folder.path().join("campaign.yaml");
+        let loaded = load_campaign(path.to_str().expect("a path"), None).unwrap_or_else(|found| panic!("{found:?}"));
+        let campaign = &loaded.campaign;
+        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+        let found = calibrate(&loaded.robot.model, campaign, &held_out, &Settings::default(), &mut |_| {});
+        let found = found.expect("calibrated");
+        let scatter = found.after.check.distance[1];
+        assert!(scatter < most, "{file}: held-out scatter {scatter} m");
+        assert!(found.registration.check.distance[1] > 2.0 * scatter);
+    }
+}
