@@ -410,7 +410,7 @@ fn noise_is_taken_from_repeats() {
         estimate: [true, false],
     };
     let mut campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
-    campaign.sigma = None;
+    campaign.state_noise(None, None);
     campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
     let held_out = vec![false; campaign.readings.len()];
     let found = diagnose(&model, &campaign, &held_out, &Settings::new(&campaign, 1), &mut |_| {}).expect("diagnosed");

@@ -240,7 +240,7 @@ mod distances_and_priors {
             let geometry = Geometry::nominal(&model).expect("assembled");
             let drawn = draw_configurations(&geometry, 72, 0.6, &mut random).expect("drawn");
             let mut campaign = simulate(&model, &values, &plan(drawn, POSITION), &mut random).expect("simulated");
-            campaign.sigma = Some([1e-3; 3]); // an instrument as bad as the tolerances
+            campaign.state_noise(Some([1e-3; 3]), None); // an instrument as bad as the tolerances
             for (index, reading) in campaign.readings.iter_mut().enumerate() {
                 // Only what is fitted is disturbed; the check stays clean.
                 reading.measured[0] += if index >= 12 { 0.0 } else { 1e-3 * if index % 2 == 0 { 1.0 } else { -1.0 } };

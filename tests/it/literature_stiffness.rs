@@ -74,7 +74,7 @@ fn design(model: &Model, of: &[f64; 7]) -> Vec<f64> {
 fn seven_springs_have_rank_four_and_two_groups_in_series() {
     let model = bundled("kuka-ir663");
     let mut campaign = readings(&model, &model.registry.nominal());
-    campaign.sigma = Some([35e-6; 3]);
+    campaign.state_noise(Some([35e-6; 3]), None);
     let found = observe(&model, &campaign, &[], Scaling::Norm, Criterion::Relative(6e-5), None).expect("observed");
     let reduction = &found.identifiability;
     assert_eq!((reduction.columns, reduction.rank, reduction.kept.len()), (7, 4, 4));

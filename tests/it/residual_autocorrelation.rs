@@ -129,7 +129,7 @@ fn unstated_noise_does_not_hide_a_gap() {
         estimate: [true, true],
     };
     let mut campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("made");
-    campaign.sigma = None;
+    campaign.state_noise(None, None);
     let held_out = vec![false; campaign.readings.len()];
     let diagnosed = |campaign: &Campaign| {
         let found = diagnose(&model, campaign, &held_out, &Settings::new(campaign, 1), &mut |_| {}).expect("diagnosed");
@@ -146,6 +146,6 @@ fn unstated_noise_does_not_hide_a_gap() {
     assert!(matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained), "{verdict:?} {tests:?}");
     assert!(p(&tests, "within a pose") < 0.01, "{tests:?}");
     // The same with its noise stated is judged by the noise, and the autocorrelation only reported.
-    campaign.sigma = Some([3e-5; 3]);
+    campaign.state_noise(Some([3e-5; 3]), None);
     assert_eq!(diagnosed(&campaign).0, Verdict::Unexplained);
 }

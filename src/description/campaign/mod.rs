@@ -187,6 +187,14 @@ impl Campaign {
         noise_of(self.sigma, self.sigma_orientation)
     }
 
+    /// States the instrument's noise, one sigma, of the campaign and of all its readings (m, rad); `None` says that it is not
+    /// known.
+    pub fn state_noise(&mut self, sigma: Option<[f64; 3]>, orientation: Option<f64>) {
+        (self.sigma, self.sigma_orientation) = (sigma, orientation);
+        let noise = self.noise();
+        self.readings.iter_mut().for_each(|reading| reading.noise = noise);
+    }
+
     /// A reading of the campaign's kind, with its noise, of the tool centre point, in which nothing is measured.
     pub fn blank(&self) -> Reading {
         Reading {

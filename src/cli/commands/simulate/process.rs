@@ -62,7 +62,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     }
     campaign.name = format!("{}, {}, simulated", model.name, process.name);
     campaign.observes = observes;
-    campaign.sigma = (command.noise > 0.0).then_some([command.noise * 1e-3; 3]);
+    campaign.state_noise((command.noise > 0.0).then_some([command.noise * 1e-3; 3]), None);
     let sigma = [command.noise * 1e-3, command.orientation_noise.to_radians()];
     campaign.calibrate = vec!["geometry".into(), "joint-offset".into()];
     if model.effects.is_empty() && !command.conditions {
