@@ -9,7 +9,7 @@ use super::refinement::refine;
 use super::repeatability::repeatability;
 use super::selection::Selector;
 use crate::description::campaign::Campaign;
-use crate::estimation::{self, CalibrationError, calibrate};
+use crate::estimation::{self, Calibration, CalibrationError, calibrate};
 use crate::kinematics::Geometry;
 use crate::parameter::Slot;
 use crate::prediction::{PredictionError, survey};
@@ -26,6 +26,8 @@ pub struct Competition {
     pub values: Vec<f64>,
     /// Root mean square error with base and tool fitted alone, m.
     pub registration: Option<f64>,
+    /// Whether tolerances pulled the calibration, which did not converge without them.
+    pub is_pulled: bool,
     /// Noise over the sigmas of the rows: 1 where the campaign states them, else that of repeated readings.
     pub noise: Option<f64>,
     /// The linear problem without outliers.
@@ -46,20 +48,16 @@ impl Competition {
         let campaign = inputs.campaign.select(|i, _| !outliers[i]);
         let held_out = held_out(inputs.held_out, outliers);
         progress("calibrating");
-        let (values, kept, registration) =
-            if inputs.nuisance.is_empty() && !campaign.estimate_base && !campaign.estimate_tool {
-                (model.registry.nominal(), Vec::new(), None)
-            } else {
-                let asked =
-                    estimation::Settings { only: Some(inputs.nuisance.clone()), ..estimation::Settings::default() };
-                let found = calibrate(model, &campaign, &held_out, &asked, &mut |_| {})?;
-                if !found.converged() {
-                    let (ending, iterations) = (found.ending, found.iterations);
-                    return Err(CalibrationError::NotConverged { ending, iterations });
-                }
+        let is_calibrated = !inputs.nuisance.is_empty() || campaign.estimate_base || campaign.estimate_tool;
+        let found = if is_calibrated { Some(calibrated(inputs, &campaign, &held_out)?) } else { None };
+        let is_pulled = found.as_ref().is_some_and(|(_, is_pulled)| *is_pulled);
+        let (values, kept, registration) = match found {
+            None => (model.registry.nominal(), Vec::new(), None),
+            Some((found, _)) => {
                 let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
                 (found.values, kept, Some(found.registration.fit.distance[1]))
-            };
+            }
+        };
         progress("linearising");
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
         let survey = survey(&geometry, &campaign)?;
@@ -77,13 +75,36 @@ impl Competition {
             path.iter_mut().for_each(|fit| *fit = selector.fit(&fit.members));
         }
         let problem = all.without(outliers);
-        Ok(Self { campaign, held_out, kept, values, registration, noise, problem, all, path })
+        Ok(Self { campaign, held_out, kept, values, registration, is_pulled, noise, problem, all, path })
     }
 
     /// The hypotheses selected, in order.
     pub fn members(&self) -> &[usize] {
         self.path.last().map_or(&[], |fit| &fit.members)
     }
+}
+
+/// The nuisance parameters calibrated. What no model of the catalogue explains yet can push a fit along directions that the
+/// readings hardly show, without end: there the tolerances of the description pull, and the mark is set.
+fn calibrated(
+    inputs: &Inputs,
+    campaign: &Campaign,
+    held_out: &[bool],
+) -> Result<(Calibration, bool), CalibrationError> {
+    let fitted = |prior: bool| {
+        let only = Some(inputs.nuisance.clone());
+        let asked = estimation::Settings { only, prior, ..estimation::Settings::default() };
+        calibrate(inputs.model, campaign, held_out, &asked, &mut |_| {})
+    };
+    let free = fitted(false)?;
+    if free.converged() {
+        return Ok((free, false));
+    }
+    let pulled = fitted(true)?;
+    if pulled.converged() {
+        return Ok((pulled, true));
+    }
+    Err(CalibrationError::NotConverged { ending: free.ending, iterations: free.iterations })
 }
 
 /// Which of the readings that are no outliers are held out; none where all are.

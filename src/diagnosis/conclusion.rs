@@ -79,6 +79,7 @@ pub fn conclude(
         next_poses,
         outliers: rows,
         values: refit.values,
+        is_pulled: competition.is_pulled,
         calibrated: competition.values.clone(),
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
         hypotheses: problem.hypotheses.len(),

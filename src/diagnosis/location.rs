@@ -57,8 +57,13 @@ pub fn sites(
         let value = share(squares.iter());
         found.push(SiteShare { site, share: value, ci95: interval95(&mut drawn).unwrap_or([value; 2]) });
     }
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    // Sites that carry the same but for rounding stay in their order, joints first.
+    found.sort_by(|a, b| rounded(b.share).total_cmp(&rounded(a.share)));
     Ok(found)
+}
+
+fn rounded(share: f64) -> f64 {
+    (share * 1e9).round()
 }
 
 fn squares(columns: &DMatrix<f64>, residual: &DVector<f64>, noise: f64) -> Squares {

@@ -232,6 +232,8 @@ pub struct Diagnosis {
     pub outliers: Vec<usize>,
     /// Calibrated values of the model with the causes added, by slot.
     pub values: Vec<f64>,
+    /// Whether the tolerances of the description pulled the calibration, which did not converge without them.
+    pub is_pulled: bool,
     /// Calibrated values without the causes: where the hypotheses were compared.
     pub calibrated: Vec<f64>,
     /// Which hypotheses look alike in these readings.

@@ -5,8 +5,9 @@ use crate::model::Model;
 use crate::parameter::{Kind, Slot};
 
 /// A spring that is so many times stiffer or softer than described is rigid or free to any instrument; beyond, a description
-/// could not hold it. From plastic gears to steel blocks lie four decades.
-const MOST: f64 = 1e6;
+/// could not hold it. Four decades lie between plastic gears and steel blocks, for a description that is far off, and five
+/// below that the deflection is less than an instrument of a robot's calibration resolves.
+const MOST: f64 = 1e9;
 
 /// Least and greatest value that a fit may give a parameter: its bounds, and of a spring that is described none that comes
 /// to rigid or free.

@@ -5,9 +5,11 @@
 //! ([`Code::is_plausibility`]) means that there is one which no robot can have; [`forced`] makes it a warning. To add a
 //! check: write a function of [`Evidence`] and [`Limits`], and put it into [`CHECKS`].
 
+mod diagnosis;
 mod evidence;
 mod numerics;
 
+pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
 
 use crate::diagnostic::{Code, Diagnostic, Severity};

@@ -12,8 +12,11 @@ fn parsed(text: &str) -> Value {
 }
 
 /// Without what differs from run to run.
+/// A result without its time, and without the diagnostics that a command adds to it: a report has its own.
 fn timeless(mut value: Value) -> Value {
-    value.as_object_mut().expect("an object").remove("seconds");
+    let result = value.as_object_mut().expect("an object");
+    result.remove("seconds");
+    result.remove("diagnostics");
     value
 }
 

@@ -12,6 +12,7 @@ use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::model::with_values;
 use crate::observation::Purpose;
+use crate::plausibility::doubts;
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -36,6 +37,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(doubts(&found));
     if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(
             Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
