@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::diagnostic::Diagnostic;
-use crate::plausibility::forced;
+use crate::plausibility::{forced, refusing};
 
 /// What a command found.
 pub struct Output {
@@ -49,10 +49,16 @@ impl Output {
     /// that is not to be used.
     pub fn judged(mut self, found: Vec<Diagnostic>, force: bool) -> Result<Self, Error> {
         let found = if force { forced(found) } else { found };
-        if found.iter().any(|diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility()) {
-            return Err(Error::from(found));
+        if let Some(mut refused) = refusing(found.clone(), force) {
+            refused.append(&mut self.diagnostics);
+            return Err(Error::from(refused));
         }
         self.failed |= found.iter().any(Diagnostic::is_error);
+        // What casts doubt on the figures is read before them, wherever the text goes.
+        let doubts: String = found.iter().filter(|diagnostic| diagnostic.code.is_about_figures()).map(doubt).collect();
+        if !doubts.is_empty() {
+            self.text = format!("{doubts}\n{}", self.text);
+        }
         self.diagnostics.extend(found);
         Ok(self)
     }
@@ -60,4 +66,10 @@ impl Output {
     pub fn verbatim(self) -> Self {
         Self { verbatim: true, ..self }
     }
+}
+
+/// A doubt in the text of a result.
+fn doubt(diagnostic: &Diagnostic) -> String {
+    let remedy = diagnostic.remedy.as_ref().map_or(String::new(), |remedy| format!("  {remedy}\n"));
+    format!("DOUBTFUL ({}): {}\n{remedy}", diagnostic.code.name(), diagnostic.message)
 }

@@ -64,6 +64,13 @@ codes! {
     Doubtful "doubtful",
     /// Content that cannot be of the robot that is described; `--force` goes on.
     Implausible "implausible",
+    /// Readings, joint columns or constants of the description are in another unit than declared; `--force` goes on.
+    WrongUnits "wrong-units",
+    /// The files fit the description when they are read otherwise: a sign, the order of columns or rows, a left-handed frame,
+    /// a zero; `--force` goes on.
+    Misread "misread",
+    /// Readings and description differ by far more than tolerances and noise allow, and nothing explains it.
+    UnlikeDescription "unlike-description",
     /// The computation has no answer for this input.
     NotComputed "not-computed",
     /// A fit stopped before it reached a minimum.
@@ -79,7 +86,12 @@ codes! {
 impl Code {
     /// Whether it is about the plausibility of content: a refusal then has exit status 2, and `--force` makes it a warning.
     pub fn is_plausibility(self) -> bool {
-        self == Self::Implausible
+        matches!(self, Self::Implausible | Self::WrongUnits | Self::Misread | Self::UnlikeDescription)
+    }
+
+    /// Whether it casts doubt on the figures of a result, and stands before them.
+    pub fn is_about_figures(self) -> bool {
+        self.is_plausibility()
     }
 }
 

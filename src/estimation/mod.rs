@@ -27,6 +27,7 @@ pub use calibration::{calibrate, compare};
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};
+pub use registration::registered;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
 pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What, loss_fault};
 pub use since::{Change, LEVEL, changes, comparable, holm, with_uncertainties};

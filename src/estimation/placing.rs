@@ -41,7 +41,7 @@ pub struct Group<'a> {
 pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings) {
     let some = Rigid::new(group, values, settings.readings);
     let mut ends: Vec<(f64, Vec<f64>, Rotation3<f64>)> = Vec::new();
-    for (rotation, position) in some.starts(settings) {
+    for (rotation, position) in some.starts(settings).into_iter().take(settings.starts) {
         let trial = Rigid { rotation, ..some.clone() };
         ends.extend(trial.fitted(position, settings.iterations));
     }
@@ -49,7 +49,9 @@ pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings
     ends.truncate(settings.finalists);
     // The finalists on all readings: a subset may prefer another.
     let all = Rigid::new(group, values, usize::MAX);
-    let last = |(_, x, rotation): (f64, Vec<f64>, Rotation3<f64>)| Rigid { rotation, ..all.clone() }.refined(&x);
+    let last = |(_, x, rotation): (f64, Vec<f64>, Rotation3<f64>)| {
+        Rigid { rotation, ..all.clone() }.refined(&x, settings.last_iterations)
+    };
     let best = ends.into_iter().filter_map(last).min_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((_, x, rotation)) = best {
         all.put(&x, &rotation, values);
@@ -183,8 +185,8 @@ impl<'a> Rigid<'a> {
     }
 
     /// The same from unknowns, to the end.
-    fn refined(&self, start: &[f64]) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
-        self.minimized(start, least_squares::Settings::default().max_iterations)
+    fn refined(&self, start: &[f64], most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
+        self.minimized(start, most)
     }
 
     fn minimized(&self, start: &[f64], most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {

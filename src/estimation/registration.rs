@@ -2,13 +2,15 @@
 //! its baseline.
 
 use super::placing::{Group, placed};
+use super::problem::{CampaignProblem, row_sigmas};
 use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing, Target};
 use crate::kinematics::{Geometry, Placements, Transform};
+use crate::least_squares::{self, Bounds};
 use crate::model::Model;
 use crate::observation::{Observes, POSE};
 use crate::parameter::Slot;
-use crate::prediction::{PredictionError, undeflected_point};
+use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_point};
 
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
@@ -99,6 +101,47 @@ pub fn rough(
     }
     start_targets(model, campaign, &mut values)?;
     Ok(values)
+}
+
+/// Values with base, tool, markers and what readings refer to fitted to the readings, the robot as `values` (by slot) say, and
+/// the residuals there, as [`Linearised::residual`]. Quicker than [`super::calibrate`] with nothing free, and less exact: to
+/// compare descriptions and ways to read a campaign, not to report.
+///
+/// # Errors
+/// A configuration that cannot be assembled, or no readings.
+///
+/// ```
+/// use elastogeo::estimation::{RegistrationSettings, errors_of, registered};
+///
+/// let loaded = elastogeo::files::load_campaign("kr270-simulated", None)?;
+/// let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
+/// let (_, residual) = registered(model, campaign, &model.registry.nominal(), &RegistrationSettings::default())?;
+/// let rms = errors_of(campaign, &residual, |_| true).distance[1];
+/// assert!((1e-3..4e-3).contains(&rms)); // m: the robot itself is not calibrated
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
+pub fn registered(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    settings: &RegistrationSettings,
+) -> Result<(Vec<f64>, Vec<f64>), PredictionError> {
+    let mut values = rough(model, campaign, values, settings)?;
+    let slots = arrangement(model, campaign);
+    let is_placed =
+        campaign.estimate_base && !campaign.estimate_scale && !campaign.targets.iter().any(Target::is_estimated);
+    if !slots.is_empty() && !is_placed && !campaign.is_difference() {
+        let count = slots.len();
+        let predictor = Predictor::new(model, campaign, slots)?;
+        let problem = CampaignProblem::new(predictor, &values, row_sigmas(campaign), Vec::new());
+        let limits = least_squares::Settings { max_iterations: 30, cost_tolerance: 1e-9, ..Default::default() };
+        if let Ok(found) = least_squares::minimize(&problem, &vec![0.0; count], &Bounds::none(count), &limits) {
+            values = problem.values(&found.x);
+        }
+    }
+    let mut found = Linearised::default();
+    Predictor::new(model, campaign, Vec::new())?.linearise(&values, false, &mut found)?;
+    Ok((values, found.residual))
 }
 
 /// The kind of those readings that says most about where the base is: poses, then positions, then lengths from known points.

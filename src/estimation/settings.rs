@@ -165,11 +165,16 @@ pub struct RegistrationSettings {
     pub iterations: usize,
     /// Trials that are fitted to all readings to the end.
     pub finalists: usize,
+    /// Most trials. The first sets out from the description, the second from the rigid fit of measured positions; the others
+    /// turn that every way, for readings that are no positions and tools that are far from their description.
+    pub starts: usize,
+    /// Most iterations of the fit to all readings.
+    pub last_iterations: usize,
 }
 
 impl Default for RegistrationSettings {
     fn default() -> Self {
-        Self { readings: 60, iterations: 15, finalists: 4 }
+        Self { readings: 60, iterations: 15, finalists: 4, starts: usize::MAX, last_iterations: 500 }
     }
 }
 

@@ -11,8 +11,23 @@ pub struct Evidence<'a> {
     pub model: &'a Model,
     /// Its readings.
     pub campaign: &'a Campaign,
-    /// What was fitted to them.
-    pub found: &'a Calibration,
+    /// What was fitted to them; `None` before anything is.
+    pub found: Option<&'a Calibration>,
+    /// Residuals of all readings with base, tool and markers fitted alone, where they are known already (as
+    /// [`Calibration::registered`]).
+    pub registered: Option<&'a [f64]>,
+}
+
+impl<'a> Evidence<'a> {
+    /// A campaign before anything is fitted.
+    pub fn of(model: &'a Model, campaign: &'a Campaign) -> Self {
+        Self { model, campaign, found: None, registered: None }
+    }
+
+    /// A campaign and its calibration.
+    pub fn with(model: &'a Model, campaign: &'a Campaign, found: &'a Calibration) -> Self {
+        Self { model, campaign, found: Some(found), registered: Some(&found.registered) }
+    }
 }
 
 /// Limits of the checks.
@@ -21,10 +36,35 @@ pub struct Limits {
     /// Farthest that base, tool or a marker may stand, m. Instruments of robot calibration (trackers, cameras, draw wires)
     /// reach less than 100 m; what a fit puts beyond that is a direction that ran away.
     pub farthest: f64,
+    /// Registration may leave so many times what tolerances and noise make of a reading before other ways to read the files
+    /// are tried. The sum over all constants is itself two or three times what registration leaves of a robot with such
+    /// errors, because base and tool take part of them up.
+    pub far: f64,
+    /// The error falls at least by this factor with a way to read the files that is named.
+    pub fall: f64,
+    /// What no way explains is refused beyond so many times what tolerances and noise allow, and
+    pub hopeless: f64,
+    /// beyond this share of the sum of the robot's lengths: smaller differences may be a poor description of the right robot.
+    pub hopeless_share: f64,
+    /// Readings on which ways are compared: several times the dozen unknowns of base and tool.
+    pub readings: usize,
+    /// Least number of configurations among them.
+    pub least_configurations: usize,
+    /// Arm at the end of which a rotation counts as a displacement, m: that of a tool.
+    pub arm: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { farthest: 100.0 }
+        Self {
+            farthest: 100.0,
+            far: 3.0,
+            fall: 4.0,
+            hopeless: 10.0,
+            hopeless_share: 0.02,
+            readings: 40,
+            least_configurations: 12,
+            arm: 0.3,
+        }
     }
 }

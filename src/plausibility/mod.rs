@@ -7,17 +7,23 @@
 
 mod diagnosis;
 mod evidence;
+mod hypothesis;
 mod numerics;
+mod readings;
+mod trial;
+mod words;
 
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
 
 use crate::diagnostic::{Code, Diagnostic, Severity};
 
-/// One check.
+/// One check. Those that look at a calibration find nothing where there is none.
 pub struct Check {
-    /// Code of what it finds.
-    pub code: Code,
+    /// Codes of what it finds; the first where it says nothing else.
+    pub codes: &'static [Code],
+    /// Whether it looks at a calibration, not only at readings and description.
+    pub of_result: bool,
     /// What it compares with what, and why.
     pub about: &'static str,
     /// What it finds.
@@ -27,22 +33,32 @@ pub struct Check {
 /// All checks, in the order in which they speak.
 pub const CHECKS: &[Check] = &[
     Check {
-        code: Code::NotConverged,
+        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread],
+        of_result: false,
+        about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
+        find: readings::fit_the_description,
+    },
+    Check {
+        codes: &[Code::NotConverged],
+        of_result: true,
         about: "the fit ended at a minimum: elsewhere values are only where it stopped",
         find: numerics::converged,
     },
     Check {
-        code: Code::NotComputed,
+        codes: &[Code::NotComputed],
+        of_result: true,
         about: "all values and errors are finite: what is not was never computed",
         find: numerics::finite,
     },
     Check {
-        code: Code::Implausible,
+        codes: &[Code::Implausible],
+        of_result: true,
         about: "base, tool and markers stand within the reach of an instrument",
         find: numerics::within_reach,
     },
     Check {
-        code: Code::WeakDirection,
+        codes: &[Code::WeakDirection],
+        of_result: true,
         about: "base and tool are determined: what was held of them is named",
         find: numerics::weak_directions,
     },
@@ -50,10 +66,24 @@ pub const CHECKS: &[Check] = &[
 
 /// What all checks find.
 pub fn judge(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    CHECKS
-        .iter()
-        .flat_map(|check| (check.find)(evidence, limits).into_iter().map(|found| found.code(check.code)))
-        .collect()
+    found_by(CHECKS.iter(), evidence, limits)
+}
+
+/// What the checks of a calibration find, those of readings and description left out.
+pub fn judge_result(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    found_by(CHECKS.iter().filter(|check| check.of_result), evidence, limits)
+}
+
+fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    for check in checks {
+        for found in (check.find)(evidence, limits) {
+            let is_own = check.codes.contains(&found.code);
+            let usual = check.codes.first().copied().unwrap_or(found.code);
+            all.push(if is_own { found } else { found.code(usual) });
+        }
+    }
+    all
 }
 
 /// The same where the user goes on all the same: errors of plausibility are warnings.
@@ -63,4 +93,10 @@ pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
         false => diagnostic,
     };
     found.into_iter().map(weaker).collect()
+}
+
+/// All that was found, where an error of plausibility is among it and the user does not go on all the same.
+pub fn refusing(found: Vec<Diagnostic>, force: bool) -> Option<Vec<Diagnostic>> {
+    let refuses = |diagnostic: &Diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility();
+    (!force && found.iter().any(refuses)).then_some(found)
 }

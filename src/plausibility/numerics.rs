@@ -7,7 +7,7 @@ use crate::least_squares::Status;
 use crate::parameter::{Group, Kind};
 
 pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
-    let found = evidence.found;
+    let Some(found) = evidence.found else { return Vec::new() };
     let why = match &found.ending {
         ending if ending.converged() => return Vec::new(),
         Status::IterationLimit => "the limit of iterations was reached",
@@ -21,7 +21,7 @@ pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
 }
 
 pub(super) fn finite(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
-    let found = evidence.found;
+    let Some(found) = evidence.found else { return Vec::new() };
     let registry = &evidence.model.registry;
     let lost = found
         .values
@@ -43,7 +43,8 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
         let placed = matches!(parameter.group, Group::Base | Group::Tool) && parameter.kind == Kind::Length;
         placed && value.abs() > limits.farthest.max(10.0 * parameter.nominal.abs())
     };
-    let far = evidence.found.estimates.iter().find(|estimate| is_far(estimate.slot, estimate.value));
+    let Some(found) = evidence.found else { return Vec::new() };
+    let far = found.estimates.iter().find(|estimate| is_far(estimate.slot, estimate.value));
     let told = far.map(|estimate| {
         let (name, metres) = (&registry[estimate.slot].name, estimate.value);
         Diagnostic::error(format!("`{name}` came out at {metres:.0} m, where no instrument reaches"))
@@ -56,7 +57,7 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
 }
 
 pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
-    let found = evidence.found;
+    let Some(found) = evidence.found else { return Vec::new() };
     let weak = found.identifiability.dropped.iter().filter_map(|(column, why)| {
         let parameter = &evidence.model.registry[*found.slots.get(*column)?];
         (*why == Why::Weak && matches!(parameter.group, Group::Base | Group::Tool)).then_some(parameter.name.as_str())

@@ -8,6 +8,7 @@ use super::diagnosis::Diagnosis;
 use super::identification::Identification;
 use super::units::{mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
+use crate::diagnostic::Diagnostic;
 use crate::model::Model;
 use crate::review::{Node, Review, Slice, Stage};
 
@@ -162,6 +163,8 @@ pub struct Report {
     /// The answer in two sentences; written with the page.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub answer: Option<String>,
+    /// What casts doubt on the figures.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// What a stage is called.
@@ -202,6 +205,7 @@ impl Report {
             },
             readings: (0..campaign.readings.len()).map(|index| ReadingReview::new(review, index)).collect(),
             answer: None,
+            diagnostics: Vec::new(),
         }
     }
 

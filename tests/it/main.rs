@@ -41,6 +41,7 @@ mod observation;
 mod orthonormal;
 mod own_weight;
 mod planning;
+mod plausibility;
 mod process;
 mod questions;
 mod random_robots;

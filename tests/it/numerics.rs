@@ -197,7 +197,7 @@ fn without_convergence_there_is_no_headline() {
     let held_out = split(campaign, 0.25, 1);
     let hasty = Settings { max_iterations: Some(1), ..Settings::default() };
     let found = calibrate(model, campaign, &held_out, &hasty, &mut |_| {}).expect("a calibration");
-    let judged = judge(&Evidence { model, campaign, found: &found }, &Limits::default());
+    let judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     assert_eq!(judged.iter().map(|told| told.code).collect::<Vec<_>>(), [Code::NotConverged]);
     let remedy = judged[0].remedy.as_deref().unwrap_or_default();
     assert!(judged[0].is_error() && remedy.contains("--hold"), "{judged:?}");

@@ -11,7 +11,6 @@ fn parsed(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// Without what differs from run to run.
 /// A result without its time, and without the diagnostics that a command adds to it: a report has its own.
 fn timeless(mut value: Value) -> Value {
     let result = value.as_object_mut().expect("an object");

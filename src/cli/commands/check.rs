@@ -6,6 +6,7 @@ use crate::Error;
 use crate::cli::args::Check;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::plausibility::{Evidence, Limits, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
 use crate::results::{CampaignCheck, RobotSummary, SnapshotAgreement};
@@ -56,7 +57,8 @@ fn campaign(command: &Check, session: &Session) -> Result<Output, Error> {
     let found = CampaignCheck::new(&loaded.robot.model, &loaded.campaign, &loaded.diagnostics);
     let mut output = Output::new(render_campaign(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
-    Ok(output)
+    let judged = judge(&Evidence::of(&loaded.robot.model, &loaded.campaign), &Limits::default());
+    output.judged(judged, session.arguments.force)
 }
 
 /// The text of a snapshot; `None` where there is no such file.

@@ -12,7 +12,7 @@ use crate::diagnosis::{Settings, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::model::with_values;
 use crate::observation::Purpose;
-use crate::plausibility::doubts;
+use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -26,6 +26,10 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let campaign = &loaded.campaign;
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     left_to_fit(campaign, &held_out)?;
+    let judged = judge(&Evidence::of(model, campaign), &Limits::default());
+    if let Some(refused) = refusing(judged.clone(), session.arguments.force) {
+        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
+    }
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let started = Instant::now();
     let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut |doing| {
@@ -38,6 +42,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(doubts(&found));
+    let mut output = output.judged(judged, session.arguments.force)?;
     if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(
             Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(

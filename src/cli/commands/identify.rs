@@ -20,7 +20,7 @@ use crate::estimation::{
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
 use crate::model::with_values;
-use crate::plausibility::{Evidence, Limits, judge};
+use crate::plausibility::{Evidence, Limits, forced, judge, refusing};
 use crate::render::identification as render;
 use crate::render::tables;
 use crate::results::{Identification, SchemeComparison, Since};
@@ -104,15 +104,26 @@ pub(super) fn calibrated(
         bar.set_position(progress.iteration as u64);
         bar.set_message(format!("cost {:.6e}", progress.cost));
         bar.tick();
-    })?;
+    });
     bar.finish_and_clear();
+    let found = match found {
+        Ok(found) => found,
+        // Content that makes no sense may not even be computed with.
+        Err(error) => {
+            let refused = refusing(judge(&Evidence::of(model, campaign), &Limits::default()), session.arguments.force);
+            return Err(refused.map_or(error.into(), Error::from));
+        }
+    };
     let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
-    let mut judged = judge(&Evidence { model, campaign, found: &found }, &Limits::default());
+    let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     judged.extend(unusable(
         &saved,
         session,
         &Expected { campaign, residual: Some(&found.residual), fitted: (model, &found.values) },
     )?);
+    if session.arguments.force {
+        judged = forced(judged);
+    }
     let mut result = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
     result.refusals = judged.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));

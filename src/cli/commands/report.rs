@@ -7,8 +7,10 @@ use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::diagnostic::Code;
 use crate::estimation::split;
 use crate::files::writable;
+use crate::plausibility::{Evidence, Limits, forced, judge, judge_result, refusing};
 use crate::render::html::write;
 use crate::results::{Report, Sources};
 use crate::review::review;
@@ -22,6 +24,11 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let held_out = split(campaign, CHECK, session.seed());
     left_to_fit(campaign, &held_out)?;
+    let force = session.arguments.force;
+    let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
+    if let Some(refused) = refusing(judged.clone(), force) {
+        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
+    }
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut progress = |what: &str| {
         bar.set_message(what.to_string());
@@ -33,12 +40,23 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };
     let robot = command.robot.clone().or(loaded.raw.robot.clone()).unwrap_or_default();
     let mut report = Report::new(&review, Sources::new(&given, &robot));
+    if let Ok((found, _)) = &review.calibration {
+        judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
+    }
+    if let Some(refused) = refusing(judged.clone(), force) {
+        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
+    }
+    let shown = if force { forced(judged.clone()) } else { judged.clone() };
+    report.diagnostics = shown.into_iter().filter(|found| found.code.is_about_figures()).collect();
     let html = write(&review, &mut report)?;
     bar.finish_and_clear();
     let answer = report.answer.as_deref().unwrap_or_default();
     let mut output = Output::new(format!("{}\n\n{answer}\n", campaign.name), &report)?;
     output.diagnostics = loaded.diagnostics;
-    output.failed = report.identify.as_ref().is_some_and(|found| !found.converged);
+    // That it did not converge stands in the report itself.
+    judged.retain(|found| found.code != Code::NotConverged);
+    let mut output = output.judged(judged, force)?;
+    output.failed |= report.identify.as_ref().is_some_and(|found| !found.converged);
     if let Some(path) = &command.json {
         let text = serde_json::to_string_pretty(&output.json)? + "\n";
         output.files.push((path.clone(), text));

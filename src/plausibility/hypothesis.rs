@@ -1,0 +1,250 @@
+//! Other ways to read the same files: the mistakes that are made on the way from the controller and the instrument into a
+//! table. Each is a change of the campaign, or of the description's values, that undoes the mistake.
+
+use nalgebra::Vector3;
+
+use super::words::Words;
+use crate::description::campaign::{Campaign, Reading};
+use crate::model::Model;
+use crate::parameter::{Group, Kind, Slot};
+
+/// What is read otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hypothesis {
+    /// A joint counts the other way: sign of its column, or direction in the description.
+    Negated(usize),
+    /// The columns of two joints are exchanged.
+    Swapped(usize, usize),
+    /// The zero of a joint lies so many quarter turns off.
+    QuarterTurns(usize, i8),
+    /// Joint columns are in another unit: all angles, or else all lengths, times the factor.
+    JointUnit {
+        /// Angles, or lengths.
+        is_angle: bool,
+        /// What they are multiplied by.
+        factor: f64,
+    },
+    /// Measured lengths times a factor.
+    ReadingUnit(f64),
+    /// A measured axis points the other way; orientations too, or as they are.
+    Mirrored(usize, bool),
+    /// Two measured axes are exchanged; orientations too, or as they are.
+    Exchanged(usize, usize, bool),
+    /// Rows of joints belong to readings one further up (-1) or down (+1); whole configurations, or single rows.
+    Shifted(isize, bool),
+    /// Two markers are exchanged.
+    Markers(usize, usize),
+    /// Angles of the description times a factor.
+    DescriptionAngles(f64),
+    /// Lengths `d` and angles `alpha` of the description belong to the frame after theirs, or before theirs.
+    NextFrame(bool),
+    /// Base or tool, or both, are not where the description says, and are estimated.
+    Unknown {
+        /// The base.
+        base: bool,
+        /// The tool and the markers.
+        tool: bool,
+    },
+}
+
+/// Radians in a degree.
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Factors between the units in which lengths are recorded and declared: m, cm, mm, um and inches.
+pub const LENGTH_FACTORS: [f64; 10] = [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254];
+
+impl Hypothesis {
+    /// All that a campaign of a robot admits; readings of which only lengths under load are known have none.
+    pub fn all(model: &Model, campaign: &Campaign) -> Vec<Self> {
+        if campaign.is_difference() || campaign.readings.is_empty() {
+            return Vec::new();
+        }
+        let joints = 0..model.variables.len();
+        let angles = || joints.clone().filter(|&k| model.variables[k].is_angle);
+        let mut all: Vec<Self> = joints.clone().map(Self::Negated).collect();
+        let pairs = |count: usize| (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)));
+        all.extend(pairs(joints.len()).filter(|&(a, b)| same_kind(model, a, b)).map(|(a, b)| Self::Swapped(a, b)));
+        all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
+        if angles().count() > 0 {
+            all.extend([1.0 / DEGREE, DEGREE].map(|factor| Self::JointUnit { is_angle: true, factor }));
+            all.extend([1.0 / DEGREE, DEGREE].map(Self::DescriptionAngles));
+        }
+        if angles().count() < joints.len() {
+            all.extend(LENGTH_FACTORS.map(|factor| Self::JointUnit { is_angle: false, factor }));
+        }
+        let measures = |reading: &Reading| reading.observes.measured_position(&reading.measured).is_some();
+        let with_positions = campaign.readings.iter().any(measures);
+        if campaign.readings.iter().any(|reading| !reading.observes.columns().is_empty()) {
+            all.extend(LENGTH_FACTORS.map(Self::ReadingUnit));
+        }
+        if with_positions {
+            all.extend(handedness(campaign));
+        }
+        all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
+        if campaign.readings.len() > campaign.poses.len() {
+            all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
+        }
+        if !campaign.estimate_tool {
+            all.extend(pairs(model.markers.len()).map(|(a, b)| Self::Markers(a, b)));
+        }
+        let choices = [(true, false), (false, true), (true, true)];
+        let is_new = |(base, tool): (bool, bool)| {
+            !(base && campaign.estimate_base || tool && campaign.estimate_tool) && (!base || with_positions)
+        };
+        all.extend(choices.into_iter().filter(|of| is_new(*of)).map(|(base, tool)| Self::Unknown { base, tool }));
+        if is_table(model) {
+            all.extend([true, false].map(Self::NextFrame));
+        }
+        all
+    }
+
+    /// Changes a campaign and the description's values so.
+    pub fn apply(&self, model: &Model, campaign: &mut Campaign, values: &mut [f64]) {
+        match *self {
+            Self::Negated(joint) => each(campaign, |q| q[joint] = -q[joint]),
+            Self::Swapped(a, b) => each(campaign, |q| q.swap(a, b)),
+            Self::QuarterTurns(joint, quarters) => {
+                each(campaign, |q| q[joint] += f64::from(quarters) * std::f64::consts::FRAC_PI_2);
+            }
+            Self::JointUnit { is_angle, factor } => each(campaign, |q| {
+                let own = q.iter_mut().zip(&model.variables).filter(|(_, variable)| variable.is_angle == is_angle);
+                own.for_each(|(value, _)| *value *= factor);
+            }),
+            Self::ReadingUnit(factor) => campaign.readings.iter_mut().for_each(|reading| {
+                let lengths = reading.observes.length_rows().min(reading.observes.columns().len());
+                reading.measured[..lengths].iter_mut().for_each(|value| *value *= factor);
+            }),
+            Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
+            Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
+            Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
+            Self::Markers(a, b) => campaign.readings.iter_mut().for_each(|reading| {
+                reading.marker = match reading.marker {
+                    Some(marker) if marker == a => Some(b),
+                    Some(marker) if marker == b => Some(a),
+                    other => other,
+                };
+            }),
+            Self::DescriptionAngles(factor) => {
+                own_slots(model, Kind::Angle).into_iter().for_each(|slot| values[slot] *= factor);
+            }
+            Self::NextFrame(next) => move_rows(model, values, next),
+            Self::Unknown { base, tool } => {
+                campaign.estimate_base |= base;
+                campaign.estimate_tool |= tool;
+            }
+        }
+    }
+
+    /// Whether rows are moved against each other, so that it applies to the whole campaign and not to a sample of it.
+    pub fn moves_rows(&self) -> bool {
+        matches!(self, Self::Shifted(..))
+    }
+
+    /// Whether it changes what another one changes, so that both together are a third of the same kind, or nothing.
+    pub fn undoes(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other)
+            && !matches!(self, Self::Swapped(..) | Self::Negated(_))
+    }
+
+    /// How it is said.
+    pub fn words(&self, model: &Model, campaign: &Campaign) -> Words {
+        super::words::of(self, model, campaign)
+    }
+}
+
+/// Handedness: with the base unknown all reflections are one, else each axis and each pair of axes.
+fn handedness(campaign: &Campaign) -> Vec<Hypothesis> {
+    let turns: &[bool] = if campaign.sees_orientation() { &[false, true] } else { &[false] };
+    let each = turns.iter().flat_map(|&turns| {
+        let mirrored = (0..3).map(move |axis| Hypothesis::Mirrored(axis, turns));
+        mirrored.chain([(0, 1), (0, 2), (1, 2)].map(|(a, b)| Hypothesis::Exchanged(a, b, turns)))
+    });
+    if campaign.estimate_base {
+        turns.iter().map(|&turns| Hypothesis::Mirrored(1, turns)).collect()
+    } else {
+        each.collect()
+    }
+}
+
+/// Whether the tool's chain could be a table of Denavit and Hartenberg: joints each with a row of its own.
+fn is_table(model: &Model) -> bool {
+    let chain = model.path(model.tool.0);
+    let mut rows: Vec<Slot> = chain.iter().map(|&frame| model.frames[frame].slots[ROW[0]]).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows.len() == chain.len() && model.stages.is_empty() && model.actuators.is_empty()
+}
+
+fn same_kind(model: &Model, a: usize, b: usize) -> bool {
+    model.variables[a].is_angle == model.variables[b].is_angle
+}
+
+/// Changes each configuration.
+fn each(campaign: &mut Campaign, change: impl Fn(&mut [f64])) {
+    campaign.joints.chunks_mut(campaign.variables.max(1)).for_each(change);
+}
+
+/// Reflects positions, and orientations where they `turn` too: a rotation about r, reflected by S, is one about -S r.
+fn mirror(campaign: &mut Campaign, turns: bool, reflect: impl Fn(&mut Vector3<f64>)) {
+    for reading in &mut campaign.readings {
+        if reading.observes.measured_position(&reading.measured).is_none() {
+            continue;
+        }
+        let (lengths, angles) = reading.measured.split_at_mut(3);
+        let mut position = Vector3::from_column_slice(lengths);
+        reflect(&mut position);
+        lengths.copy_from_slice(position.as_slice());
+        if turns && reading.observes.sees_orientation() {
+            let mut about = Vector3::from_column_slice(&angles[..3]);
+            reflect(&mut about);
+            angles[..3].copy_from_slice((-about).as_slice());
+        }
+    }
+}
+
+/// The campaign with the joints of the row, or of the configuration, `by` places further on at each reading; what has none
+/// is left out.
+fn shifted(campaign: &Campaign, by: isize, whole: bool) -> Campaign {
+    // First reading of each run, by reading its run.
+    let mut first: Vec<usize> = Vec::new();
+    let mut run_of = Vec::with_capacity(campaign.readings.len());
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let begins = !whole || index == 0 || campaign.readings[index - 1].pose != reading.pose;
+        if begins {
+            first.push(index);
+        }
+        run_of.push(first.len() - 1);
+    }
+    let from = |index: usize| run_of[index].checked_add_signed(by).and_then(|run| first.get(run).copied());
+    let mut moved = campaign.select(|index, _| from(index).is_some());
+    moved.joints = (0..campaign.readings.len())
+        .filter_map(from)
+        .flat_map(|source| campaign.configuration(source).iter().copied())
+        .collect();
+    moved
+}
+
+/// The robot's own slots of a kind, once each.
+pub(super) fn own_slots(model: &Model, kind: Kind) -> Vec<Slot> {
+    let mut slots: Vec<Slot> = model.frames.iter().flat_map(|frame| frame.slots).collect();
+    slots.sort_unstable();
+    slots.dedup();
+    slots.retain(|&slot| model.registry[slot].kind == kind && model.registry[slot].group == Group::Geometry);
+    slots
+}
+
+/// Positions of alpha and d in the slots of a frame.
+const ROW: [usize; 2] = [3, 4];
+
+/// Moves alpha and d of each frame on the tool's chain to the frame after it, or before it.
+fn move_rows(model: &Model, values: &mut [f64], next: bool) {
+    let chain = model.path(model.tool.0);
+    let old = values.to_vec();
+    for (place, &frame) in chain.iter().enumerate() {
+        let source = if next { place.checked_sub(1) } else { Some(place + 1) };
+        let source = source.and_then(|place| chain.get(place));
+        for k in ROW {
+            values[model.frames[frame].slots[k]] = source.map_or(0.0, |&source| old[model.frames[source].slots[k]]);
+        }
+    }
+}

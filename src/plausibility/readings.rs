@@ -1,0 +1,164 @@
+//! Readings against the description: where registration leaves far more than tolerances and noise allow, other ways to read
+//! the files are tried, and the one with which the error falls decisively is named.
+
+use rayon::prelude::*;
+
+use super::evidence::{Evidence, Limits};
+use super::hypothesis::{Hypothesis, own_slots};
+use super::trial::{Trials, typical};
+use super::words::Words;
+use crate::diagnostic::{Code, Diagnostic};
+use crate::parameter::Kind;
+
+/// A way to read the files, and what registration then leaves, m.
+type Trial = (Vec<Hypothesis>, f64);
+
+pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    if campaign.is_difference() || campaign.readings.is_empty() {
+        return Vec::new();
+    }
+    let trials = Trials::new(model, campaign, limits);
+    let Some(allowed) = trials.allowed() else { return Vec::new() };
+    let observed = match evidence.registered {
+        Some(residual) => typical(campaign, residual, limits),
+        None => trials.error(&[]),
+    };
+    if observed.is_some_and(|observed| observed <= limits.far * allowed) {
+        return Vec::new();
+    }
+    let before = trials.error(&[]);
+    if before.is_some_and(|before| before <= limits.far * allowed) {
+        return Vec::new();
+    }
+    let decisive =
+        |trial: &Trial| trial.1 <= limits.far * allowed && before.is_none_or(|before| trial.1 * limits.fall <= before);
+    let (tried, named) = searched(evidence, &trials, decisive);
+    if named.is_empty() {
+        return before.and_then(|before| unlike(evidence, limits, before, allowed, tried)).into_iter().collect();
+    }
+    vec![told(evidence, before, allowed, &named)]
+}
+
+/// How many ways were tried, and those that explain, the best first: single ones; else signs of several joints together, and
+/// two ways at once.
+fn searched(evidence: &Evidence, trials: &Trials, decisive: impl Fn(&Trial) -> bool) -> (usize, Vec<Trial>) {
+    let singles: Vec<Vec<Hypothesis>> =
+        Hypothesis::all(evidence.model, evidence.campaign).into_iter().map(|way| vec![way]).collect();
+    let mut found = tried(trials, &singles);
+    let mut count = singles.len();
+    if !found.first().is_some_and(&decisive) {
+        let begun: Vec<Hypothesis> = found.iter().take(BEGUN).flat_map(|(ways, _)| ways.iter().copied()).collect();
+        let pairs = begun.iter().flat_map(|&first| {
+            let others = singles.iter().flatten().filter(move |way| **way != first && !way.undoes(&first));
+            others.map(move |&way| vec![first, way])
+        });
+        let more: Vec<Vec<Hypothesis>> = signs(evidence.model.variables.len()).into_iter().chain(pairs).collect();
+        count += more.len();
+        found = tried(trials, &more);
+    }
+    let best = found.first().map_or(f64::INFINITY, |(_, error)| *error);
+    found.retain(|trial| decisive(trial) && trial.1 <= AS_GOOD * best);
+    found.truncate(SAID);
+    (count, found)
+}
+
+/// Single ways upon which a second one is tried.
+const BEGUN: usize = 3;
+/// Joints up to which all combinations of signs are tried: 2^7 of them.
+const MOST_SIGNS: usize = 7;
+/// Ways whose error is within this factor of the best one's are named with it.
+const AS_GOOD: f64 = 1.25;
+/// Most ways named.
+const SAID: usize = 3;
+
+/// Signs of two joints and more together.
+fn signs(joints: usize) -> Vec<Vec<Hypothesis>> {
+    if joints > MOST_SIGNS {
+        return Vec::new();
+    }
+    let negated = |pattern: u32| -> Vec<Hypothesis> {
+        (0..joints).filter(|k| pattern >> k & 1 == 1).map(Hypothesis::Negated).collect()
+    };
+    (0..1u32 << joints).filter(|pattern| pattern.count_ones() > 1).map(negated).collect()
+}
+
+/// All ways tried, the best first; the order does not depend on threads.
+fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
+    let mut found: Vec<Trial> =
+        ways.par_iter().filter_map(|ways| trials.error(ways).map(|error| (ways.clone(), error))).collect();
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    found
+}
+
+/// What the best way explains.
+fn told(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
+    let words = |ways: &[Hypothesis]| -> Vec<Words> {
+        ways.iter().map(|way| way.words(evidence.model, evidence.campaign)).collect()
+    };
+    let with =
+        |ways: &[Hypothesis]| format!("with {}", joined(words(ways).into_iter().map(|words| words.with), " and "));
+    let Some((best, after)) = named.first() else { return Diagnostic::error("") };
+    let first = words(best);
+    let fall = match before {
+        Some(before) => format!("the error of registration falls from {} to {} mm", mm(before), mm(*after)),
+        None => format!("the robot can be assembled, and registration leaves {} mm", mm(*after)),
+    };
+    let question = joined(first.iter().map(|words| words.question.clone()), " ");
+    let others: Vec<String> =
+        named.iter().skip(1).map(|(ways, error)| format!("{} ({} mm)", with(ways), mm(*error))).collect();
+    let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join(", or ")) };
+    let message = format!("{} {fall}: {question}{others}", with(best));
+    let code = if first.iter().any(|words| words.is_unit) { Code::WrongUnits } else { Code::Misread };
+    let remedy = joined(first.into_iter().map(|words| words.remedy), "; ");
+    Diagnostic::error(message)
+        .code(code)
+        .remedy(remedy)
+        .figure("before_mm", before.map_or(f64::NAN, |before| 1e3 * before))
+        .figure("after_mm", 1e3 * after)
+        .figure("allowed_mm", 1e3 * allowed)
+}
+
+/// Parts in their order, each once.
+fn joined(parts: impl Iterator<Item = String>, between: &str) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for part in parts {
+        if !all.contains(&part) {
+            all.push(part);
+        }
+    }
+    all.join(between)
+}
+
+/// What no way explains.
+fn unlike(evidence: &Evidence, limits: &Limits, before: f64, allowed: f64, tried: usize) -> Option<Diagnostic> {
+    let message = format!(
+        "registration leaves {} mm where the description's tolerances and the noise allow {} mm, and none of {tried} other ways to \
+         read the files explains it",
+        mm(before),
+        mm(allowed)
+    );
+    let registry = &evidence.model.registry;
+    let reach: f64 = own_slots(evidence.model, Kind::Length).iter().map(|&slot| registry[slot].nominal.abs()).sum();
+    let is_hopeless = before > limits.hopeless * allowed && before > limits.hopeless_share * reach;
+    let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let remedy = "compare description and controller: lengths, zeros and senses of the joints, where the markers are; look at some \
+                  configurations by hand (`residuals`)";
+    Some(
+        diagnostic
+            .code(Code::UnlikeDescription)
+            .remedy(remedy)
+            .figure("registration_mm", 1e3 * before)
+            .figure("allowed_mm", 1e3 * allowed),
+    )
+}
+
+/// A length in mm, three digits.
+pub(super) fn mm(metres: f64) -> String {
+    let value = 1e3 * metres;
+    match value.abs() {
+        size if size >= 99.95 => format!("{value:.0}"),
+        size if size >= 9.995 => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
+    }
+}

@@ -1,0 +1,106 @@
+//! How well a campaign registers when it is read in a given way.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+
+use super::evidence::Limits;
+use super::hypothesis::{Hypothesis, own_slots};
+use crate::description::campaign::{Campaign, Reading};
+use crate::estimation::{RegistrationSettings, registered, row_sigmas};
+use crate::math::median;
+use crate::model::Model;
+use crate::parameter::{Group, Kind, Slot};
+use crate::prediction::{Linearised, Predictor};
+
+/// A campaign that is tried in several ways on some of its configurations.
+pub struct Trials<'a> {
+    model: &'a Model,
+    whole: &'a Campaign,
+    /// Whether each configuration is looked at.
+    chosen: Vec<bool>,
+    limits: &'a Limits,
+}
+
+impl<'a> Trials<'a> {
+    /// With configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
+    pub fn new(model: &'a Model, campaign: &'a Campaign, limits: &'a Limits) -> Self {
+        let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+        poses.sort_unstable();
+        poses.dedup();
+        let share = limits.readings as f64 / campaign.readings.len().max(1) as f64;
+        let most = ((share * poses.len() as f64).round() as usize).max(limits.least_configurations);
+        poses.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(0));
+        let mut chosen = vec![false; campaign.poses.len()];
+        poses.into_iter().take(most).for_each(|pose| chosen[pose] = true);
+        Self { model, whole: campaign, chosen, limits }
+    }
+
+    /// The readings looked at, read in these ways, and the description's values.
+    fn read(&self, ways: &[Hypothesis]) -> (Campaign, Vec<f64>) {
+        let mut values = self.model.registry.nominal();
+        let mut campaign = match ways.iter().any(Hypothesis::moves_rows) {
+            true => {
+                let mut all = self.whole.clone();
+                ways.iter().filter(|way| way.moves_rows()).for_each(|way| way.apply(self.model, &mut all, &mut values));
+                all.select(|_, reading| self.chosen[reading.pose])
+            }
+            false => self.whole.select(|_, reading| self.chosen[reading.pose]),
+        };
+        ways.iter().filter(|way| !way.moves_rows()).for_each(|way| way.apply(self.model, &mut campaign, &mut values));
+        (campaign, values)
+    }
+
+    /// What registration leaves (m, [`typical`]) of the readings when they are read in these ways; `None` where the robot
+    /// cannot be assembled so.
+    pub fn error(&self, ways: &[Hypothesis]) -> Option<f64> {
+        let (campaign, values) = self.read(ways);
+        let is_position = |reading: &Reading| reading.observes.measured_position(&reading.measured).is_some();
+        // Measured positions say where to set out from.
+        let starts = if campaign.readings.iter().all(is_position) { 2 } else { usize::MAX };
+        let readings = self.limits.readings;
+        let settings = RegistrationSettings { readings, iterations: 12, finalists: 1, starts, last_iterations: 20 };
+        let (_, residual) = registered(self.model, &campaign, &values, &settings).ok()?;
+        typical(&campaign, &residual, self.limits).filter(|error| error.is_finite())
+    }
+
+    /// What registration may leave of a reading where every free constant of the description is off by its tolerance and the
+    /// instrument by its noise: root mean square, m. First order, at the description's values.
+    pub fn allowed(&self) -> Option<f64> {
+        let (campaign, values) = self.read(&[]);
+        let model = self.model;
+        let free = model.free_slots().into_iter().filter(|&slot| model.registry[slot].group == Group::Geometry);
+        let mut slots: Vec<Slot> = free.collect();
+        if slots.is_empty() {
+            slots = [Kind::Length, Kind::Angle].into_iter().flat_map(|kind| own_slots(model, kind)).collect();
+        }
+        let tolerances: Vec<f64> = slots.iter().map(|&slot| model.registry[slot].tolerance).collect();
+        let width = slots.len().max(1);
+        let mut found = Linearised::default();
+        Predictor::new(model, &campaign, slots).ok()?.linearise(&values, true, &mut found).ok()?;
+        let sigmas = row_sigmas(&campaign);
+        let mut first = 0;
+        let mut sum = 0.0;
+        for (reading, own) in campaign.by_reading(&found.jacobian, width) {
+            for (row, by) in own.chunks(width).enumerate() {
+                let spread: f64 = by.iter().zip(&tolerances).map(|(by, tolerance)| (by * tolerance).powi(2)).sum();
+                let noise = sigmas.get(first + row).map_or(0.0, |sigma| sigma * sigma);
+                let arm = if row < reading.observes.length_rows() { 1.0 } else { self.limits.arm };
+                sum += arm * arm * (spread + noise);
+            }
+            first += reading.observes.rows();
+        }
+        let mean = sum / campaign.readings.len().max(1) as f64;
+        (mean > 0.0 && mean.is_finite()).then(|| mean.sqrt())
+    }
+}
+
+/// Median error of the readings, m: half are better. Outliers do not count; a rotation counts by what it moves at the end of
+/// [`Limits::arm`]. `None` without readings.
+pub fn typical(campaign: &Campaign, residual: &[f64], limits: &Limits) -> Option<f64> {
+    let error = |(reading, own): (&Reading, &[f64])| {
+        let lengths = reading.observes.length_rows();
+        let square = |(row, r): (usize, &f64)| (if row < lengths { *r } else { limits.arm * r }).powi(2);
+        own.iter().enumerate().map(square).sum::<f64>().sqrt()
+    };
+    median(&mut campaign.by_reading(residual, 1).map(error).collect::<Vec<f64>>())
+}

@@ -1,0 +1,162 @@
+//! How a hypothesis is said.
+
+use super::hypothesis::Hypothesis;
+use crate::description::campaign::Campaign;
+use crate::model::Model;
+
+/// How a hypothesis is said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Words {
+    /// What is read otherwise: "`q4` negated".
+    pub with: String,
+    /// What the mistake may have been, as a question.
+    pub question: String,
+    /// What to do.
+    pub remedy: String,
+    /// Whether it is a matter of units.
+    pub is_unit: bool,
+}
+
+/// The words of a hypothesis.
+pub(super) fn of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> Words {
+    let joint = |k: usize| model.variables[k].name.as_str();
+    let marker = |k: usize| model.markers[k].name.as_str();
+    let axis = |k: usize| ["x", "y", "z"][k.min(2)];
+    let say = |with: String, question: &str, remedy: String| Words {
+        with,
+        question: question.into(),
+        remedy,
+        is_unit: false,
+    };
+    let unit =
+        |with: String, question: String, remedy: &str| Words { with, question, remedy: remedy.into(), is_unit: true };
+    match *hypothesis {
+        Hypothesis::Negated(k) => say(
+            format!("`{}` negated", joint(k)),
+            "wrong sign?",
+            format!(
+                "turn the sign of the column `{}`, or write `direction: -1` at its joint in the description",
+                joint(k)
+            ),
+        ),
+        Hypothesis::Swapped(a, b) => say(
+            format!("`{}` and `{}` exchanged", joint(a), joint(b)),
+            "columns swapped?",
+            "name the columns right, in the table or under `columns:`".into(),
+        ),
+        Hypothesis::QuarterTurns(k, quarters) => {
+            let degrees = if quarters == 3 { -90 } else { 90 * i32::from(quarters) };
+            say(
+                format!("{degrees:+} deg added to `{}`", joint(k)),
+                "another zero of that joint?",
+                format!("correct `theta` of the frame that `{}` turns by {degrees:+} deg, or the column", joint(k)),
+            )
+        }
+        Hypothesis::JointUnit { is_angle: true, factor } => {
+            let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
+            unit(
+                format!("joint angles read as {written}"),
+                format!("are the joint columns in {written}, and declared in {declared}?"),
+                "state the angle unit of the table under `units:` of the campaign",
+            )
+        }
+        Hypothesis::JointUnit { is_angle: false, factor } => unit(
+            format!("the sliding joints times {}", number(factor)),
+            format!("are their columns {}?", recorded(factor)),
+            "state the length unit of the table under `units:` of the campaign",
+        ),
+        Hypothesis::ReadingUnit(factor) => unit(
+            format!("the readings times {}", number(factor)),
+            format!("are they {}?", recorded(factor)),
+            "state the length unit of the table under `units:` of the campaign; if that is right, look at `units:` of the description",
+        ),
+        Hypothesis::Mirrored(..) if campaign.estimate_base => say(
+            "one axis of the readings mirrored".into(),
+            "a left-handed frame, or two axes exchanged?",
+            "give the readings in a right-handed frame: negate one coordinate, or name the columns right".into(),
+        ),
+        Hypothesis::Mirrored(a, _) => say(
+            format!("{} of the readings negated", axis(a)),
+            "a left-handed frame?",
+            "give the readings in a right-handed frame".into(),
+        ),
+        Hypothesis::Exchanged(a, b, _) => say(
+            format!("{} and {} of the readings exchanged", axis(a), axis(b)),
+            "columns swapped, or a left-handed frame?",
+            "name the columns right, in the table or under `columns:`".into(),
+        ),
+        Hypothesis::Shifted(by, whole) => {
+            let what = if whole { "configuration" } else { "row" };
+            let place = if by > 0 { "after" } else { "before" };
+            say(
+                format!("the joints of the {what} {place} at each reading"),
+                "rows shifted by one?",
+                "put joints and readings of one configuration into one row; look for a row that is missing in one of two files".into(),
+            )
+        }
+        Hypothesis::Markers(a, b) => say(
+            format!("the markers `{}` and `{}` exchanged", marker(a), marker(b)),
+            "markers swapped?",
+            "name the markers right in the column `marker`, or in the description".into(),
+        ),
+        Hypothesis::DescriptionAngles(factor) => {
+            let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
+            unit(
+                format!("the angles of the description read as {written}"),
+                format!("are its constants in {written}, and declared in {declared}?"),
+                "state the angle unit under `units:` of the description",
+            )
+        }
+        Hypothesis::NextFrame(next) => {
+            let (where_to, table) = if next { ("after", "classical-dh") } else { ("before", "modified-dh") };
+            say(
+                format!("`alpha` and `d` of each frame at the frame {where_to} it"),
+                "a table of another convention?",
+                format!("declare how the table is written: `convention: {table}`"),
+            )
+        }
+        Hypothesis::Unknown { base, tool } => {
+            let (what, keys) = match (base, tool) {
+                (true, true) => ("base and tool", "base: true, tool: true"),
+                (true, false) => ("the base", "base: true"),
+                _ => ("the tool", "tool: true"),
+            };
+            say(
+                format!("{what} estimated"),
+                "not where the description says?",
+                format!("write `estimate: {{{keys}}}` into the campaign"),
+            )
+        }
+    }
+}
+
+/// A factor as it is said.
+fn number(factor: f64) -> String {
+    if factor >= 1.0 {
+        format!("{}", (factor * 1e3).round() / 1e3)
+    } else {
+        format!("{}", (factor * 1e5).round() / 1e5)
+    }
+}
+
+/// What a factor on lengths means: the unit in which they are recorded, and the one declared.
+fn recorded(factor: f64) -> String {
+    let names: &[[&str; 2]] = match factor {
+        f if near(f, 1e3) => &[["m", "mm"], ["mm", "um"]],
+        f if near(f, 1e-3) => &[["mm", "m"], ["um", "mm"]],
+        f if near(f, 25.4) => &[["inches", "mm"]],
+        f if near(f, 1.0 / 25.4) => &[["mm", "inches"]],
+        f if near(f, 10.0) => &[["cm", "mm"]],
+        f if near(f, 0.1) => &[["mm", "cm"]],
+        f if near(f, 100.0) => &[["m", "cm"]],
+        f if near(f, 0.01) => &[["cm", "m"]],
+        f if near(f, 1.0 / 0.0254) => &[["m", "inches"]],
+        _ => &[["inches", "m"]],
+    };
+    let said: Vec<String> = names.iter().map(|[is, was]| format!("in {is}, and declared in {was}")).collect();
+    said.join(" (or ") + if said.len() > 1 { ")" } else { "" }
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-6
+}
