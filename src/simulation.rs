@@ -180,6 +180,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         targets: model.anchors.iter().map(|(name, at)| Target::anchor(name, at)).collect(),
         constraints: Vec::new(),
         payloads: Vec::new(),
+        bodies: Vec::new(),
         sessions: Sessions::default(),
         poses: Vec::new(),
         variables: model.variables.len(),

@@ -99,6 +99,7 @@ impl<'a> Bench<'a> {
             targets: Vec::new(),
             constraints: Vec::new(),
             payloads: Vec::new(),
+            bodies: Vec::new(),
             sessions: Sessions::default(),
             poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
             variables: model.variables.len(),

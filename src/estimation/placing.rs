@@ -247,6 +247,10 @@ impl Problem for Rigid<'_> {
                 undeflected: arm + vector(0),
                 displacement: Vector3::zeros(),
                 orientation: onto * Rotation3::new(turn),
+                body: onto,
+                // No group of readings of a body is placed.
+                gravity: Vector3::zeros(),
+                measured: reading.measured,
                 target: target_of(campaign, reading),
             };
             let first = row * self.sigmas.len();

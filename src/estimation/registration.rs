@@ -15,18 +15,18 @@ use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_poin
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
     let mut slots: Vec<Slot> = Vec::new();
+    let placed = campaign.select(|_, reading| !reading.observes.is_of_a_body());
     if campaign.estimate_base {
-        slots.extend(
-            parts(campaign, campaign.sessions.base).flat_map(|of| model.base_slot(of)..model.base_slot(of) + 6),
-        );
+        slots
+            .extend(parts(&placed, campaign.sessions.base).flat_map(|of| model.base_slot(of)..model.base_slot(of) + 6));
     }
     if campaign.estimate_tool {
         let rotation = if campaign.sees_orientation() { 6 } else { 3 };
         let mut points: Vec<(Option<usize>, InSession)> = Vec::new();
-        for of in parts(campaign, campaign.sessions.tool) {
+        for of in parts(&placed, campaign.sessions.tool) {
             let own =
                 |reading: &&Reading| reading.session.part(campaign.sessions.tool) == of.part(campaign.sessions.tool);
-            let mut markers: Vec<Option<usize>> = campaign.readings.iter().filter(own).map(|r| r.marker).collect();
+            let mut markers: Vec<Option<usize>> = placed.readings.iter().filter(own).map(|r| r.marker).collect();
             markers.sort_unstable();
             markers.dedup();
             points.extend(markers.into_iter().map(|marker| (marker, of)));
@@ -37,7 +37,7 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
         }
     }
     if campaign.estimate_scale {
-        slots.extend(parts(campaign, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
+        slots.extend(parts(&placed, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
     }
     let mut targets: Vec<usize> = campaign.readings.iter().map(|reading| reading.target).collect();
     targets.sort_unstable();
@@ -152,7 +152,8 @@ fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bo
             || reading.observes.target_column().is_none()
             || is_known(reading)
     };
-    let kinds = || campaign.readings.iter().filter(|reading| is_own(reading)).filter(places).map(|r| r.observes);
+    let is_placed = |reading: &&Reading| is_own(reading) && !reading.observes.is_of_a_body();
+    let kinds = || campaign.readings.iter().filter(is_placed).filter(places).map(|r| r.observes);
     kinds().find(|kind| *kind == POSE).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
 }
 

@@ -41,9 +41,9 @@ pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) ->
     let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
     let with_lengths = || chosen.iter().filter(|(lengths, _)| *lengths > 0).map(|(lengths, own)| &own[..*lengths]);
     let coordinate = mean_rms_max(with_lengths().flat_map(|own| own.iter().copied()));
-    let turned = chosen.iter().filter(|(lengths, own)| own.len() > *lengths);
-    let orientation =
-        campaign.sees_orientation().then(|| mean_rms_max(turned.map(|(lengths, own)| norm(&own[*lengths..]))));
+    let turned = || chosen.iter().filter(|(lengths, own)| own.len() > *lengths);
+    let is_turned = campaign.readings.iter().any(|reading| reading.observes.rows() > reading.observes.length_rows());
+    let orientation = is_turned.then(|| mean_rms_max(turned().map(|(lengths, own)| norm(&own[*lengths..]))));
     Errors {
         readings: chosen.len(),
         distance: mean_rms_max(with_lengths().map(norm)),

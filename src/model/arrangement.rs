@@ -2,7 +2,7 @@
 //! and what readings refer to. Their parameters belong to the campaign, not to the robot: they are appended to the registry
 //! and never written into a description.
 
-use super::Model;
+use super::{Marker, Model};
 use crate::description::campaign::{Campaign, InSession, Sharing, Target};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
@@ -41,6 +41,11 @@ impl Model {
     #[must_use]
     pub fn arranged(&self, campaign: &Campaign) -> Self {
         let mut model = self.clone();
+        for &frame in &campaign.bodies {
+            let name = self.frames[frame].name.clone();
+            let slot = model.known_point(&name);
+            model.markers.push(Marker { name, frame, slot });
+        }
         let sessions = &campaign.sessions;
         if campaign.estimate_base && sessions.base != Sharing::All {
             let names = sessions.parts(sessions.base);
@@ -53,7 +58,7 @@ impl Model {
             // The tool's six, and three of each marker behind them.
             let first = names.iter().map(|name| {
                 let first = model.copies(tool.clone(), name);
-                for marker in &self.markers {
+                for marker in model.markers.clone() {
                     model.copies(marker.slot..marker.slot + 3, name);
                 }
                 first
@@ -98,6 +103,12 @@ impl Model {
             Some(self.registry.slot(name).unwrap_or_else(|| self.appended(name.clone(), value.kind, value.value)))
         };
         target.values.iter().map(slot).collect()
+    }
+
+    /// Appends the origin of a frame, a point that is never estimated.
+    fn known_point(&mut self, owner: &str) -> Slot {
+        let slots = ["x", "y", "z"].map(|symbol| self.appended(format!("body@{owner}.{symbol}"), Kind::Length, 0.0));
+        slots[0]
     }
 
     /// Appends a parameter of the arrangement.

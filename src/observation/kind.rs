@@ -29,6 +29,11 @@ impl ValueColumn {
         Self { name, kind: Kind::Length }
     }
 
+    /// A column of numbers without a unit.
+    pub const fn number(name: &'static str) -> Self {
+        Self { name, kind: Kind::Other("") }
+    }
+
     /// A column of angles, or of the components of a rotation vector.
     pub const fn angle(name: &'static str) -> Self {
         Self { name, kind: Kind::Angle }
@@ -47,6 +52,12 @@ pub struct MeasuredPoint {
     pub displacement: Vector3<f64>,
     /// Orientation of the tool, deflected.
     pub orientation: Rotation3<f64>,
+    /// Orientation of the body that carries it, deflected.
+    pub body: Rotation3<f64>,
+    /// Direction of gravity; zero where none is declared.
+    pub gravity: Vector3<f64>,
+    /// What was read there: residuals of directions are taken across it. Zero where nothing was measured yet.
+    pub measured: Rows,
     /// Values of what the reading refers to, in the order of its kind; zero for kinds that refer to nothing.
     pub target: TargetValues,
 }
@@ -172,6 +183,22 @@ pub trait Observation: Sync {
 
     /// Columns of the measured values, lengths first, in the order of [`Rows`].
     fn columns(&self) -> &'static [ValueColumn];
+
+    /// Other columns in which files may have the same; none, or all of them, where they lack [`Observation::columns`].
+    fn other_columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    /// The measured values from those of [`Observation::other_columns`].
+    fn from_other_columns(&self, _read: &[f64]) -> Rows {
+        [0.0; MOST_ROWS]
+    }
+
+    /// Whether a body is read, however it stands in its base and wherever its points are: the reading then has neither
+    /// marker nor tool, and does not depend on the base.
+    fn is_of_a_body(&self) -> bool {
+        false
+    }
 
     /// Number of residuals of a reading.
     fn rows(&self) -> usize {

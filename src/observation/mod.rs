@@ -5,6 +5,7 @@
 mod contact;
 mod deflection;
 mod distance;
+mod inclination;
 mod kind;
 mod orientation;
 mod pose;
@@ -46,8 +47,11 @@ pub const SPHERE: Observes = Observes(&contact::Sphere);
 /// Orientation of the tool alone.
 pub const ORIENTATION: Observes = Observes(&orientation::Orientation);
 
+/// Direction of gravity in a body.
+pub const INCLINATION: Observes = Observes(&inclination::Inclination);
+
 /// All kinds, in the order in which help and schema list them.
-pub const FAMILY: [Observes; 6] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION];
+pub const FAMILY: [Observes; 7] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION, INCLINATION];
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
 

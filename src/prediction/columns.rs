@@ -135,7 +135,11 @@ impl Columns {
         let scale = at.scale();
         let from_base = point.undeflected / scale - base.translation.vector;
         for &ArrangementColumn { column, slot } in &self.arrangement {
-            if let Some(k) = offset(slot, own.base, 6) {
+            if rows.observes.is_of_a_body() {
+                if let Some(k) = own.targets.iter().position(|own| *own == Some(slot)) {
+                    rows.put(column, rows.observes.by_target(point, k));
+                }
+            } else if let Some(k) = offset(slot, own.base, 6) {
                 let by = if k < 3 {
                     of_frames(axis(k), Vector3::zeros())
                 } else {

@@ -66,10 +66,14 @@ impl ReadingAt<'_> {
         let scale = self.scale();
         let in_frame = base * self.state.placements.frames[self.point.at.frame];
         let turned = base.rotation * deflection.rotation;
+        let body = Rotation3::new(turned) * in_frame.rotation;
         let point = MeasuredPoint {
             undeflected: scale * (in_frame * Point3::from(self.point.at.point)).coords,
             displacement: scale * (base.rotation * deflection.displacement),
-            orientation: Rotation3::new(turned) * in_frame.rotation * tool.rotation,
+            orientation: body * tool.rotation,
+            body,
+            gravity: base.rotation * model.structure.gravity.try_normalize(0.0).unwrap_or_default(),
+            measured: self.reading().measured,
             target: self.target(),
         };
         Predicted { point, turned }
@@ -84,7 +88,9 @@ impl Predicted {
             (0..6).for_each(|k| sum[k] += column[k] * amount);
         }
         self.point.displacement += Vector3::new(sum[0], sum[1], sum[2]);
-        self.point.orientation = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5])) * self.point.orientation;
+        let turn = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5]));
+        self.point.orientation = turn * self.point.orientation;
+        self.point.body = turn * self.point.body;
     }
 }
 

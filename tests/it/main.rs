@@ -27,6 +27,7 @@ mod generated;
 mod golden_elastic;
 mod golden_geometry;
 mod identifiability;
+mod inclination;
 mod init;
 mod inverse;
 mod joints;

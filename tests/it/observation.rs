@@ -217,7 +217,7 @@ fn a_kind_of_ones_own_is_fitted() {
 fn kinds_say_what_they_are_by_their_names() {
     assert_eq!(
         FAMILY.map(|kind| kind.name()),
-        ["position", "pose", "deflection", "distance", "contact", "orientation"]
+        ["position", "pose", "deflection", "distance", "contact", "orientation", "inclination"]
     );
     for kind in FAMILY {
         assert_eq!(Observes::named(kind.name()), Some(kind));
@@ -226,7 +226,7 @@ fn kinds_say_what_they_are_by_their_names() {
         assert!(kind.length_rows() <= kind.rows() && kind.rows() <= MOST_ROWS);
     }
     let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
-    assert!(error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`"), "{error}");
+    assert!(error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`, `inclination`"), "{error}");
     assert_eq!([POSITION, POSE, DEFLECTION, DISTANCE].map(|kind| kind.rows()), [3, 6, 3, 1]);
 }
 
@@ -242,6 +242,9 @@ fn readings_at_the_same_point_have_the_residual_of_their_noise() {
         undeflected: at.translation.vector,
         displacement: Vector3::new(1e-3, -2e-3, 5e-4),
         orientation: at.rotation,
+        body: at.rotation,
+        gravity: -Vector3::z(),
+        measured: [0.0; MOST_ROWS],
         target: [3.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
     };
     for kind in FAMILY.into_iter().chain([LEVEL]) {

@@ -45,7 +45,9 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         columns.extend(other_columns(raw, &variable.name).iter().map(|name| column(name, quantity, false)));
     }
     for observes in kinds(entry) {
-        columns.extend(observes.columns().iter().map(|measured| column(measured.name, of_kind(measured.kind), true)));
+        let other = observes.other_columns();
+        let measured = observes.columns().iter().chain(other);
+        columns.extend(measured.map(|measured| column(measured.name, of_kind(measured.kind), other.is_empty())));
         columns.extend(observes.target_column().map(text));
     }
     columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text));

@@ -1,5 +1,6 @@
 //! Campaigns: measurements of a robot, resolved against its model, in SI.
 
+mod bodies;
 mod columns;
 mod conditions;
 mod doubts;
@@ -61,6 +62,8 @@ pub struct Campaign {
     pub constraints: Vec<Constraint>,
     /// Names of the bodies that the tool carries in some readings.
     pub payloads: Vec<(String, Payload)>,
+    /// Frames of which a body is read, next to the markers of the robot: the reading's marker counts them behind those.
+    pub bodies: Vec<FrameIndex>,
     /// Runs of readings with arrangements of their own.
     pub sessions: Sessions,
     /// Names of the configurations.
@@ -231,6 +234,7 @@ impl Campaign {
             targets: self.targets.clone(),
             constraints: self.constraints.clone(),
             payloads: self.payloads.clone(),
+            bodies: self.bodies.clone(),
             sessions: self.sessions.clone(),
             poses: self.poses.clone(),
             ..*self

@@ -14,6 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::raw_files::{Format, RawCsv, RawPoints};
 use super::raw_instrument::RawInstrument;
+use super::raw_targets::OrUnknown;
 use super::sessions::Sharing;
 use crate::description::table::{Join, Orientation};
 use crate::description::units::Units;
@@ -44,9 +45,12 @@ pub struct RawEntry {
     /// Noise of the instrument with which they were taken.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<RawInstrument>,
-    /// The frame whose inclination is read.
+    /// The frame whose inclination is read; that of the tool where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
+    /// Rotation vector of the inclinometer's axes in those of the frame, in the unit of angles; none where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mount: Option<OrUnknown<[f64; 3]>>,
     /// Columns that are named otherwise in the file: our name, the file's name; in addition to the campaign's.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,

@@ -1,5 +1,6 @@
 //! A campaign file and its tables against the model they are about.
 
+use super::bodies;
 use super::columns::kinds;
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawEntry};
@@ -49,6 +50,7 @@ pub fn resolve(
         targets: targets(raw, robot, &sources, &all_kinds, locate, &mut diagnostics),
         constraints: Vec::new(),
         payloads: payloads(raw, robot, locate, &mut diagnostics),
+        bodies: bodies::bodies(robot, &sources),
         sessions: Sessions {
             base: estimate.base.0.unwrap_or_default(),
             tool: estimate.tool.0.unwrap_or_default(),
@@ -62,6 +64,9 @@ pub fn resolve(
         readings: Vec::new(),
         conditions: Conditions::default(),
     };
+    campaign.targets.extend(bodies::mounts(raw, robot, &sources));
+    diagnostics.extend(bodies::faults(robot, &sources, locate));
+    diagnostics.extend(bodies::lacking_columns(&sources));
     campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
     for source in &sources {

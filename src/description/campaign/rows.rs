@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
 use super::faults::LEAST_NOISE;
 use super::order::order_readings;
@@ -14,7 +15,7 @@ use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
-use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
+use crate::observation::{MOST_ROWS, Noise, Observes, Rows, ValueColumn};
 
 /// Most faults shown of one table.
 const MOST_SHOWN: usize = 20;
@@ -142,7 +143,7 @@ impl<'a> RowReader<'a> {
                 check,
             };
             let first = campaign.readings.len();
-            kinds.iter().for_each(|&kind| self.readings(&row, kind, blank, campaign, &mut faults));
+            kinds.iter().for_each(|&kind| self.readings(&row, (kind, entry), blank, campaign, &mut faults));
             for _ in first..campaign.readings.len() {
                 self.joints(&row, &mut campaign.joints, &mut faults);
                 self.orders.push(row.order());
@@ -164,10 +165,20 @@ impl<'a> RowReader<'a> {
     }
 
     /// Appends the readings of one kind that a row holds.
-    fn readings(&self, row: &Row, observes: Observes, blank: Reading, campaign: &mut Campaign, faults: &mut Faults) {
-        let target = target(row, observes, campaign, faults);
+    fn readings(
+        &self,
+        row: &Row,
+        (observes, entry): (Observes, &RawEntry),
+        blank: Reading,
+        campaign: &mut Campaign,
+        faults: &mut Faults,
+    ) {
+        let (marker, target) = match observes.is_of_a_body() {
+            true => sensor(entry, self.robot, campaign),
+            false => (blank.marker, target(row, observes, campaign, faults)),
+        };
         let observes = campaign.targets.get(target).and_then(|target| target.observes).unwrap_or(observes);
-        let reading = Reading { observes, target, ..blank };
+        let reading = Reading { observes, marker, target, ..blank };
         let measured = measured(row, observes, faults);
         campaign.readings.push(Reading { measured, noise: reading.noise.at(&*observes, &measured), ..reading });
     }
@@ -252,6 +263,11 @@ impl<'a> RowReader<'a> {
 
 fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
     let mut measured = [0.0; MOST_ROWS];
+    let other = observes.other_columns();
+    if !other.is_empty() && other.iter().all(|column| row.table.has(column.name)) {
+        let read = |column: &ValueColumn| row.number(column.name) * row.units.of(column.kind);
+        return observes.from_other_columns(&other.iter().map(read).collect::<Vec<f64>>());
+    }
     for (value, column) in measured.iter_mut().zip(observes.columns()) {
         *value = row.number(column.name) * row.units.of(column.kind);
     }
