@@ -52,6 +52,7 @@ pub mod kinematics;
 pub mod least_squares;
 pub mod math;
 pub mod model;
+pub mod noise;
 pub mod observation;
 pub mod parameter;
 pub mod planning;

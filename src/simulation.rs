@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading, Sessions, Target};
+use crate::description::campaign::{Campaign, Conditions, Reading, References, Sessions, Target};
 use crate::description::robot::Motion;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits};
 use crate::model::Model;
@@ -181,6 +181,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         constraints: Vec::new(),
         payloads: Vec::new(),
         bodies: Vec::new(),
+        references: References::default(),
         sessions: Sessions::default(),
         poses: Vec::new(),
         variables: model.variables.len(),

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading, Sessions};
+use crate::description::campaign::{Campaign, Conditions, Reading, References, Sessions};
 use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -100,6 +100,7 @@ impl<'a> Bench<'a> {
             constraints: Vec::new(),
             payloads: Vec::new(),
             bodies: Vec::new(),
+            references: References::default(),
             sessions: Sessions::default(),
             poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
             variables: model.variables.len(),

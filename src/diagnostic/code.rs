@@ -79,6 +79,10 @@ codes! {
     UnusableResult "unusable-result",
     /// Base or tool have directions that the readings hardly show, held as described.
     WeakDirection "weak-direction",
+    /// Fixed reflectors moved against the instrument.
+    ReferencesMoved "references-moved",
+    /// The noise that is stated is not what readings without the robot show.
+    NoiseDisagrees "noise-disagrees",
     /// Readings of one configuration share an error, and intervals count it.
     DependentReadings "dependent-readings",
 }

@@ -5,17 +5,17 @@
 //! suggest (their mean; of distances the points that trilateration finds from the mean distance to each anchor). The
 //! cheapest end is taken. Very weak priors about the description keep what the readings do not show from drifting.
 //!
-//! Sources: Kabsch, *A solution for the best rotation to relate two sets of vectors*, Acta Cryst. A32, 1976 (rigid fit);
+//! Sources: Kabsch 1976 (rigid fit, [`crate::math`]);
 //! Manolakis, *Efficient solution and performance analysis of 3-D position estimation by trilateration*, IEEE Trans. Aerosp.
 //! Electron. Syst. 32, 1996.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, Vector3};
 
 use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, Reading, Target};
 use crate::kinematics::{Transform, rotation_vector};
 use crate::least_squares::{self, Bounds, EvaluationError, Problem};
-use crate::math::left_jacobian;
+use crate::math::{left_jacobian, rigid_fit};
 use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, Observes, PointDerivative, TargetValues, Twist};
 use crate::parameter::Slot;
 
@@ -332,26 +332,4 @@ fn at(values: &[f64], slot: Slot) -> Vector3<f64> {
 
 fn put(values: &mut [f64], slot: Slot, vector: Vector3<f64>) {
     values[slot..slot + 3].copy_from_slice(vector.as_slice());
-}
-
-/// Rotation R and translation t that minimise the sum of |R a + t - b|^2 (Kabsch 1976).
-fn rigid_fit(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> (Rotation3<f64>, Vector3<f64>) {
-    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    let (mean_a, mean_b) = (mean(a), mean(b));
-    let covariance: Matrix3<f64> = a.iter().zip(b).map(|(a, b)| (b - mean_b) * (a - mean_a).transpose()).sum();
-    let rotation = nearest_rotation(&covariance);
-    (rotation, mean_b - rotation * mean_a)
-}
-
-/// The rotation nearest to a matrix; the identity where it has none.
-fn nearest_rotation(matrix: &Matrix3<f64>) -> Rotation3<f64> {
-    if matrix.iter().any(|v| !v.is_finite()) {
-        return Rotation3::identity();
-    }
-    let Some(svd) = matrix.try_svd(true, true, f64::EPSILON, 100) else { return Rotation3::identity() };
-    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return Rotation3::identity() };
-    let sign = (u * v).determinant().signum();
-    // Singular values come in descending order: the last may be mirrored.
-    let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v;
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).to_rotation_matrix()
 }

@@ -8,7 +8,7 @@ use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
 use crate::description::campaign::raw::{RawCampaign, RawEntry};
-use crate::description::campaign::{self, Campaign};
+use crate::description::campaign::{self, Campaign, References};
 use crate::description::table::Table;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
@@ -111,11 +111,13 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
+    let references = references(reader, &raw, &place, &document, &mut diagnostics);
     let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
     match campaign::resolve(&raw, &locate, &robot.robot, &read) {
-        Ok((campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
+        Ok((mut campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
+            campaign.references = references;
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
@@ -211,6 +213,40 @@ fn tables(
         }
     }
     tables
+}
+
+/// The fixed reflectors of a campaign.
+fn references(
+    reader: &Reader,
+    raw: &RawCampaign,
+    place: &Place,
+    document: &Document,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> References {
+    let mut found = References::default();
+    for (k, entry) in raw.references.iter().flat_map(|all| &all.0).enumerate() {
+        let number = k.to_string();
+        let paths = [&["references", &number, "file"][..], &["references", "file"], &["references", &number]];
+        let path = paths.into_iter().find(|path| document.has(path)).unwrap_or(&["references"]);
+        let entry = campaign::completed_reference(raw, entry);
+        let units = entry.units.unwrap_or(raw.units);
+        let asked = Asked {
+            expected: campaign::reference_columns(&units),
+            variables: Vec::new(),
+            units: &units,
+            entry: &entry,
+        };
+        let file = place.next_to(&entry.file);
+        let table = match open(reader, &file) {
+            Ok(bytes) => read(&asked, vec![(file.name(), bytes)]),
+            Err(diagnostic) => Err(vec![diagnostic.at(document.place_of_value(path))]),
+        };
+        match table {
+            Ok(table) => found.append(&table, &units),
+            Err(mut faults) => diagnostics.append(&mut faults),
+        }
+    }
+    found
 }
 
 /// A file of measurements, and that of its joints where there is one; with the keys of the campaign file that name them.

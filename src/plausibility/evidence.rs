@@ -50,6 +50,13 @@ pub struct Limits {
     pub readings: usize,
     /// Least number of configurations among them.
     pub least_configurations: usize,
+    /// Greatest probability by chance alone at which something is said of the instrument; as a campaign is checked a few times,
+    /// one in a thousand alarms by noise is tolerable.
+    pub chance: f64,
+    /// Motion of fixed reflectors below so many times their scatter does not matter to a calibration.
+    pub reference_motion: f64,
+    /// Stated and shown noise may differ by this factor: repeats of a static reading leave out what differs over the workspace.
+    pub shown_noise: f64,
     /// Arm at the end of which a rotation counts as a displacement, m: that of a tool.
     pub arm: f64,
 }
@@ -64,6 +71,9 @@ impl Default for Limits {
             hopeless_share: 0.02,
             readings: 40,
             least_configurations: 12,
+            chance: 1e-3,
+            reference_motion: 1.0,
+            shown_noise: 3.0,
             arm: 0.3,
         }
     }

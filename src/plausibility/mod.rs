@@ -8,6 +8,7 @@
 mod diagnosis;
 mod evidence;
 mod hypothesis;
+mod instrument;
 mod numerics;
 mod readings;
 mod trial;
@@ -37,6 +38,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
         find: readings::fit_the_description,
+    },
+    Check {
+        codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],
+        of_result: false,
+        about: "fixed reflectors stand still, and scatter as the stated noise allows; so do distances of rigid markers",
+        find: instrument::instrument,
     },
     Check {
         codes: &[Code::NotConverged],

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::table::Screen;
-use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange};
+use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange, NoiseFigure};
 
 /// Text of `check` of a campaign.
 pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
@@ -27,6 +27,24 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
         }
         None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
     };
+    let seen = &found.without_robot;
+    for (what, figure) in
+        [("distances between rigid markers", seen.rigid_markers), ("fixed reflectors", seen.references)]
+    {
+        if let Some(NoiseFigure { sigma, degrees_of_freedom }) = figure {
+            let _ = writeln!(
+                out,
+                "noise without the robot, from {what}: {sigma:.4} mm ({degrees_of_freedom:.0} degrees of freedom)"
+            );
+        }
+    }
+    if let Some(motion) = seen.motion {
+        let _ = writeln!(
+            out,
+            "fixed reflectors against the instrument: {:.4} mm rms, {:.4} mm at most, {:.4} mm from first to last (chance {:.1e})",
+            motion.rms, motion.greatest, motion.drift, motion.p
+        );
+    }
     if let Some(loads) = &found.loads {
         let _ = writeln!(
             out,

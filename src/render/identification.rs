@@ -123,9 +123,10 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
 fn judgement(found: &Identification, screen: Screen) -> String {
     let mut out = String::new();
     let [_, registration, after] = found.judged();
+    let unit = if found.has_lengths() { "mm" } else { "deg" };
     let _ = writeln!(
         out,
-        "rms error {registration:.4} mm {} -> {after:.4} mm calibrated ({})\n",
+        "rms error {registration:.4} {unit} {} -> {after:.4} {unit} calibrated ({})\n",
         if found.is_registered() { "with base and tool fitted alone" } else { "with the description as it is" },
         if found.is_checked() { "readings the fit did not see" } else { "the fitted readings; none were held out" },
     );
@@ -219,14 +220,15 @@ fn spring_groups(groups: &[SpringGroup], screen: Screen) -> String {
 
 /// The rms error step by step down to the noise, and the coordinates that are left, as bars.
 fn steps(found: &Identification, screen: Screen) -> String {
-    let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{rms:.4} mm"));
+    let unit = if found.has_lengths() { "mm" } else { "deg" };
+    let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{rms:.4} {unit}"));
     let [before, registration, after] = found.judged();
     let mut rows = vec![row("description as it is", before)];
     if found.is_registered() {
         rows.push(row("registration only", registration));
     }
     rows.push(row("calibrated", after));
-    rows.extend(found.stated_noise.map(|noise| row("stated noise", noise)));
+    rows.extend(found.stated_noise.filter(|_| found.has_lengths()).map(|noise| row("stated noise", noise)));
     let which = if found.is_checked() { "readings the fit did not see" } else { "fitted readings" };
     let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
     let drawn = histogram(&found.left, screen);

@@ -10,6 +10,7 @@ use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
 use crate::model::Model;
+use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
 use crate::parameter::Group;
 
 /// Readings by the column `set`.
@@ -65,6 +66,62 @@ pub struct ToEstimate {
     pub none: Option<String>,
 }
 
+/// Noise of an instrument from readings in which no robot is, one sigma of a coordinate, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseFigure {
+    pub sigma: f64,
+    pub degrees_of_freedom: f64,
+}
+
+/// Motion of the fixed reflectors against the instrument, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReferenceMotion {
+    pub rms: f64,
+    pub greatest: f64,
+    /// From the first tenth of the times to the last.
+    pub drift: f64,
+    /// Probability of as much by noise alone.
+    pub p: f64,
+}
+
+/// What a campaign says of its instrument without the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct InstrumentNoise {
+    /// From distances between markers of one body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rigid_markers: Option<NoiseFigure>,
+    /// From fixed reflectors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub references: Option<NoiseFigure>,
+    /// `None` without reflectors, or with one that cannot tell motion from noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<ReferenceMotion>,
+}
+
+impl InstrumentNoise {
+    fn new(model: &Model, campaign: &Campaign) -> Self {
+        let figure =
+            |found: NoiseEstimate| NoiseFigure { sigma: mm(found.sigma), degrees_of_freedom: found.degrees_of_freedom };
+        let references = reference_noise(&campaign.references);
+        let motion = references.and_then(|found| found.motion).map(|motion| ReferenceMotion {
+            rms: mm(motion.rms),
+            greatest: mm(motion.greatest),
+            drift: mm(motion.drift),
+            p: motion.p,
+        });
+        Self {
+            rigid_markers: rigid_markers(model, campaign).map(figure),
+            references: references.map(|found| figure(found.noise)),
+            motion,
+        }
+    }
+
+    /// Whether nothing was found.
+    pub fn is_empty(&self) -> bool {
+        self.rigid_markers.is_none() && self.references.is_none()
+    }
+}
+
 /// What `check` finds of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CampaignCheck {
@@ -80,6 +137,9 @@ pub struct CampaignCheck {
     pub joints: IndexMap<String, JointRange>,
     /// `None` where none is stated.
     pub noise: Option<StatedNoise>,
+    /// What the campaign says of its instrument without the robot; nothing where it says nothing.
+    #[serde(skip_serializing_if = "InstrumentNoise::is_empty")]
+    pub without_robot: InstrumentNoise,
     /// `None` where no reading is loaded.
     pub loads: Option<AppliedLoads>,
     /// Columns of conditions: sides of approach, time, temperatures.
@@ -120,6 +180,7 @@ impl CampaignCheck {
             noise: campaign
                 .sigma
                 .map(|sigma| StatedNoise { position: sigma.map(mm), orientation: campaign.sigma_orientation.map(deg) }),
+            without_robot: InstrumentNoise::new(model, campaign),
             loads: loads(campaign),
             conditions: campaign.conditions.columns().map(|(column, _)| column.column(variable)).collect(),
             estimate: ToEstimate::new(model, campaign),

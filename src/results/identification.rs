@@ -133,7 +133,7 @@ impl Identification {
             reduction: Reduction::new(model, &found.slots, &found.identifiability),
             parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
             equivalences: found.equivalences.iter().map(|g| SpringGroup::new(model, campaign, found, g)).collect(),
-            predicted_error: found.predicted.map(|predicted| PredictedError {
+            predicted_error: found.predicted.filter(|_| lengths > 0).map(|predicted| PredictedError {
                 parameters_rms: mm(predicted.parameters),
                 with_noise_rms: mm(predicted.with_noise),
                 observed_rms: mm(after.check.distance[1]),
@@ -167,8 +167,8 @@ impl Identification {
         self.residuals.check_after.is_some()
     }
 
-    /// Root mean square errors with the description as it is, with base and tool fitted alone, and calibrated, mm, of the
-    /// readings by which the calibration is judged: those held out, or the fitted ones where none are.
+    /// Root mean square errors with the description as it is, with base and tool fitted alone, and calibrated, mm
+    /// (deg where readings are angles only), of the readings by which the calibration is judged: those held out, or the fitted ones where none are.
     pub fn judged(&self) -> [f64; 3] {
         let r = &self.residuals;
         let of = if self.is_checked() {
@@ -176,7 +176,16 @@ impl Identification {
         } else {
             [&r.before, &r.registration, &r.after]
         };
-        of.map(|errors| errors.as_ref().map_or(0.0, |errors| errors.rms))
+        let size = |errors: &ReadingErrors| match (self.has_lengths(), &errors.orientation) {
+            (false, Some(turned)) => turned.rms,
+            _ => errors.rms,
+        };
+        of.map(|errors| errors.as_ref().map_or(0.0, size))
+    }
+
+    /// Whether readings hold lengths; where they hold angles only, these judge.
+    pub fn has_lengths(&self) -> bool {
+        !self.left.is_empty()
     }
 
     /// Whether base and tool affect the readings: not deflections.

@@ -30,7 +30,10 @@ pub mod units;
 mod view;
 
 pub use blind::{BlindScore, ScoredCampaign};
-pub use campaign::{AppliedLoads, CampaignCheck, JointRange, Sets, StatedNoise, ToEstimate};
+pub use campaign::{
+    AppliedLoads, CampaignCheck, InstrumentNoise, JointRange, NoiseFigure, ReferenceMotion, Sets, StatedNoise,
+    ToEstimate,
+};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
 pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};

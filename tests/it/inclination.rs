@@ -140,8 +140,11 @@ fn files_that_cannot_be_meant_are_refused() {
     std::fs::write(folder.path().join("tool.csv"), table.replace("gx,gy,gz", "gx,gy,gw")).expect("written");
     let said = run(folder.path(), &["check", &path]);
     assert_eq!(said.status, 2, "{}", said.out);
-    std::fs::write(folder.path().join("tool.csv"), table.lines().next().expect("a title").to_string() + "\np0,0,0,0,0,0,0,0,0,0\n")
-        .expect("written");
+    std::fs::write(
+        folder.path().join("tool.csv"),
+        table.lines().next().expect("a title").to_string() + "\np0,0,0,0,0,0,0,0,0,0\n",
+    )
+    .expect("written");
     let said = run(folder.path(), &["check", &path]);
     assert!(said.status == 2 && said.err.contains("all zero"), "{}", said.err);
 }

@@ -37,6 +37,7 @@ mod literature_nist;
 mod literature_stiffness;
 mod loaded;
 mod mistakes;
+mod noise;
 mod numerics;
 mod observation;
 mod orthonormal;

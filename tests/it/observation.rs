@@ -226,7 +226,10 @@ fn kinds_say_what_they_are_by_their_names() {
         assert!(kind.length_rows() <= kind.rows() && kind.rows() <= MOST_ROWS);
     }
     let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
-    assert!(error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`, `inclination`"), "{error}");
+    assert!(
+        error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`, `inclination`"),
+        "{error}"
+    );
     assert_eq!([POSITION, POSE, DEFLECTION, DISTANCE].map(|kind| kind.rows()), [3, 6, 3, 1]);
 }
 

@@ -13,6 +13,7 @@ mod raw_measurements;
 mod raw_targets;
 mod read;
 mod read_targets;
+mod references;
 mod rows;
 mod sessions;
 mod stated;
@@ -28,6 +29,7 @@ pub use columns::{expected_columns, kinds};
 pub use conditions::{ConditionColumn, Conditions};
 pub use faults::faults;
 pub use read::resolve;
+pub use references::{ReferenceReading, References, completed as completed_reference, reference_columns};
 pub use sessions::{InSession, Sessions, Sharing};
 pub use targets::{Constraint, Target, TargetValue};
 pub use write::csv;
@@ -64,6 +66,8 @@ pub struct Campaign {
     pub payloads: Vec<(String, Payload)>,
     /// Frames of which a body is read, next to the markers of the robot: the reading's marker counts them behind those.
     pub bodies: Vec<FrameIndex>,
+    /// Fixed reflectors, measured while the robot was.
+    pub references: References,
     /// Runs of readings with arrangements of their own.
     pub sessions: Sessions,
     /// Names of the configurations.
@@ -235,6 +239,7 @@ impl Campaign {
             constraints: self.constraints.clone(),
             payloads: self.payloads.clone(),
             bodies: self.bodies.clone(),
+            references: self.references.clone(),
             sessions: self.sessions.clone(),
             poses: self.poses.clone(),
             ..*self

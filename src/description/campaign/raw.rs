@@ -64,6 +64,10 @@ pub struct RawCampaign {
     /// Files of readings, relative to this file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measurements: Option<Measurements>,
+    /// Files of fixed reflectors on base or pedestal, measured again while the robot was: columns pose, order, reflector, x,
+    /// y, z, no joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub references: Option<Measurements>,
     /// Columns that are named otherwise in the files: our name, the file's name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,

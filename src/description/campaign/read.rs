@@ -7,7 +7,7 @@ use super::raw::{RawCampaign, RawEntry};
 use super::read_targets::{constraints, targets};
 use super::rows::{RowReader, Source};
 use super::stated::stated_noise;
-use super::{Campaign, Conditions, Payload, Reading, Sessions, Sharing};
+use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
 use nalgebra::Vector3;
 
 use crate::description::raw::JointKind;
@@ -51,6 +51,7 @@ pub fn resolve(
         constraints: Vec::new(),
         payloads: payloads(raw, robot, locate, &mut diagnostics),
         bodies: bodies::bodies(robot, &sources),
+        references: References::default(),
         sessions: Sessions {
             base: estimate.base.0.unwrap_or_default(),
             tool: estimate.tool.0.unwrap_or_default(),

@@ -87,7 +87,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
             ppm: None,
-            orientation: (plan.observes.sees_orientation() && command.orientation_noise > 0.0)
+            orientation: (plan.observes.rows() > plan.observes.length_rows() && command.orientation_noise > 0.0)
                 .then_some(command.orientation_noise),
         }),
         estimate: RawEstimate::of([command.unknown_base, command.unknown_tool]),

@@ -1,0 +1,88 @@
+//! Fixed reflectors on base or pedestal, measured again and again while the robot is: evidence of the instrument's noise, and for
+//! or against motion of the base. No joints, no robot.
+
+use nalgebra::Vector3;
+
+use super::raw::{RawCampaign, RawEntry};
+use crate::description::table::{ColumnKind, ExpectedColumn, Table};
+use crate::description::units::Units;
+use crate::parameter::Kind;
+
+/// Readings of fixed reflectors.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct References {
+    /// Names of the reflectors.
+    pub reflectors: Vec<String>,
+    /// Number of times that the reflectors were measured, one after the other.
+    pub epochs: usize,
+    /// All readings.
+    pub readings: Vec<ReferenceReading>,
+}
+
+/// A reading of a fixed reflector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceReading {
+    /// The time, from 0 to [`References::epochs`] less 1.
+    pub epoch: usize,
+    /// The reflector, by index in [`References::reflectors`].
+    pub reflector: usize,
+    /// Its position, m, measurement frame.
+    pub position: Vector3<f64>,
+}
+
+/// What holds of a file of references: the campaign's units and dialect where it has none of its own.
+pub fn completed(raw: &RawCampaign, entry: &RawEntry) -> RawEntry {
+    let mut all = entry.clone();
+    all.units = all.units.or(Some(raw.units));
+    all.csv = all.csv.or_else(|| Some(raw.csv.clone()));
+    all
+}
+
+/// Columns of such a file.
+pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
+    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let length = units.unit(Kind::Length).map_or(ColumnKind::Number, ColumnKind::Quantity);
+    let [pose, reflector] =
+        [("pose", false), ("reflector", true)].map(|(name, required)| column(name, ColumnKind::Text, required));
+    let order = column("order", ColumnKind::Number, false);
+    let coordinates = ["x", "y", "z"].map(|name| column(name, length, true));
+    [pose, order, reflector].into_iter().chain(coordinates).collect()
+}
+
+impl References {
+    /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
+    /// reading of a reflector begins a new time where that reflector was read before.
+    pub fn append(&mut self, table: &Table, units: &Units) {
+        let factor = units.length.factor();
+        let (order, pose, names) = (table.numbers("order"), table.texts("pose"), table.texts("reflector"));
+        let coordinates = ["x", "y", "z"].map(|name| table.numbers(name));
+        let mut by_key: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+        let mut seen: Vec<usize> = Vec::new();
+        for row in 0..table.row_count() {
+            let name = names.and_then(|names| names.get(row)).unwrap_or_default();
+            let reflector = self.reflectors.iter().position(|own| own == name).unwrap_or_else(|| {
+                self.reflectors.push(name.into());
+                self.reflectors.len() - 1
+            });
+            let numbered = order.and_then(|all| all.get(row)).map(|number| format!("order {number}"));
+            let key = numbered.or_else(|| pose.and_then(|all| all.get(row)).map(|pose| format!("pose {pose}")));
+            let epoch = match key {
+                Some(key) => *by_key.entry(key).or_insert_with(|| {
+                    self.epochs += 1;
+                    self.epochs - 1
+                }),
+                None => {
+                    if seen.is_empty() || seen.contains(&reflector) {
+                        seen.clear();
+                        self.epochs += 1;
+                    }
+                    seen.push(reflector);
+                    self.epochs - 1
+                }
+            };
+            let at = |k: usize| coordinates[k].and_then(|all| all.get(row)).copied().unwrap_or(f64::NAN) * factor;
+            let position = Vector3::new(at(0), at(1), at(2));
+            self.readings.push(ReferenceReading { epoch, reflector, position });
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Noise from the distances between markers on one body, which no motion of the robot changes.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::NoiseEstimate;
+use crate::description::campaign::Campaign;
+use crate::description::raw::JointKind;
+use crate::model::Model;
+
+/// One sigma of a coordinate from the scatter of distances between markers of one body over the configurations: a distance
+/// between two points of equal, independent noise scatters by the square root of 2 times as much. None where no two markers of
+/// a body are measured at two configurations or more. Deflection within the body counts as noise.
+pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate> {
+    let body = |marker: usize| {
+        let mut frame = model.markers[marker].frame;
+        while frame != 0 && model.frames[frame].joint == JointKind::Fixed {
+            frame = model.frames[frame].antecedent;
+        }
+        frame
+    };
+    // Of each configuration and marker, the sum of its readings and their number.
+    let mut points: HashMap<(usize, usize), (Vector3<f64>, f64)> = HashMap::new();
+    for reading in campaign.readings.iter().filter(|reading| !reading.observes.is_difference()) {
+        let (Some(marker), Some(at)) = (reading.marker, reading.observes.measured_position(&reading.measured)) else {
+            continue;
+        };
+        let known = points.entry((reading.pose, marker)).or_insert((Vector3::zeros(), 0.0));
+        *known = (known.0 + at, known.1 + 1.0);
+    }
+    let mut markers: Vec<usize> = points.keys().map(|(_, marker)| *marker).collect();
+    markers.sort_unstable();
+    markers.dedup();
+    let (mut squares, mut degrees_of_freedom) = (0.0, 0.0);
+    for (k, &one) in markers.iter().enumerate() {
+        for &other in markers[k + 1..].iter().filter(|other| body(**other) == body(one)) {
+            let distance = |pose: usize| {
+                let [a, b] =
+                    [one, other].map(|marker| points.get(&(pose, marker)).map(|(sum, count)| (sum / *count, *count)));
+                let ((a, of_a), (b, of_b)) = (a?, b?);
+                // As noisy as one reading of each would be.
+                Some(((a - b).norm(), (0.5 * (1.0 / of_a + 1.0 / of_b)).sqrt()))
+            };
+            let found: Vec<(f64, f64)> = (0..campaign.poses.len()).filter_map(distance).collect();
+            let count = found.len() as f64;
+            let mean = found.iter().map(|(distance, _)| distance).sum::<f64>() / count.max(1.0);
+            squares += found.iter().map(|(distance, part)| ((distance - mean) / part).powi(2)).sum::<f64>();
+            degrees_of_freedom += (count - 1.0).max(0.0);
+        }
+    }
+    let sigma = (0.5 * squares / degrees_of_freedom).sqrt();
+    (degrees_of_freedom > 0.0 && sigma.is_finite()).then_some(NoiseEstimate { sigma, degrees_of_freedom })
+}

@@ -1,0 +1,51 @@
+//! Checks of the instrument, from readings in which no robot is.
+
+use super::evidence::{Evidence, Limits};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::math::quantiles::f_tail;
+use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
+
+/// What fixed reflectors and rigid markers say against the campaign.
+pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let mut found = Vec::new();
+    let references = reference_noise(&campaign.references);
+    if let Some((noise, motion)) = references.and_then(|seen| Some((seen.noise, seen.motion?)))
+        && motion.p < limits.chance
+        && motion.rms > limits.reference_motion * noise.sigma
+    {
+        let [rms, greatest, drift, sigma] = [motion.rms, motion.greatest, motion.drift, noise.sigma].map(|m| 1e3 * m);
+        let message = format!(
+            "the fixed reflectors moved against the instrument: {rms:.4} mm rms, {greatest:.4} mm at most, {drift:.4} mm from first to last, where they scatter by {sigma:.4} mm"
+        );
+        let told = Diagnostic::warning(message).code(Code::ReferencesMoved);
+        let told = told.figure("rms_mm", rms).figure("greatest_mm", greatest).figure("drift_mm", drift);
+        found.push(told.remedy(
+            "calibration cannot be better than that: estimate base per session, cut the campaign where they moved, or let it warm up",
+        ));
+    }
+    let shown = [
+        ("distances between rigid markers", rigid_markers(model, campaign)),
+        ("fixed reflectors", references.map(|seen| seen.noise)),
+    ];
+    let stated = campaign.sigma.map(|sigma| (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt());
+    for (what, NoiseEstimate { sigma, degrees_of_freedom }) in
+        shown.into_iter().filter_map(|(what, noise)| Some((what, noise?)))
+    {
+        let Some(stated) = stated.filter(|stated| *stated > 0.0 && sigma > 0.0) else { continue };
+        let ratio = sigma / stated;
+        // One side: that the stated noise is known exactly.
+        let chance = f_tail(ratio.powi(2), degrees_of_freedom, 1e9);
+        if ratio > limits.shown_noise && chance < limits.chance {
+            let [sigma, stated] = [sigma, stated].map(|m| 1e3 * m);
+            let message =
+                format!("{what} scatter by {sigma:.4} mm a coordinate, where the campaign states {stated:.4} mm");
+            let told = Diagnostic::warning(message).code(Code::NoiseDisagrees);
+            let told = told.figure("shown_mm", sigma).figure("stated_mm", stated);
+            found.push(
+                told.remedy("state the instrument's noise as it is, or look for readings that do not belong here"),
+            );
+        }
+    }
+    found
+}
