@@ -2,7 +2,7 @@
 
 use super::Campaign;
 use super::raw::{OrUnknown, RawCampaign, RawEntry};
-use super::rows::Source;
+use super::source::Source;
 use super::targets::{Target, TargetValue};
 use crate::description::resolve::Locate;
 use crate::description::robot::{FrameIndex, Robot};
@@ -92,13 +92,16 @@ pub(super) fn faults(robot: &Robot, sources: &[Source], locate: Locate) -> Vec<D
     faults
 }
 
-/// Columns that a file lacks of a kind that may have either of two sets.
-pub(super) fn lacking_columns(sources: &[Source]) -> Vec<Diagnostic> {
+/// Columns that a file lacks of a kind that may have either of two sets. A joint with the name of one of the other set is that
+/// joint.
+pub(super) fn lacking_columns(robot: &Robot, sources: &[Source]) -> Vec<Diagnostic> {
+    let is_joint = |name: &str| robot.variables.iter().any(|variable| variable.name == name);
     let mut faults = Vec::new();
     for source in sources {
         for kind in source.kinds.iter().filter(|kind| !kind.other_columns().is_empty()) {
             let sets = [kind.columns(), kind.other_columns()];
-            if !sets.iter().any(|set| set.iter().all(|column| source.table.has(column.name))) {
+            let is_there = |name: &str| source.table.has(name) && !is_joint(name);
+            if !sets.iter().any(|set| set.iter().all(|column| is_there(column.name))) {
                 let names = sets.map(|set| set.iter().map(|column| column.name).collect::<Vec<_>>().join("`, `"));
                 let message = format!("{} needs the columns `{}`, or `{}`", kind.name(), names[0], names[1]);
                 let file = source.table.file();

@@ -6,7 +6,7 @@ use super::stated::NOISE_COLUMNS;
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn};
 use crate::description::units::Unit;
-use crate::observation::{Observes, POSITION};
+use crate::observation::{Observes, POSITION, ValueColumn};
 use crate::parameter::Kind;
 
 /// Kinds of readings that each row of a file holds.
@@ -45,7 +45,12 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         columns.extend(other_columns(raw, &variable.name).iter().map(|name| column(name, quantity, false)));
     }
     for observes in kinds(entry) {
-        let other = observes.other_columns();
+        // A joint that is called so is that joint.
+        let is_joint = |column: &ValueColumn| robot.variables.iter().any(|variable| variable.name == column.name);
+        let other = match observes.other_columns() {
+            other if other.iter().any(is_joint) => &[],
+            other => other,
+        };
         let measured = observes.columns().iter().chain(other);
         columns.extend(measured.map(|measured| column(measured.name, of_kind(measured.kind), other.is_empty())));
         columns.extend(observes.target_column().map(text));

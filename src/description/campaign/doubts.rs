@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::Campaign;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
-use super::rows::Source;
+use super::source::Source;
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};

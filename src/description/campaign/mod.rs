@@ -16,6 +16,7 @@ mod read_targets;
 mod references;
 mod rows;
 mod sessions;
+mod source;
 mod stated;
 mod targets;
 mod write;

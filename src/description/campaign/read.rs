@@ -5,7 +5,8 @@ use super::columns::kinds;
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawEntry};
 use super::read_targets::{constraints, targets};
-use super::rows::{RowReader, Source};
+use super::rows::RowReader;
+use super::source::Source;
 use super::stated::stated_noise;
 use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
 use nalgebra::Vector3;
@@ -67,7 +68,7 @@ pub fn resolve(
     };
     campaign.targets.extend(bodies::mounts(raw, robot, &sources));
     diagnostics.extend(bodies::faults(robot, &sources, locate));
-    diagnostics.extend(bodies::lacking_columns(&sources));
+    diagnostics.extend(bodies::lacking_columns(robot, &sources));
     campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
     for source in &sources {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::raw::{ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact};
-use super::rows::Source;
+use super::source::Source;
 use super::targets::{Constraint, Target, TargetValue};
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;

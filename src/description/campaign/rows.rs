@@ -8,6 +8,7 @@ use super::columns::{joint_column, other_columns};
 use super::faults::LEAST_NOISE;
 use super::order::order_readings;
 use super::raw::{RawCampaign, RawEntry};
+use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
 use super::{Campaign, InSession, Payload, Reading, WRENCH, noise_of};
 use crate::description::resolve::GREATEST;
@@ -85,16 +86,6 @@ impl Faults {
 struct SetOfPose {
     check: Option<bool>,
     is_reported: bool,
-}
-
-/// A table of readings, and what the campaign says of its file.
-pub struct Source<'a> {
-    /// The readings.
-    pub table: &'a Table,
-    /// What holds of the file.
-    pub entry: &'a RawEntry,
-    /// Kinds of the readings in each row.
-    pub kinds: Vec<Observes>,
 }
 
 /// Appends tables to a campaign.
@@ -264,7 +255,8 @@ impl<'a> RowReader<'a> {
 fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
     let mut measured = [0.0; MOST_ROWS];
     let other = observes.other_columns();
-    if !other.is_empty() && other.iter().all(|column| row.table.has(column.name)) {
+    let lacks = observes.columns().iter().any(|column| !row.table.has(column.name));
+    if lacks && !other.is_empty() {
         let read = |column: &ValueColumn| row.number(column.name) * row.units.of(column.kind);
         return observes.from_other_columns(&other.iter().map(read).collect::<Vec<f64>>());
     }

@@ -1,0 +1,15 @@
+//! A file of readings as its rows are read.
+
+use super::raw::RawEntry;
+use crate::description::table::Table;
+use crate::observation::Observes;
+
+/// A table of readings, and what the campaign says of its file.
+pub struct Source<'a> {
+    /// The readings.
+    pub table: &'a Table,
+    /// What holds of the file.
+    pub entry: &'a RawEntry,
+    /// Kinds of the readings in each row.
+    pub kinds: Vec<Observes>,
+}
