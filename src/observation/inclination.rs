@@ -62,7 +62,7 @@ impl Observation for Inclination {
     }
 
     /// The body's rotation from level is Rz(any) Ry(pitch) Rx(roll), z upwards; gravity points down.
-    fn from_other_columns(&self, read: &[f64]) -> Rows {
+    fn of_other_columns(&self, read: &[f64]) -> Rows {
         let [pitch, roll] = [0, 1].map(|k| read.get(k).copied().unwrap_or(0.0));
         rows_of(&Vector3::new(pitch.sin(), -pitch.cos() * roll.sin(), -pitch.cos() * roll.cos()))
     }

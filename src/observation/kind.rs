@@ -190,7 +190,7 @@ pub trait Observation: Sync {
     }
 
     /// The measured values from those of [`Observation::other_columns`].
-    fn from_other_columns(&self, _read: &[f64]) -> Rows {
+    fn of_other_columns(&self, _read: &[f64]) -> Rows {
         [0.0; MOST_ROWS]
     }
 

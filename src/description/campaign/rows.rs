@@ -258,7 +258,7 @@ fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
     let lacks = observes.columns().iter().any(|column| !row.table.has(column.name));
     if lacks && !other.is_empty() {
         let read = |column: &ValueColumn| row.number(column.name) * row.units.of(column.kind);
-        return observes.from_other_columns(&other.iter().map(read).collect::<Vec<f64>>());
+        return observes.of_other_columns(&other.iter().map(read).collect::<Vec<f64>>());
     }
     for (value, column) in measured.iter_mut().zip(observes.columns()) {
         *value = row.number(column.name) * row.units.of(column.kind);
