@@ -3,7 +3,6 @@
 
 use nalgebra::Vector3;
 
-use super::words::Words;
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
@@ -144,11 +143,6 @@ impl Hypothesis {
     pub fn undoes(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && !matches!(self, Self::Swapped(..) | Self::Negated(_))
-    }
-
-    /// How it is said.
-    pub fn words(&self, model: &Model, campaign: &Campaign) -> Words {
-        super::words::of(self, model, campaign)
     }
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, own_slots};
 use super::trial::{Trials, typical};
-use super::words::Words;
+use super::words::{self, Words};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::parameter::Kind;
 
@@ -94,7 +94,7 @@ fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
 /// What the best way explains.
 fn told(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
     let words = |ways: &[Hypothesis]| -> Vec<Words> {
-        ways.iter().map(|way| way.words(evidence.model, evidence.campaign)).collect()
+        ways.iter().map(|way| words::of(way, evidence.model, evidence.campaign)).collect()
     };
     let with =
         |ways: &[Hypothesis]| format!("with {}", joined(words(ways).into_iter().map(|words| words.with), " and "));
