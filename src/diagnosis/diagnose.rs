@@ -7,11 +7,11 @@ use super::nuisance::nuisance;
 use super::outliers::{outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::CalibrationError;
 use crate::model::Model;
 
-/// Diagnoses a campaign against a model. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
+/// Diagnoses a campaign against a model, by its readings that hold lengths: those of angles or torques alone are left out. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
 /// receives each stage in words.
 ///
 /// # Errors
@@ -39,6 +39,18 @@ pub fn diagnose(
     settings: &Settings,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Diagnosis, CalibrationError> {
+    let has_lengths = |reading: &Reading| reading.observes.length_rows() > 0;
+    if !campaign.readings.iter().all(has_lengths) {
+        let with_lengths = campaign.select(|_, reading| has_lengths(reading));
+        if with_lengths.readings.is_empty() {
+            let why =
+                "the readings hold no lengths, in which a diagnosis compares effects: `identify` takes angles alone";
+            return Err(CalibrationError::Malformed(why.into()));
+        }
+        let both = campaign.readings.iter().zip(held_out);
+        let own: Vec<bool> = both.filter(|(reading, _)| has_lengths(reading)).map(|(_, held_out)| *held_out).collect();
+        return diagnose(model, &with_lengths, &own, settings, progress);
+    }
     let nuisance = nuisance(model, campaign, &settings.known);
     let inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];

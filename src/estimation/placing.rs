@@ -250,6 +250,7 @@ impl Problem for Rigid<'_> {
                 body: onto,
                 // No group of readings of a body is placed.
                 gravity: Vector3::zeros(),
+                load: reading.load,
                 measured: reading.measured,
                 target: target_of(campaign, reading),
             };

@@ -42,8 +42,8 @@ pub struct CampaignProblem<'a> {
     priors: Vec<Prior>,
     /// By row of a reading.
     kinds: Vec<usize>,
-    /// Robust standard deviations of lengths and of angles, in stated ones.
-    scales: Cell<[f64; 2]>,
+    /// Robust standard deviations of lengths, of angles and of torques, in stated ones.
+    scales: Cell<[f64; 3]>,
     buffer: RefCell<Linearised>,
 }
 
@@ -51,8 +51,8 @@ impl<'a> CampaignProblem<'a> {
     /// `start` are all values by slot, `sigmas` the standard deviation of each row of the predictor (m, rad).
     pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
         let of_reading = |reading: &Reading| {
-            let lengths = reading.observes.length_rows();
-            (0..reading.observes.rows()).map(move |row| usize::from(row >= lengths))
+            let (lengths, is_load) = (reading.observes.length_rows(), reading.observes.by_variable().is_some());
+            (0..reading.observes.rows()).map(move |row| if is_load { 2 } else { usize::from(row >= lengths) })
         };
         Self {
             kinds: predictor.campaign.readings.iter().flat_map(of_reading).collect(),
@@ -60,7 +60,7 @@ impl<'a> CampaignProblem<'a> {
             start: start.to_vec(),
             sigmas,
             priors,
-            scales: Cell::new([1.0; 2]),
+            scales: Cell::new([1.0; 3]),
             buffer: RefCell::default(),
         }
     }
@@ -87,26 +87,27 @@ impl<'a> CampaignProblem<'a> {
         self.priors.len()
     }
 
-    /// Robust standard deviations with which a loss is scaled: of lengths and of angles, in stated ones.
-    pub fn tuned(&self) -> [f64; 2] {
+    /// Robust standard deviations with which a loss is scaled: of lengths, of angles and of torques, in stated ones.
+    pub fn tuned(&self) -> [f64; 3] {
         self.scales.get()
     }
 
     /// Sets them.
-    pub fn tune(&self, scales: [f64; 2]) {
+    pub fn tune(&self, scales: [f64; 3]) {
         self.scales.set(scales);
     }
 
-    /// Of each row of a reading, whether it is a length (0) or an angle (1).
+    /// Of each row of a reading, whether it is a length (0), an angle (1) or a torque (2).
     pub fn kinds(&self) -> &[usize] {
         &self.kinds
     }
 
-    /// Least robust standard deviations, of lengths and angles: the stated ones; where none is, no instrument's resolution.
-    pub fn least_scales(&self) -> [f64; 2] {
+    /// Least robust standard deviations, of lengths, angles and torques: the stated ones; where none is, no instrument's resolution.
+    pub fn least_scales(&self) -> [f64; 3] {
         let campaign = self.predictor.campaign;
-        let (noise, stated) = (campaign.noise(), [campaign.sigma.is_some(), campaign.sigma_orientation.is_some()]);
-        let sigmas = [noise.position[0], noise.orientation];
+        let (noise, stated) =
+            (campaign.noise(), [campaign.sigma.is_some(), campaign.sigma_orientation.is_some(), false]);
+        let sigmas = [noise.position[0], noise.orientation, noise.load];
         std::array::from_fn(|kind| if stated[kind] { 1.0 } else { LEAST_SIGMA / sigmas[kind] })
     }
 

@@ -15,7 +15,7 @@ use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_poin
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
     let mut slots: Vec<Slot> = Vec::new();
-    let placed = campaign.select(|_, reading| !reading.observes.is_of_a_body());
+    let placed = campaign.select(|_, reading| !reading.observes.ignores_arrangement());
     if campaign.estimate_base {
         slots
             .extend(parts(&placed, campaign.sessions.base).flat_map(|of| model.base_slot(of)..model.base_slot(of) + 6));
@@ -152,7 +152,7 @@ fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bo
             || reading.observes.target_column().is_none()
             || is_known(reading)
     };
-    let is_placed = |reading: &&Reading| is_own(reading) && !reading.observes.is_of_a_body();
+    let is_placed = |reading: &&Reading| is_own(reading) && !reading.observes.ignores_arrangement();
     let kinds = || campaign.readings.iter().filter(is_placed).filter(places).map(|r| r.observes);
     kinds().find(|kind| *kind == POSE).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
 }

@@ -67,9 +67,9 @@ pub fn minimize(
     Ok(found)
 }
 
-/// Robust standard deviations of the residuals that are lengths and of those that are angles, in stated ones: at least 1
+/// Robust standard deviations of the residuals that are lengths, of those that are angles and of torques, in stated ones: at least 1
 /// where the noise is stated, so that a lucky fit does not reject sound readings.
-fn scales(problem: &CampaignProblem, residual: &DVector<f64>) -> [f64; 2] {
+fn scales(problem: &CampaignProblem, residual: &DVector<f64>) -> [f64; 3] {
     let (kinds, least) = (problem.kinds(), problem.least_scales());
     // What the fit took up is missing in the residuals.
     let (rows, used) = (kinds.len() as f64, problem.parameters() as f64);

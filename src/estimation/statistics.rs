@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::math::mean_rms_max;
 
 /// Errors over a set of readings, m (rad for orientations).
@@ -16,6 +16,8 @@ pub struct Errors {
     pub coordinate: [f64; 2],
     /// Mean, root mean square and greatest orientation error, for poses.
     pub orientation: Option<[f64; 3]>,
+    /// Mean, root mean square and greatest error of torques (N.m) and forces (N) of joints.
+    pub load: Option<[f64; 3]>,
 }
 
 /// Errors of the readings for which `among` holds, from residuals as [`crate::prediction::Linearised::residual`].
@@ -36,18 +38,23 @@ pub struct Errors {
 /// ```
 pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) -> bool) -> Errors {
     let readings = campaign.by_reading(residual, 1).enumerate().filter(|(index, _)| among(*index));
+    let is_load = |reading: &Reading| reading.observes.by_variable().is_some();
+    let (loads, placed): (Vec<_>, Vec<_>) = readings.map(|(_, own)| own).partition(|(reading, _)| is_load(reading));
+    let load = (!loads.is_empty()).then(|| mean_rms_max(loads.iter().map(|(_, own)| own[0].abs())));
     let chosen: Vec<(usize, &[f64])> =
-        readings.map(|(_, (reading, own))| (reading.observes.length_rows(), own)).collect();
+        placed.into_iter().map(|(reading, own)| (reading.observes.length_rows(), own)).collect();
     let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
     let with_lengths = || chosen.iter().filter(|(lengths, _)| *lengths > 0).map(|(lengths, own)| &own[..*lengths]);
     let coordinate = mean_rms_max(with_lengths().flat_map(|own| own.iter().copied()));
     let turned = || chosen.iter().filter(|(lengths, own)| own.len() > *lengths);
-    let is_turned = campaign.readings.iter().any(|reading| reading.observes.rows() > reading.observes.length_rows());
+    let has_angles = |of: &Reading| !is_load(of) && of.observes.rows() > of.observes.length_rows();
+    let is_turned = campaign.readings.iter().any(has_angles);
     let orientation = is_turned.then(|| mean_rms_max(turned().map(|(lengths, own)| norm(&own[*lengths..]))));
     Errors {
-        readings: chosen.len(),
+        readings: chosen.len() + loads.len(),
         distance: mean_rms_max(with_lengths().map(norm)),
         coordinate: [coordinate[1], coordinate[2]],
         orientation,
+        load,
     }
 }

@@ -12,6 +12,7 @@ use crate::description::campaign::{self, Campaign, References};
 use crate::description::table::Table;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::prediction::fill_holding_loads;
 
 /// A campaign read from its files, with its robot.
 #[derive(Debug, Clone)]
@@ -119,6 +120,8 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
             diagnostics.extend(robot.diagnostics.iter().cloned());
             campaign.references = references;
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
+            // What cannot be assembled here is told by the command that predicts it.
+            let _ = fill_holding_loads(&robot.model, &mut campaign);
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
         Ok((_, mut reported)) | Err(mut reported) => {

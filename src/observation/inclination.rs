@@ -71,7 +71,7 @@ impl Observation for Inclination {
         2
     }
 
-    fn is_of_a_body(&self) -> bool {
+    fn ignores_arrangement(&self) -> bool {
         true
     }
 

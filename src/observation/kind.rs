@@ -56,6 +56,8 @@ pub struct MeasuredPoint {
     pub body: Rotation3<f64>,
     /// Direction of gravity; zero where none is declared.
     pub gravity: Vector3<f64>,
+    /// Of a torque: the load with which the motor holds its joint, N.m or N.
+    pub load: f64,
     /// What was read there: residuals of directions are taken across it. Zero where nothing was measured yet.
     pub measured: Rows,
     /// Values of what the reading refers to, in the order of its kind; zero for kinds that refer to nothing.
@@ -137,6 +139,8 @@ pub struct Noise {
     pub position: [f64; 3],
     /// Of a component of a rotation vector, rad.
     pub orientation: f64,
+    /// Of a torque or force, N.m or N.
+    pub load: f64,
     /// What is added to that of positions with their distance from the instrument, m/m, as variances add.
     pub ppm: f64,
     /// Whether a file states that of positions.
@@ -146,7 +150,7 @@ pub struct Noise {
 impl Noise {
     /// Noise of an instrument, m and rad.
     pub fn of(position: [f64; 3], orientation: f64) -> Self {
-        Self { position, orientation, ppm: 0.0, is_stated: true }
+        Self { position, orientation, load: 1.0, ppm: 0.0, is_stated: true }
     }
 
     /// That of a measured value, with what its distance from the instrument adds.
@@ -194,9 +198,13 @@ pub trait Observation: Sync {
         [0.0; MOST_ROWS]
     }
 
-    /// Whether a body is read, however it stands in its base and wherever its points are: the reading then has neither
-    /// marker nor tool, and does not depend on the base.
-    fn is_of_a_body(&self) -> bool {
+    /// First part of columns `<it>.<variable>`, for kinds of which a row holds one reading for each variable.
+    fn by_variable(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Whether base, tool and markers do not show in it: a body or a joint is read, wherever the robot stands.
+    fn ignores_arrangement(&self) -> bool {
         false
     }
 

@@ -10,6 +10,7 @@ mod kind;
 mod orientation;
 mod pose;
 mod position;
+mod torque;
 
 use std::borrow::Cow;
 use std::sync::LazyLock;
@@ -50,8 +51,11 @@ pub const ORIENTATION: Observes = Observes(&orientation::Orientation);
 /// Direction of gravity in a body.
 pub const INCLINATION: Observes = Observes(&inclination::Inclination);
 
+/// Torque with which a motor holds its joint.
+pub const TORQUE: Observes = Observes(&torque::Torque);
+
 /// All kinds, in the order in which help and schema list them.
-pub const FAMILY: [Observes; 7] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION, INCLINATION];
+pub const FAMILY: [Observes; 8] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION, INCLINATION, TORQUE];
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
 

@@ -135,7 +135,7 @@ impl Columns {
         let scale = at.scale();
         let from_base = point.undeflected / scale - base.translation.vector;
         for &ArrangementColumn { column, slot } in &self.arrangement {
-            if rows.observes.is_of_a_body() {
+            if rows.observes.ignores_arrangement() {
                 if let Some(k) = own.targets.iter().position(|own| *own == Some(slot)) {
                     rows.put(column, rows.observes.by_target(point, k));
                 }

@@ -73,6 +73,7 @@ impl ReadingAt<'_> {
             orientation: body * tool.rotation,
             body,
             gravity: base.rotation * model.structure.gravity.try_normalize(0.0).unwrap_or_default(),
+            load: self.reading().load,
             measured: self.reading().measured,
             target: self.target(),
         };

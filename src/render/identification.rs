@@ -77,11 +77,15 @@ pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String
     if rows().any(|(_, errors)| errors.orientation.is_some()) {
         header.extend(["orientation rms deg", "orientation max deg"]);
     }
+    if rows().any(|(_, errors)| errors.load.is_some()) {
+        header.extend(["torque rms N.m", "torque max N.m"]);
+    }
     let row = |(what, e): (&str, &ReadingErrors)| {
         let position = [e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max];
         let numbers = position.into_iter().chain(e.orientation.iter().flat_map(|o| [o.rms, o.max]));
         let mut row = vec![what.to_string(), e.readings.to_string()];
         row.extend(numbers.map(|v| format!("{v:.4}")));
+        row.extend(e.load.iter().flat_map(|load| [load.rms, load.max]).map(|v| format!("{v:.3}")));
         row
     };
     screen.table(&header, rows().map(row))

@@ -33,6 +33,17 @@ pub struct ReadingErrors {
     /// Of poses only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<OrientationErrors>,
+    /// Of torques (N.m) and forces (N) of joints only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<LoadErrors>,
+}
+
+/// Errors of torques of joints, N.m; of sliding joints' forces, N.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LoadErrors {
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
 }
 
 impl ReadingErrors {
@@ -45,6 +56,8 @@ impl ReadingErrors {
         });
         let [coordinate_rms, coordinate_max] = errors.coordinate.map(mm);
         let coordinate = CoordinateErrors { rms: coordinate_rms, max: coordinate_max };
-        (errors.readings > 0).then_some(Self { readings: errors.readings, mean, rms, max, coordinate, orientation })
+        let load = errors.load.map(|[mean, rms, max]| LoadErrors { mean, rms, max });
+        let all = Self { readings: errors.readings, mean, rms, max, coordinate, orientation, load };
+        (errors.readings > 0).then_some(all)
     }
 }

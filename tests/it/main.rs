@@ -63,6 +63,7 @@ mod table;
 mod table_dialects;
 mod table_parts;
 mod terminal;
+mod torques;
 mod ur_kinematics;
 mod urdf;
 #[cfg(feature = "xlsx")]

@@ -94,7 +94,12 @@ fn a_kind_of_ones_own_is_read() {
     let raw = RawCampaign {
         observes: Some(Kinds::one(LEVEL)),
         units: serde_json::from_value(serde_json::json!({"length": "mm", "angle": "deg"})).expect("units"),
-        instrument: Some(RawInstrument { sigma: Some(RawSigma::All(0.02)), orientation: Some(0.01), ppm: None }),
+        instrument: Some(RawInstrument {
+            sigma: Some(RawSigma::All(0.02)),
+            orientation: Some(0.01),
+            ppm: None,
+            torque: None,
+        }),
         ..RawCampaign::default()
     };
     let names: Vec<&str> = robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect();
@@ -217,7 +222,7 @@ fn a_kind_of_ones_own_is_fitted() {
 fn kinds_say_what_they_are_by_their_names() {
     assert_eq!(
         FAMILY.map(|kind| kind.name()),
-        ["position", "pose", "deflection", "distance", "contact", "orientation", "inclination"]
+        ["position", "pose", "deflection", "distance", "contact", "orientation", "inclination", "torque"]
     );
     for kind in FAMILY {
         assert_eq!(Observes::named(kind.name()), Some(kind));
@@ -227,7 +232,9 @@ fn kinds_say_what_they_are_by_their_names() {
     }
     let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
     assert!(
-        error.contains("`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`, `inclination`"),
+        error.contains(
+            "`position`, `pose`, `deflection`, `distance`, `contact`, `orientation`, `inclination`, `torque`"
+        ),
         "{error}"
     );
     assert_eq!([POSITION, POSE, DEFLECTION, DISTANCE].map(|kind| kind.rows()), [3, 6, 3, 1]);
@@ -247,6 +254,7 @@ fn readings_at_the_same_point_have_the_residual_of_their_noise() {
         orientation: at.rotation,
         body: at.rotation,
         gravity: -Vector3::z(),
+        load: 30.0,
         measured: [0.0; MOST_ROWS],
         target: [3.0, -1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
     };

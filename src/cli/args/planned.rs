@@ -161,9 +161,11 @@ pub struct Plan {
     pub reduction: Reduction,
 }
 
-/// Reads a kind of readings by its name in files.
+/// Reads a kind of readings that can be planned and simulated by its name in files: a contact needs a fixture, a torque its sensor.
 fn kinds_of_readings() -> impl TypedValueParser<Value = Observes> {
-    let values = FAMILY.map(|kind| PossibleValue::new(kind.name()).help(kind.about().trim_end_matches('.')));
+    let measured = FAMILY.into_iter().filter(|kind| !kind.columns().is_empty());
+    let values: Vec<PossibleValue> =
+        measured.map(|kind| PossibleValue::new(kind.name()).help(kind.about().trim_end_matches('.'))).collect();
     PossibleValuesParser::new(values).try_map(|name| Observes::named(&name).ok_or("no such kind of readings"))
 }
 

@@ -75,6 +75,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
                 instrument: Some(RawInstrument {
                     sigma: Some(RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3)),
                     ppm: None,
+                    torque: None,
                     orientation: None,
                 }),
                 estimate: RawEstimate::of([campaign.estimate_base, campaign.estimate_tool]),

@@ -13,7 +13,7 @@ use crate::parameter::Kind;
 const COLUMN: &str = "inclinometer";
 
 fn is_read(source: &Source) -> bool {
-    source.kinds.iter().any(|kind| kind.is_of_a_body())
+    source.kinds.iter().any(|kind| kind.ignores_arrangement())
 }
 
 /// The frame that a file's entry names, if it does and the robot has it.

@@ -3,6 +3,7 @@
 use super::WRENCH;
 use super::raw::{JointSource, RawCampaign, RawEntry};
 use super::stated::NOISE_COLUMNS;
+use super::torques::torque_columns;
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn};
 use crate::description::units::Unit;
@@ -54,6 +55,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         let measured = observes.columns().iter().chain(other);
         columns.extend(measured.map(|measured| column(measured.name, of_kind(measured.kind), other.is_empty())));
         columns.extend(observes.target_column().map(text));
+        columns.extend(torque_columns(raw, entry, robot, observes));
     }
     columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text));
     let wrench = WRENCH.into_iter().zip(units.of_wrench());

@@ -19,6 +19,7 @@ mod sessions;
 mod source;
 mod stated;
 mod targets;
+mod torques;
 mod write;
 
 use nalgebra::Vector3;
@@ -104,6 +105,8 @@ pub struct Reading {
     pub session: InSession,
     /// Force and torque applied on the tool at the marker, base axes.
     pub wrench: [f64; 6],
+    /// Of a torque: the load with which the motor holds its joint by the description, N.m or N.
+    pub load: f64,
     /// What the tool carries.
     pub payload: Option<Payload>,
     /// Whether the reading is held out to check, if the file says so.
@@ -215,6 +218,7 @@ impl Campaign {
             target: 0,
             session: InSession::default(),
             wrench: [0.0; 6],
+            load: 0.0,
             payload: None,
             check: None,
         }

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
 pub use super::raw_instrument::{RawInstrument, RawSigma};
 pub use super::raw_measurements::{Kinds, Measurements, RawEntry, RawSharing};
-pub use super::raw_targets::{ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawPayload, Unknown};
+pub use super::raw_targets::{
+    ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawPayload, RawTorque, Unknown,
+};
 use super::sessions::Sharing;
 use crate::description::table::Orientation;
 use crate::description::units::Units;
@@ -57,6 +59,9 @@ pub struct RawCampaign {
     /// Bodies that the tool carries in some readings, by name; a column `payload` says in which.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub payloads: IndexMap<String, RawPayload>,
+    /// Sensors of joint torques, by variable: gain 1 and offset 0 where nothing is said.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub torques: IndexMap<String, RawTorque>,
     /// Which joint values the model is evaluated at, where files hold both `commanded.<variable>` and
     /// `recorded.<variable>`.
     #[serde(skip_serializing_if = "Option::is_none")]

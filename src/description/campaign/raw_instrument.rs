@@ -15,6 +15,9 @@ pub struct RawInstrument {
     /// Of each component of the orientation, in the angle unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<f64>,
+    /// Of a torque or force of a joint, in the unit of torques or forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque: Option<f64>,
     /// What is added to it with the distance from the instrument (the origin of the measurement frame), parts per million.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ppm: Option<f64>,

@@ -105,6 +105,19 @@ pub struct RawContact {
     pub radius: Option<OrUnknown<f64>>,
 }
 
+/// The sensor of a joint's torque, or a motor current: shows gain times torque plus offset.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct RawTorque {
+    /// What it shows per N.m (of a sliding joint per N); 1 where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain: Option<OrUnknown<f64>>,
+    /// What it shows without load, in the unit of torques (of a sliding joint of forces); 0 where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<OrUnknown<f64>>,
+}
+
 /// A body fixed to the tool.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]

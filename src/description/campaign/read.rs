@@ -8,6 +8,7 @@ use super::read_targets::{constraints, targets};
 use super::rows::RowReader;
 use super::source::Source;
 use super::stated::stated_noise;
+use super::torques;
 use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
 use nalgebra::Vector3;
 
@@ -67,6 +68,8 @@ pub fn resolve(
         conditions: Conditions::default(),
     };
     campaign.targets.extend(bodies::mounts(raw, robot, &sources));
+    campaign.targets.extend(torques::sensors(raw, robot, &all_kinds));
+    diagnostics.extend(torques::faults(raw, robot, &sources, locate));
     diagnostics.extend(bodies::faults(robot, &sources, locate));
     diagnostics.extend(bodies::lacking_columns(robot, &sources));
     campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);

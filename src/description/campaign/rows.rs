@@ -10,6 +10,7 @@ use super::order::order_readings;
 use super::raw::{RawCampaign, RawEntry};
 use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
+use super::targets::Target;
 use super::{Campaign, InSession, Payload, Reading, WRENCH, noise_of};
 use crate::description::resolve::GREATEST;
 use crate::description::robot::Robot;
@@ -130,6 +131,7 @@ impl<'a> RowReader<'a> {
                 target: 0,
                 session,
                 wrench: wrench(&row, &mut faults),
+                load: 0.0,
                 payload: payload(&row, entry, campaign, &mut faults),
                 check,
             };
@@ -164,7 +166,10 @@ impl<'a> RowReader<'a> {
         campaign: &mut Campaign,
         faults: &mut Faults,
     ) {
-        let (marker, target) = match observes.is_of_a_body() {
+        if let Some(prefix) = observes.by_variable() {
+            return self.by_variable(row, (observes, prefix), blank, campaign, faults);
+        }
+        let (marker, target) = match observes.ignores_arrangement() {
             true => sensor(entry, self.robot, campaign),
             false => (blank.marker, target(row, observes, campaign, faults)),
         };
@@ -172,6 +177,28 @@ impl<'a> RowReader<'a> {
         let reading = Reading { observes, marker, target, ..blank };
         let measured = measured(row, observes, faults);
         campaign.readings.push(Reading { measured, noise: reading.noise.at(&*observes, &measured), ..reading });
+    }
+
+    /// Appends a reading for each variable of which the table has a column.
+    fn by_variable(
+        &self,
+        row: &Row,
+        (observes, prefix): (Observes, &str),
+        blank: Reading,
+        campaign: &mut Campaign,
+        faults: &mut Faults,
+    ) {
+        for variable in &self.robot.variables {
+            let column = format!("{prefix}.{}", variable.name);
+            let Some(value) = row.given(&column) else { continue };
+            let factor = if variable.is_angle { row.units.torque.factor() } else { row.units.force.factor() };
+            faults.check_size(row, &column, value * factor);
+            let mut measured = [0.0; MOST_ROWS];
+            measured[0] = value * factor;
+            let own = |target: &Target| target.column == prefix && target.member.0 == variable.name;
+            let target = campaign.targets.iter().position(own).unwrap_or(0);
+            campaign.readings.push(Reading { observes, target, measured, ..blank });
+        }
     }
 
     fn joints(&self, row: &Row, joints: &mut Vec<f64>, faults: &mut Faults) {
@@ -316,6 +343,7 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
     let stated = stated_noise(entry.instrument.as_ref(), &row.units);
     let mut noise = noise_of(stated.sigma, stated.orientation);
     noise.ppm = stated.ppm;
+    noise.load = stated.load.unwrap_or(noise.load);
     for (column, axes, factor) in NOISE_COLUMNS {
         let Some(value) = row.given(column) else { continue };
         let sigma = value * factor * row.units.length.factor();

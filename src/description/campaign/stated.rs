@@ -21,6 +21,8 @@ pub struct StatedNoise {
     pub sigma: Option<[f64; 3]>,
     /// One sigma of a component of an orientation, rad.
     pub orientation: Option<f64>,
+    /// One sigma of the torque of a joint, N.m; of a sliding joint's force, N.
+    pub load: Option<f64>,
     /// What is added to it with the distance, m/m.
     pub ppm: f64,
 }
@@ -34,5 +36,6 @@ pub fn stated_noise(instrument: Option<&RawInstrument>, units: &Units) -> Stated
         RawSigma::ByAxis { x, y, z } => [x * length, y * length, z * length],
     });
     let ppm = 1e-6 * instrument.ppm.unwrap_or_default();
-    StatedNoise { sigma, orientation: instrument.orientation.map(|sigma| sigma * angle), ppm }
+    let load = instrument.torque.map(|sigma| sigma * units.torque.factor());
+    StatedNoise { sigma, orientation: instrument.orientation.map(|sigma| sigma * angle), load, ppm }
 }

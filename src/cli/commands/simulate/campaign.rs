@@ -87,6 +87,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
             ppm: None,
+            torque: None,
             orientation: (plan.observes.rows() > plan.observes.length_rows() && command.orientation_noise > 0.0)
                 .then_some(command.orientation_noise),
         }),

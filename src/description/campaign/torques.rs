@@ -1,0 +1,89 @@
+//! Torques of the joints: the columns that files may have, and gain and offset of each sensor as values of targets.
+
+use super::raw::{OrUnknown, RawCampaign, RawEntry, RawTorque};
+use super::source::Source;
+use super::targets::{Target, TargetValue};
+use crate::description::resolve::Locate;
+use crate::description::robot::{Robot, Variable};
+use crate::description::table::{ColumnKind, ExpectedColumn};
+use crate::diagnostic::Diagnostic;
+use crate::observation::Observes;
+use crate::parameter::Kind;
+
+fn column(prefix: &str, variable: &Variable) -> String {
+    format!("{prefix}.{}", variable.name)
+}
+
+/// Columns of a kind of readings of which each variable may have one.
+pub(super) fn torque_columns(
+    raw: &RawCampaign,
+    entry: &RawEntry,
+    robot: &Robot,
+    kind: Observes,
+) -> Vec<ExpectedColumn> {
+    let Some(prefix) = kind.by_variable() else { return Vec::new() };
+    let [force, .., torque] = entry.units.unwrap_or(raw.units).of_wrench();
+    let expected = |variable: &Variable| ExpectedColumn {
+        name: column(prefix, variable),
+        kind: ColumnKind::Quantity(if variable.is_angle { torque } else { force }),
+        required: false,
+    };
+    robot.variables.iter().map(expected).collect()
+}
+
+/// Gain and offset of each variable's sensor.
+pub(super) fn sensors(raw: &RawCampaign, robot: &Robot, kinds: &[Observes]) -> Vec<Target> {
+    let Some(prefix) = kinds.iter().find_map(|kind| kind.by_variable()) else { return Vec::new() };
+    let target = |variable: &Variable| {
+        let owner = column(prefix, variable);
+        let own = raw.torques.get(&variable.name).copied().unwrap_or_default();
+        let unit = if variable.is_angle { "N.m" } else { "N" };
+        let factor = if variable.is_angle { raw.units.torque.factor() } else { raw.units.force.factor() };
+        let value = |symbol: &str, given: Option<OrUnknown<f64>>, usual: f64, kind: Kind, factor: f64| {
+            let given = given.unwrap_or(OrUnknown::Known(usual / factor));
+            TargetValue {
+                value: given.known().map_or(usual, |value| value * factor),
+                kind,
+                parameter: given.known().is_none().then(|| format!("{owner}.{symbol}")),
+            }
+        };
+        Target {
+            name: owner.clone(),
+            column: prefix,
+            member: (variable.name.clone(), None),
+            observes: None,
+            values: vec![
+                value("gain", own.gain, 1.0, Kind::Other("1"), 1.0),
+                value("offset", own.offset, 0.0, Kind::Other(unit), factor),
+            ],
+            has_start: true,
+        }
+    };
+    robot.variables.iter().map(target).collect()
+}
+
+/// Sensors of joints that the robot does not have, and files without any column.
+pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locate: Locate) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    let names = || robot.variables.iter().map(|variable| variable.name.as_str());
+    for (name, RawTorque { gain, .. }) in &raw.torques {
+        if names().all(|known| known != name) {
+            let diagnostic = Diagnostic::error(format!("`torques:` has `{name}`, which is no variable of the robot"));
+            faults.push(diagnostic.at(locate(&["torques", name])).suggest(name, names()));
+        }
+        if gain.and_then(OrUnknown::known).is_some_and(|gain| !gain.is_finite() || gain == 0.0) {
+            let diagnostic = Diagnostic::error(format!("`torques:` `{name}`: a gain is a finite number, and not 0"));
+            faults.push(diagnostic.at(locate(&["torques", name, "gain"])).remedy("correct it, or write `unknown`"));
+        }
+    }
+    for source in sources {
+        let Some(prefix) = source.kinds.iter().find_map(|kind| kind.by_variable()) else { continue };
+        if robot.variables.iter().all(|variable| !source.table.has(&column(prefix, variable))) {
+            let wanted: Vec<String> = robot.variables.iter().map(|variable| column(prefix, variable)).collect();
+            let message = format!("{}: torques are observed, and no joint has a column", source.table.file());
+            let remedy = format!("name at least one of {}, in the file or under `columns:`", wanted.join(", "));
+            faults.push(Diagnostic::error(message).remedy(remedy));
+        }
+    }
+    faults
+}

@@ -1,0 +1,59 @@
+//! `torque`: what a motor supplies to hold a joint (N.m; N of a sliding one), from a torque sensor or a motor current. Values of
+//! its target: the gain, the offset (N.m or N).
+//!
+//! The holding load is that of the description: own weight, payload, wrench and springs between bodies by virtual work, lengths
+//! as described. It does not change with what calibration changes: a millimetre of a link is far below a torque sensor's noise.
+
+use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn};
+
+pub(super) struct Torque;
+
+fn row(value: f64) -> Rows {
+    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
+}
+
+impl Observation for Torque {
+    fn name(&self) -> &'static str {
+        "torque"
+    }
+
+    fn about(&self) -> &'static str {
+        "Torque or current with which a motor holds its joint."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
+
+    fn by_variable(&self) -> Option<&'static str> {
+        Some("torque")
+    }
+
+    fn rows(&self) -> usize {
+        1
+    }
+
+    fn ignores_arrangement(&self) -> bool {
+        true
+    }
+
+    fn residuals_named(&self) -> &'static str {
+        "torques"
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        row(point.target[0] * point.load + point.target[1])
+    }
+
+    fn derivative(&self, _point: &MeasuredPoint, _by: &PointDerivative) -> Rows {
+        row(0.0)
+    }
+
+    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
+        row(if k == 0 { point.load } else { 1.0 })
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        row(noise.load)
+    }
+}
