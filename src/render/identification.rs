@@ -72,8 +72,12 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
 /// A table of errors, one row a set of readings; sets of no readings are left out.
 pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String {
     let rows = || rows.iter().filter_map(|(what, errors)| Some((*what, errors.as_ref()?)));
-    let mut header =
-        vec!["residuals", "readings", "mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"];
+    // Of angles or torques alone.
+    let has_lengths = rows().any(|(_, e)| e.max > 0.0 || e.orientation.is_none() && e.load.is_none());
+    let mut header = vec!["residuals", "readings"];
+    if has_lengths {
+        header.extend(["mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"]);
+    }
     if rows().any(|(_, errors)| errors.orientation.is_some()) {
         header.extend(["orientation rms deg", "orientation max deg"]);
     }
@@ -81,8 +85,8 @@ pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String
         header.extend(["torque rms N.m", "torque max N.m"]);
     }
     let row = |(what, e): (&str, &ReadingErrors)| {
-        let position = [e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max];
-        let numbers = position.into_iter().chain(e.orientation.iter().flat_map(|o| [o.rms, o.max]));
+        let position = [e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max].into_iter().filter(|_| has_lengths);
+        let numbers = position.chain(e.orientation.iter().flat_map(|o| [o.rms, o.max]));
         let mut row = vec![what.to_string(), e.readings.to_string()];
         row.extend(numbers.map(|v| format!("{v:.4}")));
         row.extend(e.load.iter().flat_map(|load| [load.rms, load.max]).map(|v| format!("{v:.3}")));
@@ -127,7 +131,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
 fn judgement(found: &Identification, screen: Screen) -> String {
     let mut out = String::new();
     let [_, registration, after] = found.judged();
-    let unit = if found.has_lengths() { "mm" } else { "deg" };
+    let unit = found.judged_unit();
     let _ = writeln!(
         out,
         "rms error {registration:.4} {unit} {} -> {after:.4} {unit} calibrated ({})\n",
@@ -224,7 +228,7 @@ fn spring_groups(groups: &[SpringGroup], screen: Screen) -> String {
 
 /// The rms error step by step down to the noise, and the coordinates that are left, as bars.
 fn steps(found: &Identification, screen: Screen) -> String {
-    let unit = if found.has_lengths() { "mm" } else { "deg" };
+    let unit = found.judged_unit();
     let row = |what: &str, rms: f64| (what.to_string(), rms, format!("{rms:.4} {unit}"));
     let [before, registration, after] = found.judged();
     let mut rows = vec![row("description as it is", before)];

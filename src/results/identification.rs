@@ -126,14 +126,12 @@ impl Identification {
             check_registration: errors(&registration.check),
             check_after: errors(&after.check),
         };
-        let lengths = campaign.observes.length_rows();
-        let stated =
-            || campaign.observes.sigmas(&campaign.noise())[..lengths].iter().map(|s| s * s).sum::<f64>().sqrt();
+        let stated = stated_error(campaign);
         Self {
             reduction: Reduction::new(model, &found.slots, &found.identifiability),
             parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
             equivalences: found.equivalences.iter().map(|g| SpringGroup::new(model, campaign, found, g)).collect(),
-            predicted_error: found.predicted.filter(|_| lengths > 0).map(|predicted| PredictedError {
+            predicted_error: found.predicted.filter(|_| stated.is_some()).map(|predicted| PredictedError {
                 parameters_rms: mm(predicted.parameters),
                 with_noise_rms: mm(predicted.with_noise),
                 observed_rms: mm(after.check.distance[1]),
@@ -153,7 +151,7 @@ impl Identification {
             refusals: Vec::new(),
             campaign: campaign.name.clone(),
             observes: campaign.observes,
-            stated_noise: campaign.sigma.map(|_| mm(stated())),
+            stated_noise: campaign.sigma.and(stated).map(mm),
             left: campaign
                 .by_reading(&found.residual, 1)
                 .flat_map(|(reading, own)| &own[..reading.observes.length_rows()])
@@ -168,7 +166,7 @@ impl Identification {
     }
 
     /// Root mean square errors with the description as it is, with base and tool fitted alone, and calibrated, mm
-    /// (deg where readings are angles only), of the readings by which the calibration is judged: those held out, or the fitted ones where none are.
+    /// ([`Identification::judged_unit`]), of the readings by which the calibration is judged: those held out, or the fitted ones where none are.
     pub fn judged(&self) -> [f64; 3] {
         let r = &self.residuals;
         let of = if self.is_checked() {
@@ -176,14 +174,25 @@ impl Identification {
         } else {
             [&r.before, &r.registration, &r.after]
         };
-        let size = |errors: &ReadingErrors| match (self.has_lengths(), &errors.orientation) {
-            (false, Some(turned)) => turned.rms,
+        let size = |errors: &ReadingErrors| match (self.has_lengths(), &errors.orientation, &errors.load) {
+            (false, Some(turned), _) => turned.rms,
+            (false, None, Some(load)) => load.rms,
             _ => errors.rms,
         };
         of.map(|errors| errors.as_ref().map_or(0.0, size))
     }
 
-    /// Whether readings hold lengths; where they hold angles only, these judge.
+    /// Unit of what judges.
+    pub fn judged_unit(&self) -> &'static str {
+        let of = self.residuals.after.as_ref();
+        match of {
+            Some(errors) if !self.has_lengths() && errors.orientation.is_some() => "deg",
+            Some(errors) if !self.has_lengths() && errors.load.is_some() => "N.m",
+            _ => "mm",
+        }
+    }
+
+    /// Whether readings hold lengths; where they hold angles only, these judge, and else torques.
     pub fn has_lengths(&self) -> bool {
         !self.left.is_empty()
     }
@@ -192,6 +201,17 @@ impl Identification {
     pub fn is_registered(&self) -> bool {
         !self.observes.is_difference()
     }
+}
+
+/// Root mean square position error that the noise of the readings makes, m; `None` where none holds a length.
+fn stated_error(campaign: &Campaign) -> Option<f64> {
+    let square = |reading: &Reading| -> f64 {
+        let lengths = reading.observes.length_rows();
+        reading.observes.sigmas(&reading.noise)[..lengths].iter().map(|s| s * s).sum()
+    };
+    let with_lengths = || campaign.readings.iter().filter(|reading| reading.observes.length_rows() > 0);
+    let count = with_lengths().count();
+    (count > 0).then(|| (with_lengths().map(square).sum::<f64>() / count as f64).sqrt())
 }
 
 fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> ParameterEstimate {

@@ -7,6 +7,7 @@ use crate::cli::args::Register;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
+use crate::description::campaign::Target;
 use crate::estimation::{Settings, split};
 
 pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
@@ -23,7 +24,8 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
             "register positions, poses or distances",
         ));
     }
-    if !campaign.estimate_base && !campaign.estimate_tool {
+    let is_known = !campaign.estimate_base && !campaign.estimate_tool && !campaign.estimate_scale;
+    if is_known && !campaign.targets.iter().any(Target::is_estimated) {
         return Err(Error::input(
             "the campaign declares neither base nor tool unknown: there is nothing to register",
             "write `estimate: {base: true, tool: true}` in the campaign file",
