@@ -21,6 +21,7 @@ mod link_compliance;
 mod link_weight;
 mod outliers;
 mod payload;
+mod settling;
 mod thermal_expansion;
 mod transmission_error;
 
@@ -41,6 +42,7 @@ impl Catalogue {
             Arc::new(transmission_error::TransmissionError),
             Arc::new(joint_coupling::JointCoupling),
             Arc::new(backlash::Backlash),
+            Arc::new(settling::Settling),
             Arc::new(joint_compliance::JointCompliance),
             Arc::new(joint_stiffening::JointStiffening),
             Arc::new(bearing_compliance::BearingCompliance),

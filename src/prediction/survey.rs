@@ -44,6 +44,12 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     let conditions = &campaign.conditions;
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(mean));
     survey.mean_temperatures = temperatures.collect();
+    let is_varied = |all: &Vec<f64>| {
+        let known: Vec<f64> = all.iter().copied().filter(|v| v.is_finite()).collect();
+        !known.is_empty() && varies(&known)
+    };
+    let moves = |variable: usize| conditions.is_ordered && conditions.last_move.get(variable).is_some_and(is_varied);
+    survey.moves = (0..variables).map(moves).collect();
     survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
     survey.is_difference = is_difference;

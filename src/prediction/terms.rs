@@ -69,6 +69,7 @@ pub(super) struct Terms {
 pub(super) struct TermWorkspace {
     loads: JointLoads,
     side: Vec<f64>,
+    last_move: Vec<f64>,
     changes: Vec<(usize, Change)>,
     /// Displacement and rotation of the reading by one unit of each column, measurement frame.
     pub columns: Vec<[f64; 6]>,
@@ -100,6 +101,7 @@ impl Terms {
         TermWorkspace {
             loads: self.loads.loads(),
             side: vec![0.0; self.variables],
+            last_move: vec![0.0; self.variables],
             changes: Vec::new(),
             columns: vec![[0.0; 6]; self.columns],
         }
@@ -112,12 +114,17 @@ impl Terms {
 
     /// Columns of one reading, into `out.columns`.
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
-        let TermWorkspace { loads, side, changes, columns } = out;
+        let TermWorkspace { loads, side, last_move, changes, columns } = out;
         self.loads.load(at.state, at.point, loads);
         let conditions = &at.campaign.conditions;
         for (variable, side) in side.iter_mut().enumerate() {
             *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
         }
+        for (variable, last) in last_move.iter_mut().enumerate() {
+            let all = conditions.last_move.get(variable);
+            *last = all.map(|all| all[at.index]).filter(|last| last.is_finite()).unwrap_or(0.0);
+        }
+        let session_time = conditions.session_time.as_ref().map(|all| all[at.index]);
         let time = conditions.time.as_ref().map(|all| all[at.index]);
         let base = at.base();
         let position = (base * Point3::from(at.point.position)).coords;
@@ -131,7 +138,9 @@ impl Terms {
                 load: &loads.total,
                 own_load: &loads.own,
                 side,
+                last_move,
                 time,
+                session_time,
                 temperature: own.or(conditions.temperature.as_ref()).map(|all| all[at.index]),
                 position,
                 base: base.translation.vector,
@@ -215,7 +224,9 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
         load: &ones,
         own_load: &ones,
         side: &ones,
+        last_move: &ones,
         time: Some(1.0),
+        session_time: Some(1.0),
         temperature: Some(30.0),
         position: Vector3::repeat(1.0),
         base: Vector3::zeros(),

@@ -55,6 +55,8 @@ pub struct Conditions {
     /// By variable: by how much it moved from the configuration before, rad and m; NaN where that is unknown. Empty where
     /// no order is known.
     pub last_move: Vec<Vec<f64>>,
+    /// Whether files number their readings in the order of measurement; else it is that of times or rows, which may be another.
+    pub is_ordered: bool,
     /// From the first reading of the session, s.
     pub session_time: Option<Vec<f64>>,
 }

@@ -51,5 +51,6 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
         }
     }
     campaign.conditions.last_move = moves;
+    campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
     campaign.conditions.session_time = since;
 }

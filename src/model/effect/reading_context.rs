@@ -34,6 +34,8 @@ pub enum Condition {
     Temperature,
     /// Side from which each variable approached its value.
     Approach,
+    /// Move by which each variable reached its value.
+    LastMove,
 }
 
 /// The state of the robot and its surroundings in one reading.
@@ -49,8 +51,12 @@ pub struct ReadingContext<'a> {
     pub own_load: &'a [f64],
     /// Side of approach of each variable, +1 or -1; 0 where it is not known.
     pub side: &'a [f64],
+    /// Move of each variable from the configuration before, rad or m; 0 where that is not known.
+    pub last_move: &'a [f64],
     /// s from the start, where known.
     pub time: Option<f64>,
+    /// s from the first reading of the session, where known.
+    pub session_time: Option<f64>,
     /// Temperature of the reading, degC or K as given, where known; of the effect's site where that is measured.
     pub temperature: Option<f64>,
     /// Measured point, measurement frame, m (of a deflection: where it is, not how far it moves).
@@ -84,6 +90,8 @@ pub struct Survey {
     pub mean_temperatures: Vec<Option<f64>>,
     /// Variables whose side of approach is known and not always the same.
     pub sides: Vec<bool>,
+    /// Variables whose last moves are known, by an order that the campaign gives, and not always the same.
+    pub moves: Vec<bool>,
     /// Whether a wrench is applied.
     pub loaded: bool,
     /// Readings are differences.
