@@ -122,9 +122,9 @@ impl Terms {
         }
         for (variable, last) in last_move.iter_mut().enumerate() {
             let all = conditions.last_move.get(variable);
-            *last = all.map(|all| all[at.index]).filter(|last| last.is_finite()).unwrap_or(0.0);
+            *last = all.and_then(|all| all.get(at.index)).copied().filter(|last| last.is_finite()).unwrap_or(0.0);
         }
-        let session_time = conditions.session_time.as_ref().map(|all| all[at.index]);
+        let session_time = conditions.session_time.as_ref().and_then(|all| all.get(at.index)).copied();
         let time = conditions.time.as_ref().map(|all| all[at.index]);
         let base = at.base();
         let position = (base * Point3::from(at.point.position)).coords;
