@@ -6,6 +6,7 @@ docs against it. Records that a test makes are rewritten by `ELASTOGEO_FIGURES=w
 
   planning    what plans of 18 configurations buy, docs/planning.md (3 minutes)
   real-data   `diagnose` on measured data in $ELASTOGEO_DATA or ../shared/data, docs/real-data.md (5 minutes)
+  evidence    sockets, sessions, torques, reflectors and the order of measured data, docs/real-data.md (5 minutes)
   benches     what `cargo bench` prints, docs/accuracy.md (10 minutes, the machine otherwise idle)
 """
 
@@ -77,6 +78,91 @@ def real_data(program):
             print(arm, what, found.splitlines()[2])
 
 
+ARM = "robot: arm\nurdf: {{file: {data}/panda-socket/{urdf}, to: ball_link}}\n"
+SOCKETS = """robot: {arm}-arm.yaml
+units: {{length: m, angle: rad}}
+observes: contact
+instrument: {{sigma: 5.0e-4}}
+estimate: {{tool: true}}
+contacts: {{socket0: {{kind: socket, group: placement}}, socket1: {{kind: socket, group: placement}}}}
+distances: {{socket0-socket1: 0.05}}
+measurements: {data}/panda-socket/{file}
+columns: {{contact: socket}}
+"""
+RUNS = """robot: springs.yaml
+units: {{length: mm, angle: rad}}
+observes: pose
+instrument: {{sigma: 0.3, orientation: 1.0e-3}}
+estimate: {{base: per-session, tool: per-session}}
+calibrate: [geometry, joint-offset]
+payloads: {{five: {{mass: 5, com: [0, 0, 50], frame: "7"}}}}
+measurements:
+- {{file: {data}/iiwa7-payload/unloaded.csv, session: unloaded}}
+- {{file: {data}/iiwa7-payload/payload-0kg.csv, session: zero}}
+- {{file: {data}/iiwa7-payload/payload-5kg.csv, session: five, payload: five}}
+ignore: [torque.q1, torque.q2, torque.q3, torque.q4, torque.q5, torque.q6, torque.q7]
+"""
+TORQUES = """robot: {data}/iiwa7-payload/robot.yaml
+units: {{length: mm, angle: rad}}
+observes: [pose, torque]
+instrument: {{sigma: 0.3, orientation: 1.0e-3, torque: 1}}
+estimate: {{base: true, tool: true}}
+torques:
+  q2: {{gain: unknown, offset: unknown}}
+  q3: {{gain: unknown, offset: unknown}}
+  q4: {{gain: unknown, offset: unknown}}
+  q5: {{gain: unknown, offset: unknown}}
+  q6: {{gain: unknown, offset: unknown}}
+measurements: {data}/iiwa7-payload/unloaded.csv
+"""
+TRACKER = """robot: {data}/irb120-faro/robot.yaml
+units: {{length: mm, angle: deg}}
+observes: position
+estimate: {{base: true, tool: true}}
+calibrate: [geometry, joint-offset, joint-compliance]
+measurements: {data}/irb120-faro/measurements.csv
+references: {data}/irb120-faro/base-reflectors.csv
+"""
+
+
+def evidence(program):
+    data = os.path.abspath(os.environ.get("ELASTOGEO_DATA", os.path.join(ROOT, "..", "shared", "data")))
+    with tempfile.TemporaryDirectory() as folder:
+
+        def save(name, text, **values):
+            with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                file.write(text.format(data=data, **values))
+            return os.path.join(folder, name)
+
+        def record(name, *command):
+            found = run(program, *command).replace(folder + "/", "").replace(data + "/", "")
+            told = " ".join(command).replace(folder + "/", "")
+            write(name, "elastogeo " + told, [line.rstrip() for line in found.splitlines()])
+            print(name, found.splitlines()[2])
+
+        for arm, urdf, file in [("panda_1", "panda.urdf", "panda_1.csv"), ("kuka_14", "iiwa14.urdf", "kuka_14.csv")]:
+            save(f"{arm}-arm.yaml", ARM, urdf=urdf)
+            campaign = save(f"{arm}.yaml", SOCKETS, arm=arm, file=file)
+            record(f"sockets-{arm}", "identify", campaign)
+        record("sockets-panda_1-coarse", "identify", os.path.join(folder, "panda_1.yaml"), "--tolerance", "3e-4")
+        with open(os.path.join(data, "iiwa7-payload", "robot.yaml"), encoding="utf-8") as file:
+            description = file.read() + "joint_stiffness:\n"
+        springs = "".join(f"  {k}: {{kar: {{compliance: 5.0e-5, identifiable: true}}}}\n" for k in range(2, 7))
+        with open(os.path.join(folder, "springs.yaml"), "w", encoding="utf-8") as file:
+            file.write(description + springs)
+        fit = ["--what", "geometric,elastic", "--tolerance", "noise"]
+        record("sessions-iiwa7", "identify", save("runs.yaml", RUNS), *fit)
+        alone = RUNS[: RUNS.index("measurements:")].replace("per-session", "true")
+        ignored = RUNS[RUNS.index("ignore:") :]
+        for run_, more in [("unloaded", ""), ("payload-0kg", ""), ("payload-5kg", ", payload: five")]:
+            entry = f"measurements: {{{{file: {{data}}/iiwa7-payload/{run_}.csv{more}}}}}\n"
+            record(f"alone-iiwa7-{run_}", "identify", save(f"{run_}.yaml", alone + entry + ignored), *fit)
+        record("torques-iiwa7", "identify", save("torques.yaml", TORQUES))
+        tracker = save("irb120.yaml", TRACKER)
+        record("reflectors-irb120", "check", tracker)
+        record("order-irb120", "diagnose", tracker)
+
+
 def benches(_program):
     lines = []
     for bench in ["evaluation", "elastics", "identification", "compensation", "diagnosis"]:
@@ -89,7 +175,7 @@ def benches(_program):
 def main():
     program = os.path.abspath(sys.argv[1])
     for name in sys.argv[2:]:
-        {"planning": planning, "real-data": real_data, "benches": benches}[name](program)
+        {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches}[name](program)
 
 
 if __name__ == "__main__":
