@@ -163,6 +163,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
             Verdict::Explained => "explained",
             Verdict::PartlyExplained => "partly-explained",
             Verdict::Unexplained => "unexplained",
+            Verdict::Undecided => "undecided",
         },
         named: named.collect(),
         outliers: found.outliers.clone(),

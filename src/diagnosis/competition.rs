@@ -28,6 +28,8 @@ pub struct Competition {
     pub registration: Option<f64>,
     /// Whether tolerances pulled the calibration, which did not converge without them.
     pub is_pulled: bool,
+    /// The calibration; `None` where nothing is fitted.
+    pub calibration: Option<Calibration>,
     /// Noise over the sigmas of the rows: 1 where the campaign states them, else that of repeated readings.
     pub noise: Option<f64>,
     /// The linear problem without outliers.
@@ -51,11 +53,12 @@ impl Competition {
         let is_calibrated = !inputs.nuisance.is_empty() || campaign.estimate_base || campaign.estimate_tool;
         let found = if is_calibrated { Some(calibrated(inputs, &campaign, &held_out)?) } else { None };
         let is_pulled = found.as_ref().is_some_and(|(_, is_pulled)| *is_pulled);
-        let (values, kept, registration) = match found {
+        let calibration = found.map(|(found, _)| found);
+        let (values, kept, registration) = match &calibration {
             None => (model.registry.nominal(), Vec::new(), None),
-            Some((found, _)) => {
+            Some(found) => {
                 let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
-                (found.values, kept, Some(found.registration.fit.distance[1]))
+                (found.values.clone(), kept, Some(found.registration.fit.distance[1]))
             }
         };
         progress("linearising");
@@ -75,7 +78,7 @@ impl Competition {
             path.iter_mut().for_each(|fit| *fit = selector.fit(&fit.members));
         }
         let problem = all.without(outliers);
-        Ok(Self { campaign, held_out, kept, values, registration, is_pulled, noise, problem, all, path })
+        Ok(Self { campaign, held_out, kept, values, registration, is_pulled, calibration, noise, problem, all, path })
     }
 
     /// The hypotheses selected, in order.

@@ -65,6 +65,10 @@ pub fn conclude(
     } else {
         Vec::new()
     };
+    let fitted = competition.campaign.select(|index, _| !competition.held_out.get(index).copied().unwrap_or(false));
+    let evidence = (fitted.amount(), competition.kept.len());
+    let is_thin = settings.verdict.is_thin(evidence) || problem.hypotheses.is_empty();
+    let verdict = if verdict == Verdict::NoGap && is_thin { Verdict::Undecided } else { verdict };
     Ok(Diagnosis {
         gap,
         location,
@@ -80,6 +84,8 @@ pub fn conclude(
         outliers: rows,
         values: refit.values,
         is_pulled: competition.is_pulled,
+        calibration: competition.calibration.clone(),
+        evidence,
         calibrated: competition.values.clone(),
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
         hypotheses: problem.hypotheses.len(),

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use crate::description::campaign::Amount;
 use crate::description::raw::RawAmount;
 use crate::effects::EffectEntry;
+use crate::estimation::Calibration;
 use crate::model::Model;
 
 /// The answer of a diagnosis.
@@ -18,6 +20,9 @@ pub enum Verdict {
     PartlyExplained,
     /// There is a gap, and nothing in the catalogue explains it.
     Unexplained,
+    /// No gap shows, but there is too little to say that there is none: few configurations, hardly more readings than
+    /// parameters, or no hypothesis that could have shown.
+    Undecided,
 }
 
 /// The gap that calibration leaves, on readings that were not fitted. Lengths in m.
@@ -234,6 +239,10 @@ pub struct Diagnosis {
     pub values: Vec<f64>,
     /// Whether the tolerances of the description pulled the calibration, which did not converge without them.
     pub is_pulled: bool,
+    /// The calibration that the hypotheses start from, on the readings without outliers; `None` where nothing is fitted.
+    pub calibration: Option<Calibration>,
+    /// How much the fitted readings hold that is not a repetition, and the parameters that are re-fitted with every hypothesis.
+    pub evidence: (Amount, usize),
     /// Calibrated values without the causes: where the hypotheses were compared.
     pub calibrated: Vec<f64>,
     /// Which hypotheses look alike in these readings.

@@ -4,7 +4,7 @@
 //! than the catalogue has, their causes withheld. They balance missed causes against false ones. Leave them alone unless
 //! the record `tests/data/blind/score.json` is made anew with the change.
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Amount, Campaign};
 
 /// Settings of a diagnosis. The effects that it tries are those of the model's catalogue.
 #[derive(Clone)]
@@ -179,11 +179,34 @@ pub struct VerdictSettings {
     pub excess_sigmas: f64,
     /// Excess taken for noise in addition: that of a noise stated 1.5 % too small.
     pub excess_floor: f64,
+    /// Configurations that differ below which the absence of a gap is not concluded: as many as
+    /// [`crate::estimation::split`] needs to hold some out.
+    pub fewest_configurations: usize,
+    /// Residuals of different readings for each re-fitted parameter below which it is not either: they would leave 1/1.7 of
+    /// the noise whatever is wrong, sqrt(1 - 1 / 1.5).
+    pub rows_per_parameter: f64,
+}
+
+impl VerdictSettings {
+    /// Whether so much evidence, with so many parameters re-fitted, is too little to say that there is no gap.
+    pub fn is_thin(&self, (amount, fitted): (Amount, usize)) -> bool {
+        amount.configurations < self.fewest_configurations
+            || (amount.rows as f64) < self.rows_per_parameter * fitted as f64
+    }
 }
 
 impl Default for VerdictSettings {
     fn default() -> Self {
-        Self { helps: 0.995, named: 0.5, explained: 0.15, near: 1.25, excess_sigmas: 3.5, excess_floor: 0.03 }
+        Self {
+            helps: 0.995,
+            named: 0.5,
+            explained: 0.15,
+            near: 1.25,
+            excess_sigmas: 3.5,
+            excess_floor: 0.03,
+            fewest_configurations: 8,
+            rows_per_parameter: 1.5,
+        }
     }
 }
 

@@ -71,6 +71,16 @@ codes! {
     Misread "misread",
     /// Readings and description differ by far more than tolerances and noise allow, and nothing explains it.
     UnlikeDescription "unlike-description",
+    /// Calibrated constants are far from the description; beyond reason an error, and `--force` goes on.
+    MovedFar "moved-far",
+    /// Calibration makes readings worse that it did not see; far worse an error, and `--force` goes on.
+    WorseThanRegistered "worse-than-registered",
+    /// Residuals are far below or above the noise that is stated.
+    NoiseUnlikeStated "noise-unlike-stated",
+    /// Too few configurations, or too few readings for what is fitted, to conclude anything.
+    TooLittleData "too-little-data",
+    /// Sessions, or files, do not share the base or the tool that the campaign says they share.
+    SessionsDiffer "sessions-differ",
     /// The computation has no answer for this input.
     NotComputed "not-computed",
     /// A fit stopped before it reached a minimum.
@@ -90,12 +100,20 @@ codes! {
 impl Code {
     /// Whether it is about the plausibility of content: a refusal then has exit status 2, and `--force` makes it a warning.
     pub fn is_plausibility(self) -> bool {
-        matches!(self, Self::Implausible | Self::WrongUnits | Self::Misread | Self::UnlikeDescription)
+        matches!(
+            self,
+            Self::Implausible
+                | Self::WrongUnits
+                | Self::Misread
+                | Self::UnlikeDescription
+                | Self::MovedFar
+                | Self::WorseThanRegistered
+        )
     }
 
     /// Whether it casts doubt on the figures of a result, and stands before them.
     pub fn is_about_figures(self) -> bool {
-        self.is_plausibility()
+        self.is_plausibility() || matches!(self, Self::NoiseUnlikeStated | Self::TooLittleData | Self::SessionsDiffer)
     }
 }
 

@@ -59,6 +59,38 @@ pub struct Limits {
     pub shown_noise: f64,
     /// Arm at the end of which a rotation counts as a displacement, m: that of a tool.
     pub arm: f64,
+    /// Half widths of its 95 % interval by which a value moved at least to count as moved: what is less is not determined.
+    pub significant: f64,
+    /// A constant that moved by more of its tolerances is told. Calibrated industrial arms move by up to 12 (a UR5's wrist);
+    /// a tolerance is one standard deviation.
+    pub moved: f64,
+    /// A length that moved by more of its tolerances (100 mm where 1 mm is usual) is refused.
+    pub moved_hopelessly: f64,
+    /// An angle that moved further is refused, rad: no joint is mounted 30 degrees off.
+    pub turned: f64,
+    /// All lengths together are off by at most so many standard deviations of their common factor, by the tolerances.
+    pub scale: f64,
+    /// Springs are within this factor of what is declared, by their median: units are wrong by 1000, guesses of the stiffness
+    /// of a known kind of joint seldom by 30.
+    pub stiffness_factor: f64,
+    /// Least and greatest residuals over the stated noise. Instruments are stated up to five times too poor; what is 30 times
+    /// the noise is not described by what was fitted.
+    pub noise: [f64; 2],
+    /// Degrees of freedom from which that is judged: the ratio is then known to 1/sqrt(2 n) = 16 %.
+    pub noise_freedom: f64,
+    /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
+    /// calibrate, n residuals and p parameters leave sqrt(n / (n - p)): 1.1 for p = n / 6.
+    pub worse: [f64; 2],
+    /// Configurations below which nothing is concluded: as many as [`crate::estimation::split`] needs to hold some out.
+    pub fewest_configurations: usize,
+    /// Residuals for each fitted parameter below which errors of other readings are inflated by more than
+    /// sqrt(1.5 / 0.5) = 1.7.
+    pub rows_per_parameter: f64,
+    /// What registration leaves falls at least by this factor where sessions with a base or tool of their own are told: a
+    /// robot's own errors, differently sampled in each, are taken up by bases of their own to a lesser part.
+    pub sessions_fall: f64,
+    /// Such sessions are at least so many standard deviations of the noise apart.
+    pub sessions_apart: f64,
 }
 
 impl Default for Limits {
@@ -75,6 +107,19 @@ impl Default for Limits {
             reference_motion: 1.0,
             shown_noise: 3.0,
             arm: 0.3,
+            significant: 2.0,
+            moved: 20.0,
+            moved_hopelessly: 100.0,
+            turned: std::f64::consts::FRAC_PI_6,
+            scale: 10.0,
+            stiffness_factor: 100.0,
+            noise: [0.2, 30.0],
+            noise_freedom: 20.0,
+            worse: [1.1, 1.5],
+            fewest_configurations: 8,
+            rows_per_parameter: 1.5,
+            sessions_fall: 1.5,
+            sessions_apart: 5.0,
         }
     }
 }

@@ -5,105 +5,19 @@
 //! ([`Code::is_plausibility`]) means that there is one which no robot can have; [`forced`] makes it a warning. To add a
 //! check: write a function of [`Evidence`] and [`Limits`], and put it into [`CHECKS`].
 
+mod amount;
+mod checks;
 mod diagnosis;
 mod evidence;
 mod hypothesis;
 mod instrument;
 mod numerics;
+mod parameters;
 mod readings;
+mod sessions;
 mod trial;
 mod words;
 
+pub use checks::{CHECKS, Check, forced, judge, judge_result, refusing};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
-
-use crate::diagnostic::{Code, Diagnostic, Severity};
-
-/// One check. Those that look at a calibration find nothing where there is none.
-pub struct Check {
-    /// Codes of what it finds; the first where it says nothing else.
-    pub codes: &'static [Code],
-    /// Whether it looks at a calibration, not only at readings and description.
-    pub of_result: bool,
-    /// What it compares with what, and why.
-    pub about: &'static str,
-    /// What it finds.
-    pub find: fn(&Evidence, &Limits) -> Vec<Diagnostic>,
-}
-
-/// All checks, in the order in which they speak.
-pub const CHECKS: &[Check] = &[
-    Check {
-        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread],
-        of_result: false,
-        about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
-        find: readings::fit_the_description,
-    },
-    Check {
-        codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],
-        of_result: false,
-        about: "fixed reflectors stand still, and scatter as the stated noise allows; so do distances of rigid markers",
-        find: instrument::instrument,
-    },
-    Check {
-        codes: &[Code::NotConverged],
-        of_result: true,
-        about: "the fit ended at a minimum: elsewhere values are only where it stopped",
-        find: numerics::converged,
-    },
-    Check {
-        codes: &[Code::NotComputed],
-        of_result: true,
-        about: "all values and errors are finite: what is not was never computed",
-        find: numerics::finite,
-    },
-    Check {
-        codes: &[Code::Implausible],
-        of_result: true,
-        about: "base, tool and markers stand within the reach of an instrument",
-        find: numerics::within_reach,
-    },
-    Check {
-        codes: &[Code::WeakDirection],
-        of_result: true,
-        about: "base and tool are determined: what was held of them is named",
-        find: numerics::weak_directions,
-    },
-];
-
-/// What all checks find.
-pub fn judge(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    found_by(CHECKS.iter(), evidence, limits)
-}
-
-/// What the checks of a calibration find, those of readings and description left out.
-pub fn judge_result(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    found_by(CHECKS.iter().filter(|check| check.of_result), evidence, limits)
-}
-
-fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let mut all = Vec::new();
-    for check in checks {
-        for found in (check.find)(evidence, limits) {
-            let is_own = check.codes.contains(&found.code);
-            let usual = check.codes.first().copied().unwrap_or(found.code);
-            all.push(if is_own { found } else { found.code(usual) });
-        }
-    }
-    all
-}
-
-/// The same where the user goes on all the same: errors of plausibility are warnings.
-pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let weaker = |diagnostic: Diagnostic| match diagnostic.code.is_plausibility() {
-        true => Diagnostic { severity: Severity::Warning, ..diagnostic },
-        false => diagnostic,
-    };
-    found.into_iter().map(weaker).collect()
-}
-
-/// All that was found, where an error of plausibility is among it and the user does not go on all the same.
-pub fn refusing(found: Vec<Diagnostic>, force: bool) -> Option<Vec<Diagnostic>> {
-    let refuses = |diagnostic: &Diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility();
-    (!force && found.iter().any(refuses)).then_some(found)
-}

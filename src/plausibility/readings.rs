@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, own_slots};
 use super::trial::{Trials, typical};
-use super::words::{self, Words};
+use super::words::{Words, mm, words_of};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::parameter::Kind;
 
@@ -34,6 +34,10 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     let decisive =
         |trial: &Trial| trial.1 <= limits.far * allowed && before.is_none_or(|before| trial.1 * limits.fall <= before);
     let (tried, named) = searched(evidence, &trials, decisive);
+    // A session that was set up elsewhere explains as much, and is told by its own check.
+    if named.is_empty() && super::sessions::differ(evidence, limits).is_some() {
+        return Vec::new();
+    }
     if named.is_empty() {
         return before.and_then(|before| unlike(evidence, limits, before, allowed, tried)).into_iter().collect();
     }
@@ -94,7 +98,7 @@ fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
 /// What the best way explains.
 fn told(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
     let words = |ways: &[Hypothesis]| -> Vec<Words> {
-        ways.iter().map(|way| words::of(way, evidence.model, evidence.campaign)).collect()
+        ways.iter().map(|way| words_of(way, evidence.model, evidence.campaign)).collect()
     };
     let with =
         |ways: &[Hypothesis]| format!("with {}", joined(words(ways).into_iter().map(|words| words.with), " and "));
@@ -151,14 +155,4 @@ fn unlike(evidence: &Evidence, limits: &Limits, before: f64, allowed: f64, tried
             .figure("registration_mm", 1e3 * before)
             .figure("allowed_mm", 1e3 * allowed),
     )
-}
-
-/// A length in mm, three digits.
-pub(super) fn mm(metres: f64) -> String {
-    let value = 1e3 * metres;
-    match value.abs() {
-        size if size >= 99.95 => format!("{value:.0}"),
-        size if size >= 9.995 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
-    }
 }

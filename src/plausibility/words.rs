@@ -18,7 +18,7 @@ pub struct Words {
 }
 
 /// The words of a hypothesis.
-pub(super) fn of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> Words {
+pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> Words {
     let joint = |k: usize| model.variables[k].name.as_str();
     let marker = |k: usize| model.markers[k].name.as_str();
     let axis = |k: usize| ["x", "y", "z"][k.min(2)];
@@ -159,4 +159,14 @@ fn recorded(factor: f64) -> String {
 
 fn near(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 1e-6
+}
+
+/// A length in mm, three digits.
+pub fn mm(metres: f64) -> String {
+    let value = 1e3 * metres;
+    match value.abs() {
+        size if size >= 99.95 => format!("{value:.0}"),
+        size if size >= 9.995 => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
+    }
 }

@@ -56,6 +56,9 @@ fn finding(found: &Diagnosis) -> String {
         Verdict::NoGap => format!(
             "No gap: calibration leaves {rms:.4} mm (rms, unseen readings), and noise alone gives {noise:.4} mm."
         ),
+        Verdict::Undecided => format!(
+            "Undecided: calibration leaves {rms:.4} mm (rms) and noise alone gives {noise:.4} mm, but these readings could not show a gap."
+        ),
         Verdict::Unexplained => format!(
             "Unexplained: calibration leaves {rms:.4} mm where noise gives {noise:.4} mm, and none of the {} hypotheses explains it.",
             found.hypotheses

@@ -7,8 +7,8 @@ use crate::description::raw::{JointKind, RawAmount, RawEffect, RawRobot};
 use crate::description::robot::Variable;
 use crate::model::{Model, Stage};
 use crate::parameter::{Group, Kind, Parameter};
-use crate::results::RobotSummary;
 use crate::results::units::{shown, shown_unit, unit};
+use crate::results::{BodySummary, RobotSummary};
 
 /// An effect with its site and amounts.
 fn switched_on(entry: &RawEffect) -> Option<String> {
@@ -121,12 +121,18 @@ fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) 
         out += "\n";
     }
     let elastic = &found.elastic;
-    let declared = [
-        ("bodies with mass", &elastic.bodies_with_mass),
-        ("beams", &elastic.beams),
-        ("joint stiffness", &elastic.joint_stiffness),
-        ("springs", &elastic.springs),
-    ];
+    if !elastic.masses.is_empty() {
+        let row = |(name, body): (&String, &BodySummary)| {
+            let at = body.com.map(|value| format!("{:.1}", 1e3 * value));
+            let mass = if body.mass.abs() < 1e5 { format!("{:.3}", body.mass) } else { format!("{:.3e}", body.mass) };
+            [vec![name.clone(), mass], at.to_vec()].concat()
+        };
+        out += &screen.table(&["body with mass", "kg", "centre x mm", "y", "z"], elastic.masses.iter().map(row));
+        let total: f64 = elastic.masses.values().map(|body| body.mass).sum();
+        let _ = writeln!(out, "{total:.3} kg in all");
+    }
+    let declared =
+        [("beams", &elastic.beams), ("joint stiffness", &elastic.joint_stiffness), ("springs", &elastic.springs)];
     for (what, names) in declared.into_iter().filter(|(_, names)| !names.is_empty()) {
         let _ = writeln!(out, "{what}: {}", names.join(" "));
     }

@@ -53,7 +53,8 @@ pub use report::{
 };
 pub use residuals::{DescriptionResiduals, ReadingResidual};
 pub use robot::{
-    ElasticSummary, FrameSummary, FuzzySummary, ParameterSummary, RobotSummary, SnapshotAgreement, VariableSummary,
+    BodySummary, ElasticSummary, FrameSummary, FuzzySummary, ParameterSummary, RobotSummary, SnapshotAgreement,
+    VariableSummary,
 };
 pub use simulation::{PathPoint, Simulation, TrueParameter, Truth};
 pub use since::{MovedParameter, Since};

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use crate::description::raw::{JointKind, RawRobot};
+use crate::description::raw::{JointKind, RawBody, RawRobot};
 use crate::description::robot::{FRAME_SYMBOLS, Motion, Variable};
 use crate::model::{Model, Stage};
 use crate::parameter::{Kind, Parameter};
@@ -38,10 +38,19 @@ pub struct ParameterSummary {
     pub tolerance: f64,
 }
 
+/// Mass of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BodySummary {
+    pub mass: f64,
+    pub com: [f64; 3],
+}
+
 /// What the description declares as elastic, by name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ElasticSummary {
     pub bodies_with_mass: Vec<String>,
+    /// Mass and centre of mass of each, kg and m, in the frame it moves with.
+    pub masses: IndexMap<String, BodySummary>,
     pub beams: Vec<String>,
     pub joint_stiffness: Vec<String>,
     pub springs: Vec<String>,
@@ -122,6 +131,16 @@ fn other_limits(model: &Model) -> Vec<VariableSummary> {
     joints.chain(model.limits.iter().map(|sum| summary(&sum.name, sum.is_angle, sum.limits))).collect()
 }
 
+/// Masses of the bodies, kg and m.
+fn masses(raw: &RawRobot) -> IndexMap<String, BodySummary> {
+    let (length, mass) = (raw.units.length.factor(), raw.units.mass.factor());
+    let summary = |(name, body): (&String, &RawBody)| {
+        let com = body.com.unwrap_or_default().map(|value| value * length);
+        (name.clone(), BodySummary { mass: body.mass.unwrap_or_default() * mass, com })
+    };
+    raw.bodies.iter().map(summary).collect()
+}
+
 impl RobotSummary {
     /// Of a description and its model.
     pub fn new(model: &Model, raw: &RawRobot) -> Self {
@@ -158,6 +177,7 @@ impl RobotSummary {
             parameters: model.registry.all().iter().map(parameter).collect(),
             elastic: ElasticSummary {
                 bodies_with_mass: raw.bodies.keys().cloned().collect(),
+                masses: masses(raw),
                 beams: raw.beams.keys().cloned().collect(),
                 joint_stiffness: raw.joint_stiffness.keys().cloned().collect(),
                 springs: raw.springs.keys().cloned().collect(),

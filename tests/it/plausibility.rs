@@ -228,10 +228,12 @@ fn sound_campaigns_are_not_doubted() {
             if !path.join("campaign.yaml").exists() {
                 continue;
             }
-            let ran = run(root, &["check", &path.display().to_string(), "--format", "json"]);
-            assert_eq!(ran.status, 0, "{}", ran.err);
-            for code in CODES {
-                assert!(of_code(&json(&ran), code).is_empty(), "{}: {}", path.display(), ran.err);
+            for command in ["check", "identify"] {
+                let ran = run(root, &[command, &path.display().to_string(), "--format", "json"]);
+                assert_eq!(ran.status, 0, "{}", ran.err);
+                for code in CODES {
+                    assert!(of_code(&json(&ran), code).is_empty(), "{}: {}", path.display(), ran.err);
+                }
             }
             seen += 1;
         }
@@ -240,4 +242,242 @@ fn sound_campaigns_are_not_doubted() {
 }
 
 /// Codes of doubt.
-const CODES: &[&str] = &["wrong-units", "misread", "unlike-description"];
+const CODES: &[&str] = &[
+    "wrong-units",
+    "misread",
+    "unlike-description",
+    "moved-far",
+    "worse-than-registered",
+    "noise-unlike-stated",
+    "too-little-data",
+    "sessions-differ",
+    "implausible",
+];
+
+/// A campaign of a bundled robot, simulated.
+fn simulated(folder: &Path, robot: &str, more: &[&str]) {
+    let ran = run(folder, &[&["simulate", robot, "--into", "s"], more].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+}
+
+/// A command succeeds, and doubts its figures with a code in text, before all else, and in JSON.
+fn doubts(folder: &Path, arguments: &[&str], code: &str, words: &[&str]) -> Value {
+    let ran = run(folder, arguments);
+    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+    let first = ran.out.lines().next().unwrap_or_default();
+    assert!(ran.out.contains(&format!("DOUBTFUL ({code})")) && first.starts_with("DOUBTFUL"), "{}", ran.out);
+    let found = json(&run(folder, &[arguments, &["--format", "json"]].concat()));
+    let own = of_code(&found, code);
+    assert!(!own.is_empty(), "{arguments:?}: no {code}: {}", found["diagnostics"]);
+    assert_eq!(own[0]["severity"], "warning");
+    let message = own[0]["message"].as_str().expect("words");
+    words.iter().for_each(|word| assert!(message.contains(word), "`{word}`: {message}"));
+    found
+}
+
+/// Readings that are 5 % too long make a robot that is 5 % too long, and fit.
+#[test]
+fn a_robot_of_another_size_is_refused() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |table| table.scale(&["x", "y", "z"], 1.05));
+    refuses(at, &["identify", "c", "--save", "x.yaml"], "moved-far", &["1.05", "times the declared"]);
+    refuses(at, &["diagnose", "c"], "moved-far", &["1.05", "times the declared"]);
+    assert!(!at.join("x.yaml").exists());
+}
+
+/// A description whose own numbers moved: a zero that is a quarter turn off is named before anything is fitted, one that is
+/// 2 degrees off and a length that is 30 mm off are told.
+#[test]
+fn constants_far_from_the_description_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let path = at.join("c/robot.yaml");
+    let sound = std::fs::read_to_string(&path).expect("text");
+    std::fs::write(&path, sound.replace("theta: -90", "theta: 0")).expect("written");
+    refuses(at, &["identify", "c"], "misread", &["-90 deg added to `q2`", "another zero"]);
+    std::fs::write(&path, sound.replace("theta: -90", "theta: -87.5")).expect("written");
+    doubts(at, &["identify", "c"], "moved-far", &["`2.theta` -87.50 -> -90."]);
+}
+
+/// A spring that comes out a thousand times softer than declared: units of stiffness.
+#[test]
+fn springs_of_another_unit_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(
+        at,
+        "kuka-kr270",
+        &[
+            "--observes",
+            "deflection",
+            "--poses",
+            "30",
+            "--wrench",
+            "0,0,-2500,0,0,0",
+            "--wrench",
+            "1500,0,-1000,0,0,0",
+            "--errors",
+            "0",
+        ],
+    );
+    assert_eq!(run(at, &["identify", "s"]).status, 0);
+    // Forces in kN that are declared in N.
+    spoil(&at.join("s"), |table| table.scale(&["fx", "fy", "fz"], 1e-3));
+    refuses(at, &["identify", "s", "--save", "x.yaml"], "wrong-units", &["times softer than declared", "loads"]);
+    assert!(!at.join("x.yaml").exists());
+}
+
+/// A noise that is stated fifty times too great.
+#[test]
+fn residuals_far_below_the_stated_noise_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let path = at.join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("text");
+    std::fs::write(&path, text.replace("sigma: 0.03", "sigma: 1.5")).expect("written");
+    doubts(at, &["identify", "c"], "noise-unlike-stated", &["0.02 times the stated noise"]);
+}
+
+/// One configuration forty times, and hardly more readings than parameters: no gap is denied.
+#[test]
+fn too_little_data_denies_no_gap() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |table| {
+        let first = table.rows[0].clone();
+        for (k, row) in table.rows.iter_mut().enumerate() {
+            let name = row[0].clone();
+            row.clone_from(&first);
+            row[0] = name;
+            let x: f64 = first[8].parse().expect("a number");
+            row[8] = (x + 0.03 * ((k * 7 % 5) as f64 - 2.0)).to_string();
+        }
+    });
+    let found = doubts(at, &["diagnose", "c"], "too-little-data", &["one configuration"]);
+    assert_eq!(found["verdict"], "undecided");
+    doubts(at, &["identify", "c"], "too-little-data", &["one configuration"]);
+    assert_eq!(run(at, &["report", "c"]).status, 0);
+    let page = std::fs::read_to_string(at.join("report.html")).expect("a page");
+    assert!(page.contains("Undecided</b>") && page.contains("too-little-data"), "the report says so");
+
+    simulated(at, "universal-ur5", &["--poses", "12", "--errors", "1"]);
+    let found = doubts(at, &["diagnose", "s"], "too-little-data", &["36 residuals", "parameters"]);
+    assert_ne!(found["verdict"], "no-gap");
+}
+
+/// Masses and centres that no robot has, metres in a file of mm, radians in a file of degrees: `check` shows masses and warns.
+#[test]
+fn a_description_with_impossible_numbers_is_doubted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let arm = "robot: arm\nunits: {length: mm, angle: deg, mass: kg}\nframes:\n  \
+               1: {antecedent: 0, joint: revolute, variable: q1}\n  \
+               2: {antecedent: 1, joint: revolute, variable: q2, d: 500, alpha: 90}\ntool: {frame: 2, at: [400, 0, 0]}\n\
+               bodies:\n  2: {mass: 12.5, com: [200, 0, 0]}\n";
+    let check = |text: &str| {
+        std::fs::write(at.join("arm.yaml"), text).expect("written");
+        run(at, &["check", "arm.yaml"])
+    };
+    let sound = check(arm);
+    assert!(sound.status == 0 && sound.err.is_empty(), "{}", sound.err);
+    assert!(
+        sound.out.contains("12.500") && sound.out.contains("200.0") && sound.out.contains("kg in all"),
+        "{}",
+        sound.out
+    );
+    let cases = [
+        ("mass: 12.5", "mass: 1.0e8", "mass of 1.000e8 kg"),
+        ("com: [200", "com: [200000", "lies 200.00 m from its frame"),
+        ("d: 500", "d: 0.5", "add up to 0.500 mm"),
+        ("alpha: 90", "alpha: 1.5708", "a quarter turn in rad"),
+    ];
+    for (from, to, words) in cases {
+        let ran = check(&arm.replace(from, to));
+        assert!(ran.status == 0 && ran.err.contains(words), "{to}: {}", ran.err);
+        assert!(ran.err.contains("arm.yaml:"), "{}", ran.err);
+    }
+}
+
+/// Two files of which the second was measured after the tracker had been moved by 19 mm, named as sessions and not.
+#[test]
+fn sessions_that_differ_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let text = std::fs::read_to_string(at.join("c/measurements.csv")).expect("text");
+    let lines: Vec<&str> = text.lines().collect();
+    let half = lines.len() / 2;
+    let table = |rows: &[&str], by: f64| {
+        let moved = rows.iter().map(|line| {
+            let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+            cells[8] = (cells[8].parse::<f64>().expect("x") + by).to_string();
+            cells.join(",")
+        });
+        std::iter::once(lines[0].to_string()).chain(moved).collect::<Vec<_>>().join("\n") + "\n"
+    };
+    let campaign = std::fs::read_to_string(at.join("c/campaign.yaml")).expect("text");
+    let write = |by: f64, entries: &str| {
+        std::fs::write(at.join("c/a.csv"), table(&lines[1..half], 0.0)).expect("written");
+        std::fs::write(at.join("c/b.csv"), table(&lines[half..], by)).expect("written");
+        let text = campaign.replace("measurements: measurements.csv", &format!("measurements: {entries}"));
+        std::fs::write(at.join("c/campaign.yaml"), text).expect("written");
+    };
+    let named = "[{file: a.csv, session: monday}, {file: b.csv, session: friday}]";
+    write(19.0, named);
+    doubts(
+        at,
+        &["check", "c"],
+        "sessions-differ",
+        &["sessions differ by 19", "`monday` and `friday`", "base per session?"],
+    );
+    write(19.0, "[a.csv, b.csv]");
+    doubts(at, &["check", "c"], "sessions-differ", &["files differ by 19", "b.csv"]);
+    for entries in [named, "[a.csv, b.csv]"] {
+        write(0.0, entries);
+        let found = json(&run(at, &["check", "c", "--format", "json"]));
+        assert!(of_code(&found, "sessions-differ").is_empty(), "{}", found["diagnostics"]);
+    }
+}
+
+/// Time that runs backwards, and a file that is listed twice.
+#[test]
+fn time_that_goes_back_and_copies_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let path = at.join("c/campaign.yaml");
+    let campaign = std::fs::read_to_string(&path).expect("text");
+    let timed = |at: fn(usize) -> usize| {
+        spoil(&folder.path().join("c"), |table| {
+            if !table.names.iter().any(|name| name == "time") {
+                table.names.push("time".into());
+                table.rows.iter_mut().for_each(|row| row.push(String::new()));
+            }
+            let time = table.column("time");
+            table.rows.iter_mut().enumerate().for_each(|(k, row)| row[time] = (60 * at(k)).to_string());
+        });
+    };
+    timed(|k| k);
+    assert!(run(at, &["check", "c"]).err.is_empty());
+    timed(|k| if k == 20 { 3 } else { k });
+    let ran = run(at, &["check", "c"]);
+    assert!(ran.err.contains("`time` goes back by 960 s") && ran.err.contains("measurements.csv:22"), "{}", ran.err);
+    timed(|k| k);
+    let twice =
+        campaign.replace("measurements: measurements.csv", "measurements: [measurements.csv, measurements.csv]");
+    std::fs::write(&path, twice).expect("written");
+    let ran = run(at, &["check", "c"]);
+    assert!(ran.err.contains("60 of 120 readings are copies"), "{}", ran.err);
+}
+
+/// The page of what is caught shows each mistake with the code and the words that the tests look for.
+#[test]
+fn the_page_of_trust_shows_what_is_said() {
+    let page = std::fs::read_to_string(format!("{}/docs/trust.md", env!("CARGO_MANIFEST_DIR"))).expect("a page");
+    for (_, code, words) in MISTAKES {
+        assert!(page.contains(&format!("`{code}`")), "{code}");
+        words.iter().for_each(|word| assert!(page.contains(word.trim()), "`{word}` is not in docs/trust.md"));
+    }
+    for code in CODES {
+        assert!(page.contains(&format!("`{code}`")), "{code}");
+    }
+}

@@ -26,7 +26,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let campaign = &loaded.campaign;
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     left_to_fit(campaign, &held_out)?;
-    let judged = judge(&Evidence::of(model, campaign), &Limits::default());
+    let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
     if let Some(refused) = refusing(judged.clone(), session.arguments.force) {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
     }
@@ -41,7 +41,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
-    output.diagnostics.extend(doubts(&found));
+    judged.extend(doubts(model, campaign, &found, &Limits::default()));
     let mut output = output.judged(judged, session.arguments.force)?;
     if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
         output.diagnostics.push(

@@ -10,7 +10,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::split;
 use crate::files::writable;
-use crate::plausibility::{Evidence, Limits, forced, judge, judge_result, refusing};
+use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
 use crate::render::html::write;
 use crate::results::{Report, Sources};
 use crate::review::review;
@@ -42,6 +42,11 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut report = Report::new(&review, Sources::new(&given, &robot));
     if let Ok((found, _)) = &review.calibration {
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
+    }
+    for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {
+        if !judged.iter().any(|told| told.code == doubt.code) {
+            judged.push(doubt);
+        }
     }
     if let Some(refused) = refusing(judged.clone(), force) {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());

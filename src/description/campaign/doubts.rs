@@ -1,8 +1,11 @@
 //! What a campaign's readings say that can hardly be meant.
 
+use std::collections::HashSet;
+
 use indexmap::IndexMap;
 
 use super::Campaign;
+use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
 use super::source::Source;
@@ -11,9 +14,6 @@ use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
-
-/// Variables of one configuration agree to this, rad or m: rounding in a file, and less than a joint moves on purpose.
-const SAME_CONFIGURATION: f64 = 1e-3;
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(
@@ -34,6 +34,8 @@ pub fn doubts(
         diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
     diagnostics.extend(one_name_for_two(campaign, units, robot, &place));
+    diagnostics.extend(back_in_time(campaign, &place));
+    diagnostics.extend(copies(campaign, sources));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
@@ -78,6 +80,59 @@ fn one_name_for_two(
     let diagnostic =
         Diagnostic::warning(message).at(place(index, name)).related(place(before, name), "first given here");
     Some(diagnostic.remedy("give each configuration a name of its own: readings of one name count as taken together"))
+}
+
+/// Times that run backwards within a session: readings are taken one after the other.
+fn back_in_time(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+    let times = campaign.conditions.time.as_ref()?;
+    let mut last: IndexMap<(usize, usize), f64> = IndexMap::new();
+    let mut back: Vec<(usize, f64)> = Vec::new();
+    for (index, (reading, &time)) in campaign.readings.iter().zip(times).enumerate() {
+        if !time.is_finite() {
+            continue;
+        }
+        let session = (reading.session.session, reading.session.station);
+        let before = last.insert(session, time);
+        back.extend(before.filter(|before| time < *before).map(|before| (index, before - time)));
+    }
+    let &(index, by) = back.first()?;
+    let more = if back.len() > 1 { format!(", and {} times more", back.len() - 1) } else { String::new() };
+    let diagnostic = Diagnostic::warning(format!("`time` goes back by {by} s{more}: readings are put into its order"));
+    let diagnostic = diagnostic.at(place(index, "time")).figure("times", back.len() as f64);
+    Some(
+        diagnostic.remedy("if a clock or a session began anew, name the sessions; else sort the rows, or give `order`"),
+    )
+}
+
+/// Least share of the readings that are copies of others before it is told: single ones are chance, of coarse readings.
+const COPIED: f64 = 0.1;
+
+/// Readings that agree with another one to the last digit, in everything that was measured: noise never does.
+fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
+    let mut seen = HashSet::new();
+    let mut copied: Vec<usize> = Vec::new();
+    let times = campaign.conditions.time.as_ref();
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let measured = &reading.measured[..reading.observes.columns().len()];
+        let time = times.and_then(|times| times.get(index)).map(|time| time.to_bits());
+        let what = (reading.observes.name(), reading.marker, reading.target, bits(&reading.wrench), time);
+        if !measured.is_empty() && !seen.insert((bits(campaign.configuration(index)), bits(measured), what)) {
+            copied.push(index);
+        }
+    }
+    if (copied.len() as f64) < COPIED * campaign.readings.len() as f64 {
+        return None;
+    }
+    let first = campaign.readings[*copied.first()?].row;
+    let count = copied.len();
+    let place = place(sources, first, "x").or_else(|| place(sources, first, "pose"));
+    let message = format!("{count} of {} readings are copies of others to the last digit", campaign.readings.len());
+    Some(
+        Diagnostic::warning(message)
+            .at(place)
+            .remedy("list each file once: copies count twice and make intervals too narrow"),
+    )
 }
 
 /// Where the column of a row stands, rows counted from 1 through all tables.

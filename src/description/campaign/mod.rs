@@ -1,5 +1,6 @@
 //! Campaigns: measurements of a robot, resolved against its model, in SI.
 
+mod amount;
 mod bodies;
 mod columns;
 mod conditions;
@@ -27,6 +28,7 @@ use nalgebra::Vector3;
 use crate::description::robot::FrameIndex;
 use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
 use crate::parameter::Kind;
+pub use amount::Amount;
 pub use columns::{expected_columns, kinds};
 pub use conditions::{ConditionColumn, Conditions};
 pub use faults::faults;

@@ -60,6 +60,7 @@ pub fn resolve(
             scale: estimate.scale.0.unwrap_or_default(),
             names: Vec::new(),
             stations: Vec::new(),
+            files: files(&sources),
         },
         poses: Vec::new(),
         variables: robot.variables.len(),
@@ -86,6 +87,17 @@ pub fn resolve(
         diagnostics.extend(doubts(&campaign, raw, locate, robot, &sources));
     }
     if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
+}
+
+/// Names of the files, and the first row of each.
+fn files(sources: &[Source]) -> Vec<(String, usize)> {
+    let mut first = 1;
+    let file = |source: &Source| {
+        let begins = first;
+        first += source.table.row_count();
+        (source.table.file().to_string(), begins)
+    };
+    sources.iter().map(file).collect()
 }
 
 /// The campaign's noise is that of its readings where they state it, and there is at least one session.

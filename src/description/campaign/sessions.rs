@@ -34,13 +34,15 @@ pub struct Sessions {
     pub tool: Sharing,
     /// What the instrument's scale is shared between.
     pub scale: Sharing,
+    /// Files of measurements: name, and the first [`super::Reading::row`] of each. Empty where readings come from no file.
+    pub files: Vec<(String, usize)>,
 }
 
 impl Default for Sessions {
     fn default() -> Self {
         let one = || vec![String::new()];
         let all = Sharing::All;
-        Self { names: one(), stations: one(), base: all, tool: all, scale: all }
+        Self { names: one(), stations: one(), base: all, tool: all, scale: all, files: Vec::new() }
     }
 }
 

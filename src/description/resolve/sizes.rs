@@ -39,7 +39,93 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
             diagnostics.push(diagnostic.at(locate(&["frames", name, "limits"])).remedy(cure));
         }
     }
+    diagnostics.extend(metres_as_millimetres(raw, locate));
+    diagnostics.extend(radians_as_degrees(raw, locate));
+    diagnostics.extend(heavy_or_far(raw, locate));
     diagnostics
+}
+
+/// Least sum of the lengths of a robot's frames, m: the smallest arms measure 50 mm.
+const SHORTEST: f64 = 0.02;
+
+/// A file in mm whose numbers are metres.
+fn metres_as_millimetres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    let (sum, longest) = lengths(raw);
+    let (name, key) = longest?;
+    let sum = sum * raw.units.length.factor();
+    let unit = raw.units.length.symbol();
+    (sum > 0.0 && sum < SHORTEST && raw.units.length != Length::Metre).then(|| {
+        Diagnostic::warning(format!("the lengths of the frames add up to {:.3} mm", 1e3 * sum))
+            .at(locate(&["frames", name, key]))
+            .remedy(format!("lengths here are in {unit}; if they are in m, declare `units: {{length: m}}`"))
+    })
+}
+
+/// Sum of the absolute lengths of the frames as declared, and the longest: its frame and key.
+fn lengths(raw: &RawRobot) -> (f64, Option<(&str, &'static str)>) {
+    let all = || {
+        raw.frames.iter().flat_map(|(name, frame)| {
+            let of = [("b", frame.b), ("d", frame.d), ("r", frame.r)];
+            of.into_iter().filter_map(move |(key, value)| Some((name.as_str(), key, value?.abs())))
+        })
+    };
+    let longest = all().max_by(|a, b| a.2.total_cmp(&b.2)).map(|(name, key, _)| (name, key));
+    (all().map(|(.., length)| length).sum(), longest)
+}
+
+/// An angle of a frame that is meant in radians has a multiple of a quarter turn to so many digits.
+const QUARTER: f64 = 2e-3;
+
+/// A file in degrees whose constants are multiples of a quarter turn in radians.
+fn radians_as_degrees(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    if raw.units.angle != Angle::Degree {
+        return None;
+    }
+    let angles = raw.frames.iter().flat_map(|(name, frame)| {
+        let of = [("alpha", frame.alpha), ("theta", frame.theta), ("gamma", frame.gamma), ("beta", frame.beta)];
+        of.into_iter().filter_map(move |(key, value)| Some((name, key, value.filter(|value| *value != 0.0)?)))
+    });
+    let quarters = |value: f64| value.abs() / std::f64::consts::FRAC_PI_2;
+    let is_radian = |value: f64| (quarters(value) - quarters(value).round()).abs() < QUARTER && quarters(value) > 0.5;
+    let mut meant = angles.filter(|(.., value)| is_radian(*value) && value.abs() < 7.0);
+    let (name, key, value) = meant.next()?;
+    let more = meant.count();
+    let also = if more > 0 { format!(", and {more} more like it") } else { String::new() };
+    Some(
+        Diagnostic::warning(format!("`{key}` of frame `{name}` is {value} deg, a quarter turn in rad{also}"))
+            .at(locate(&["frames", name, key]))
+            .remedy("angles here are in deg: write 90, 180, -90, or declare `units: {angle: rad}`"),
+    )
+}
+
+/// Greatest mass of a body, kg: the largest industrial robots weigh 12 t in all.
+const HEAVIEST: f64 = 1e4;
+/// A centre of mass lies within so many times the sum of the robot's lengths from its frame, or within `NEAR`.
+const FARTHEST: f64 = 1.0;
+/// Distance at which it is never doubted, m: where a robot's lengths are not all written.
+const NEAR: f64 = 0.5;
+
+/// Masses that no robot has, and centres of mass that lie outside it.
+fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
+    let (length, mass) = (raw.units.length, raw.units.mass);
+    let reach = lengths(raw).0 * length.factor();
+    let mut all = Vec::new();
+    for (name, body) in &raw.bodies {
+        if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > HEAVIEST) {
+            let told = Diagnostic::warning(format!("body `{name}` has a mass of {heavy:.3e} kg"));
+            let remedy = format!("masses here are in {}: check the value", mass.symbol());
+            all.push(told.at(locate(&["bodies", name, "mass"])).remedy(remedy));
+        }
+        let far = body.com.map(|com| com.iter().map(|v| v * v).sum::<f64>().sqrt() * length.factor());
+        if let Some(far) = far.filter(|far| *far > (FARTHEST * reach).max(NEAR)) {
+            let told = Diagnostic::warning(format!(
+                "the centre of mass of body `{name}` lies {far:.2} m from its frame, where all lengths of the robot together are {reach:.2} m"
+            ));
+            let remedy = format!("centres are in the body's frame, in {}: check values and units", length.symbol());
+            all.push(told.at(locate(&["bodies", name, "com"])).remedy(remedy));
+        }
+    }
+    all
 }
 
 fn rounded(value: f64) -> f64 {

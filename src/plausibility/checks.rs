@@ -1,0 +1,136 @@
+//! The list of checks, and what is done with what they find.
+
+use super::evidence::{Evidence, Limits};
+use super::{instrument, numerics, parameters, readings, sessions};
+use crate::diagnostic::{Code, Diagnostic, Severity};
+
+/// One check. Those that look at a calibration find nothing where there is none.
+pub struct Check {
+    /// Codes of what it finds; the first where it says nothing else.
+    pub codes: &'static [Code],
+    /// Whether it looks at a calibration, not only at readings and description.
+    pub of_result: bool,
+    /// What it compares with what, and why.
+    pub about: &'static str,
+    /// What it finds.
+    pub find: fn(&Evidence, &Limits) -> Vec<Diagnostic>,
+}
+
+/// All checks, in the order in which they speak.
+pub const CHECKS: &[Check] = &[
+    Check {
+        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread],
+        of_result: false,
+        about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
+        find: readings::fit_the_description,
+    },
+    Check {
+        codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],
+        of_result: false,
+        about: "fixed reflectors stand still, and scatter as the stated noise allows; so do distances of rigid markers",
+        find: instrument::instrument,
+    },
+    Check {
+        codes: &[Code::SessionsDiffer],
+        of_result: false,
+        about: "sessions and files share base and tool where the campaign says so",
+        find: sessions::agree,
+    },
+    Check {
+        codes: &[Code::NotConverged],
+        of_result: true,
+        about: "the fit ended at a minimum: elsewhere values are only where it stopped",
+        find: numerics::converged,
+    },
+    Check {
+        codes: &[Code::NotComputed],
+        of_result: true,
+        about: "all values and errors are finite: what is not was never computed",
+        find: numerics::finite,
+    },
+    Check {
+        codes: &[Code::Implausible],
+        of_result: true,
+        about: "base, tool and markers stand within the reach of an instrument",
+        find: numerics::within_reach,
+    },
+    Check {
+        codes: &[Code::WeakDirection],
+        of_result: true,
+        about: "base and tool are determined: what was held of them is named",
+        find: numerics::weak_directions,
+    },
+    Check {
+        codes: &[Code::MovedFar],
+        of_result: true,
+        about: "calibrated constants are within some tolerances of the description",
+        find: parameters::near_their_description,
+    },
+    Check {
+        codes: &[Code::MovedFar],
+        of_result: true,
+        about: "calibrated lengths are together as long as the declared ones",
+        find: parameters::of_the_same_size,
+    },
+    Check {
+        codes: &[Code::WrongUnits],
+        of_result: true,
+        about: "springs are of the declared order of size",
+        find: parameters::as_stiff_as_declared,
+    },
+    Check {
+        codes: &[Code::NoiseUnlikeStated],
+        of_result: true,
+        about: "residuals are of the order of the stated noise",
+        find: parameters::as_noisy_as_stated,
+    },
+    Check {
+        codes: &[Code::WorseThanRegistered],
+        of_result: true,
+        about: "calibration makes readings better that it did not see",
+        find: parameters::better_than_registered,
+    },
+    Check {
+        codes: &[Code::TooLittleData],
+        of_result: true,
+        about: "there are more readings than parameters, of configurations that differ",
+        find: parameters::enough_readings,
+    },
+];
+
+/// What all checks find.
+pub fn judge(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    found_by(CHECKS.iter(), evidence, limits)
+}
+
+/// What the checks of a calibration find, those of readings and description left out.
+pub fn judge_result(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    found_by(CHECKS.iter().filter(|check| check.of_result), evidence, limits)
+}
+
+fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    for check in checks {
+        for found in (check.find)(evidence, limits) {
+            let is_own = check.codes.contains(&found.code);
+            let usual = check.codes.first().copied().unwrap_or(found.code);
+            all.push(if is_own { found } else { found.code(usual) });
+        }
+    }
+    all
+}
+
+/// The same where the user goes on all the same: errors of plausibility are warnings.
+pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let weaker = |diagnostic: Diagnostic| match diagnostic.code.is_plausibility() {
+        true => Diagnostic { severity: Severity::Warning, ..diagnostic },
+        false => diagnostic,
+    };
+    found.into_iter().map(weaker).collect()
+}
+
+/// All that was found, where an error of plausibility is among it and the user does not go on all the same.
+pub fn refusing(found: Vec<Diagnostic>, force: bool) -> Option<Vec<Diagnostic>> {
+    let refuses = |diagnostic: &Diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility();
+    (!force && found.iter().any(refuses)).then_some(found)
+}

@@ -1,0 +1,183 @@
+//! Calibrated values against declared ones.
+
+use super::evidence::{Evidence, Limits};
+use super::hypothesis::own_slots;
+use super::words::mm;
+use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::Estimate;
+use crate::math::median;
+use crate::parameter::{Group, Kind, Parameter};
+
+/// Most parameters named in one message.
+const NAMED: usize = 4;
+
+/// An identified constant of the robot, and by how many half widths of its 95 % interval it moved.
+fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = (&'a Estimate, &'a Parameter, f64)> {
+    let all = evidence.found.into_iter().flat_map(|found| &found.estimates);
+    all.filter_map(|estimate| {
+        let parameter = &evidence.model.registry[estimate.slot];
+        let width = estimate.ci95.filter(|width| width.is_finite())?;
+        let widths = (estimate.value - estimate.nominal).abs() / width.max(f64::MIN_POSITIVE);
+        (parameter.group == Group::Geometry).then_some((estimate, parameter, widths))
+    })
+}
+
+pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let mut far: Vec<(f64, String, bool)> = moved(evidence)
+        .filter_map(|(estimate, parameter, widths)| {
+            let by = (estimate.value - estimate.nominal).abs();
+            let tolerances = by / parameter.tolerance;
+            let is_hopeless = match parameter.kind {
+                Kind::Angle => by > limits.turned,
+                _ => tolerances > limits.moved_hopelessly,
+            };
+            let is_far = widths > limits.significant && (tolerances > limits.moved || is_hopeless);
+            is_far.then(|| (tolerances, said(estimate, parameter), is_hopeless))
+        })
+        .collect();
+    far.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some((tolerances, ..)) = far.first() else { return Vec::new() };
+    let named: Vec<&str> = far.iter().take(NAMED).map(|(_, said, _)| said.as_str()).collect();
+    let more = if far.len() > NAMED { format!(", and {} more", far.len() - NAMED) } else { String::new() };
+    let message = format!(
+        "calibrated constants are far from the description (up to {tolerances:.0} times its tolerance): {}{more}",
+        named.join(", ")
+    );
+    let is_hopeless = far.iter().any(|(.., is_hopeless)| *is_hopeless);
+    let told = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let remedy = "look at zeros, signs and lengths of the description there; if its numbers are guesses, say so: \
+                  `calibration: {tolerances: {..}}`";
+    vec![
+        told.code(Code::MovedFar)
+            .remedy(remedy)
+            .figure("tolerances", *tolerances)
+            .figure("parameters", far.len() as f64),
+    ]
+}
+
+/// What a parameter was and is.
+fn said(estimate: &Estimate, parameter: &Parameter) -> String {
+    let name = &parameter.name;
+    match parameter.kind {
+        Kind::Angle => {
+            let [from, to] = [estimate.nominal, estimate.value].map(f64::to_degrees);
+            format!("`{name}` {from:.2} -> {to:.2} deg")
+        }
+        Kind::Length => format!("`{name}` {} -> {} mm", mm(estimate.nominal), mm(estimate.value)),
+        kind => format!("`{name}` {:.3e} -> {:.3e} {}", estimate.nominal, estimate.value, kind.unit()),
+    }
+}
+
+/// Least squares of all calibrated lengths against the declared ones: a factor that is not one is a scale or a unit.
+pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let [mut products, mut squares, mut spread, mut certain] = [0.0; 4];
+    let mut count = 0;
+    let lengths = own_slots(evidence.model, Kind::Length);
+    for (estimate, parameter, _) in moved(evidence) {
+        if parameter.kind != Kind::Length || !lengths.contains(&estimate.slot) {
+            continue;
+        }
+        let nominal = estimate.nominal;
+        if nominal.abs() > limits.moved * parameter.tolerance {
+            count += 1;
+        }
+        products += estimate.value * nominal;
+        squares += nominal * nominal;
+        spread += (nominal * parameter.tolerance).powi(2);
+        certain += (nominal * estimate.ci95.unwrap_or(0.0)).powi(2);
+    }
+    if count < 2 || squares <= 0.0 {
+        return Vec::new();
+    }
+    let factor = products / squares;
+    let [expected, width] = [spread, certain].map(|sum: f64| sum.sqrt() / squares);
+    let off = (factor - 1.0).abs();
+    if off <= limits.scale * expected || off <= limits.significant * width {
+        return Vec::new();
+    }
+    let message = format!(
+        "the robot's lengths came out {factor:.3} times the declared ones, where its tolerances allow {:.2} %",
+        100.0 * expected
+    );
+    let remedy =
+        "look at `units:` of campaign and description, and at the scale of the instrument (`estimate: {scale: true}`)";
+    vec![Diagnostic::error(message).code(Code::MovedFar).remedy(remedy).figure("factor", factor)]
+}
+
+/// Springs that all came out hundreds of times softer or stiffer: stiffness, loads or readings are in another unit.
+pub(super) fn as_stiff_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let ratio = |estimate: &Estimate| {
+        let parameter = &evidence.model.registry[estimate.slot];
+        let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+        let is_certain = estimate.ci95.is_some_and(|width| width < 0.5 * estimate.value.abs());
+        let is_sound = parameter.group == Group::Elastic && is_compliance && is_certain && !estimate.at_bound;
+        (is_sound && estimate.nominal > 0.0 && estimate.value > 0.0).then(|| (estimate.value / estimate.nominal).ln())
+    };
+    let mut ratios: Vec<f64> = found.estimates.iter().filter_map(ratio).collect();
+    let count = ratios.len();
+    let Some(middle) = median(&mut ratios) else { return Vec::new() };
+    if middle.abs() < limits.stiffness_factor.ln() {
+        return Vec::new();
+    }
+    let how = if middle > 0.0 { "softer" } else { "stiffer" };
+    let message = format!(
+        "springs came out {:.0} times {how} than declared (median of {count}): are stiffness, loads or readings in another unit?",
+        middle.abs().exp()
+    );
+    let remedy = "state `stiffness`, `rotational_stiffness`, `force`, `torque` and `length` under `units:` as the files have them";
+    vec![Diagnostic::error(message).code(Code::WrongUnits).remedy(remedy).figure("factor", middle.exp())]
+}
+
+/// Residuals against the noise that is stated.
+pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found.filter(|found| found.degrees_of_freedom >= limits.noise_freedom) else {
+        return Vec::new();
+    };
+    let ratio = found.noise_ratio;
+    let [least, most] = limits.noise;
+    if evidence.campaign.sigma.is_none() || (least..=most).contains(&ratio) || !ratio.is_finite() {
+        return Vec::new();
+    }
+    let told = if ratio < least {
+        let message = format!(
+            "residuals are {ratio:.2} times the stated noise: no instrument is so much better than it is said to be"
+        );
+        Diagnostic::warning(message)
+            .remedy("state the noise of one coordinate under `instrument:`, in the campaign's units; look whether readings were measured or computed")
+    } else {
+        let message =
+            format!("residuals are {ratio:.0} times the stated noise: calibration does not describe these readings");
+        Diagnostic::warning(message)
+            .remedy("`diagnose` says where the rest lies; state the noise of one coordinate under `instrument:`, in the campaign's units")
+    };
+    vec![told.code(Code::NoiseUnlikeStated).figure("ratio", ratio)]
+}
+
+/// Calibrated errors against registered ones, on readings that were held out.
+pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let (before, after) = (&found.registration.check, &found.after.check);
+    let ratio = |k: usize| after.distance[k] / before.distance[k];
+    // Mean and root mean square: one wrong reading decides neither alone.
+    let worse = ratio(0).min(ratio(1));
+    if after.readings == 0 || !worse.is_finite() || worse <= limits.worse[0] {
+        return Vec::new();
+    }
+    let [from, to] = [before.distance[1], after.distance[1]].map(mm);
+    let message =
+        format!("calibration makes readings that it did not see worse, from {from} to {to} mm: it fits noise");
+    let told = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let remedy =
+        "measure more configurations, hold parameters (`--hold`), let tolerances pull (`--prior`), or use `register`";
+    vec![told.code(Code::WorseThanRegistered).remedy(remedy).figure("ratio", worse)]
+}
+
+/// Whether there are enough readings for what was fitted.
+pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let fitted = evidence.campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
+    let (amount, kept) = (fitted.amount(), found.identifiability.kept.len());
+    let told = super::amount::too_little(&amount, kept, limits);
+    told.into_iter().collect()
+}
