@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::description::campaign::{Campaign, Conditions, Reading, References, Sessions, Target};
 use crate::description::robot::Motion;
+use crate::effects::Condition;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits};
 use crate::model::Model;
 use crate::observation::{Noise, Observes, POSE, Purpose};
@@ -291,6 +292,10 @@ pub fn measure(
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
     let noise = Noise::of([sigma[0]; 3], sigma[1]);
+    let reads_moves = model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::LastMove));
+    if reads_moves && campaign.conditions.last_move.is_empty() {
+        campaign.number_in_order();
+    }
     let mut found = Linearised::default();
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {

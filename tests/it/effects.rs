@@ -17,6 +17,7 @@ use elastogeo::observation::POSITION;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
+use super::cli::run;
 use super::support::switch_on;
 
 fn site(kind: SiteKind) -> (&'static str, bool) {
@@ -308,4 +309,49 @@ fn alternatives_written_as_numbers_are_read() {
     ] {
         assert_eq!(entry(effect, "joint:3", &parameters), Err(message.to_string()), "{effect}");
     }
+}
+
+/// A joint that is read before it stands still: simulated in order, written, read and named, with its share.
+#[test]
+fn settling_is_named_where_readings_are_numbered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ran = |arguments: &[&str]| {
+        let ran = run(folder.path(), arguments);
+        assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+        ran.out
+    };
+    ran(&["convert", "universal-ur5", "late.yaml"]);
+    let path = folder.path().join("late.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let effect = "effects: [{effect: settling, site: \"joint:2\", parameters: {share: 1.5e-3}}]\n";
+    std::fs::write(&path, text + effect).expect("written");
+    ran(&[
+        "simulate",
+        "late.yaml",
+        "--poses",
+        "60",
+        "--noise",
+        "0.05",
+        "--errors",
+        "0",
+        "--unknown-base",
+        "--into",
+        "c",
+    ]);
+    let table = std::fs::read_to_string(folder.path().join("c/measurements.csv")).expect("read");
+    assert!(table.lines().next().expect("a title").contains(",order"), "{table}");
+    let said = ran(&["diagnose", "c", "--robot", "universal-ur5", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let cause = &json["causes"][0];
+    assert_eq!((&cause["effect"], &cause["site"]), (&"settling".into(), &"joint:2".into()), "{json}");
+    let (value, ci95) = (cause["parameters"][0]["value"].as_f64(), cause["parameters"][0]["ci95"].as_f64());
+    let (value, ci95) = (value.expect("a share"), ci95.expect("an interval"));
+    assert!((value - 1.5e-3).abs() < 2.0 * ci95 && ci95 < 3e-4, "{value} +- {ci95}");
+    // Without numbers, the order of rows is no evidence.
+    std::fs::write(folder.path().join("c/measurements.csv"), table.replacen(",order", ",number", 1)).expect("written");
+    let campaign = folder.path().join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&campaign).expect("read");
+    std::fs::write(&campaign, text + "ignore: [number]\n").expect("written");
+    let said = ran(&["diagnose", "c", "--robot", "universal-ur5"]);
+    assert!(!said.contains("settling"), "{said}");
 }

@@ -258,6 +258,11 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
             "pose,session,placement,contact,q1,q2\na,mon day,left,hole",
             &["c.csv"],
         ),
+        (
+            "q1,q2\na,left,hole,0,90\nb,left,pin,10,80",
+            "q1,q2,approach.q2\na,left,hole,0,90,0.5\nb,left,pin,10,80,1",
+            &["c.csv:2", "`0.5` is no side of approach", "write 1 where"],
+        ),
     ];
     for (from, to, expected) in of_table {
         assert!(TABLE.contains(from), "{from}");

@@ -54,3 +54,11 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
     campaign.conditions.session_time = since;
 }
+
+impl Campaign {
+    /// Numbers the readings in the order of their configurations: each was reached from the one before.
+    pub fn number_in_order(&mut self) {
+        let orders: Vec<Option<i64>> = self.readings.iter().map(|reading| i64::try_from(reading.pose).ok()).collect();
+        order_readings(self, &orders);
+    }
+}

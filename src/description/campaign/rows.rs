@@ -135,6 +135,7 @@ impl<'a> RowReader<'a> {
                 payload: payload(&row, entry, campaign, &mut faults),
                 check,
             };
+            self.check_sides(&row, &mut faults);
             let first = campaign.readings.len();
             kinds.iter().for_each(|&kind| self.readings(&row, (kind, entry), blank, campaign, &mut faults));
             for _ in first..campaign.readings.len() {
@@ -246,6 +247,19 @@ impl<'a> RowReader<'a> {
             set.is_reported = true;
         }
         pose
+    }
+
+    /// A side of approach is one of two, or not known.
+    fn check_sides(&self, row: &Row, faults: &mut Faults) {
+        for variable in &self.robot.variables {
+            let column = format!("approach.{}", variable.name);
+            if let Some(side) = row.given(&column).filter(|side| ![-1.0, 0.0, 1.0].contains(side)) {
+                let diagnostic = Diagnostic::error(format!("column `{column}`: `{side}` is no side of approach"));
+                let remedy =
+                    "write 1 where the variable grew towards its value, -1 where it fell, 0 where that is not known";
+                faults.push(diagnostic.at(row.place(&column)).remedy(remedy));
+            }
+        }
     }
 
     /// Conditions of a table's readings (`rows` of it), behind those of the tables before it.

@@ -62,6 +62,9 @@ pub fn csv(campaign: &Campaign, variables: &[Variable], markers: &[String]) -> i
             sheet.column(name, move |row| readings[row].wrench[k].to_string());
         }
     }
+    if campaign.conditions.is_ordered {
+        sheet.column("order", move |row| readings[row].pose.to_string());
+    }
     let mut conditions: Vec<_> = campaign.conditions.columns().collect();
     conditions.sort_by_key(|(condition, _)| *condition != ConditionColumn::Time);
     for (condition, values) in conditions {
