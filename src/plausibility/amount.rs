@@ -13,9 +13,11 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
         return None;
     }
     let message = if is_few {
-        format!(
-            "the readings come from {configurations} different configurations: too few to tell a sound robot from any other"
-        )
+        let from = match configurations {
+            1 => "one configuration".into(),
+            several => format!("{several} different configurations"),
+        };
+        format!("the readings come from {from}: too few to tell a sound robot from any other")
     } else {
         format!(
             "{rows} residuals of different readings for {fitted} fitted parameters: errors of readings that were not seen can be far \
