@@ -184,6 +184,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         bodies: Vec::new(),
         references: References::default(),
         sessions: Sessions::default(),
+        files: Vec::new(),
         poses: Vec::new(),
         variables: model.variables.len(),
         joints: Vec::new(),

@@ -102,6 +102,7 @@ impl<'a> Bench<'a> {
             bodies: Vec::new(),
             references: References::default(),
             sessions: Sessions::default(),
+            files: Vec::new(),
             poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
             variables: model.variables.len(),
             joints: Vec::new(),

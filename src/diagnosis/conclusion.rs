@@ -53,11 +53,11 @@ pub fn conclude(
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
-    let rows: Vec<usize> =
-        inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r.row).collect();
-    let outliers = outliers::cause(inputs, competition, members, rows.len(), rms_after)?;
+    let set_aside = || inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r);
+    let outliers = outliers::cause(inputs, competition, members, set_aside().count(), [gap.rms, rms_after])?;
     let verdict = if outliers.is_some() && verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
-    causes.extend(outliers);
+    let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
+    causes.splice(0..0, outliers.map(|(cause, _)| cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
     let next_poses = if settings.propose && verdict != Verdict::NoGap {
         progress("proposing configurations");
@@ -81,7 +81,9 @@ pub fn conclude(
         autocorrelation,
         shrinkage,
         next_poses,
-        outliers: rows,
+        outliers: set_aside().map(|reading| reading.row).collect(),
+        outliers_at: set_aside().map(|reading| inputs.campaign.address(reading)).collect(),
+        with_outliers,
         values: refit.values,
         is_pulled: competition.is_pulled,
         calibration: competition.calibration.clone(),

@@ -69,8 +69,10 @@ impl LinearProblem {
             law.columns = DMatrix::from_fn(rows, count, |row, k| all[row * width + first + k] / sigmas[row]);
             first += count;
         }
+        let configurations = campaign.configurations();
         let readings = campaign.readings.iter().enumerate();
-        let of_rows = readings.flat_map(|(k, reading)| std::iter::repeat_n((reading.pose, k), reading.observes.rows()));
+        let of_rows = readings
+            .flat_map(|(k, reading)| std::iter::repeat_n((configurations[reading.pose], k), reading.observes.rows()));
         // Each constraint counts as a reading at a configuration of its own.
         let (poses, count) = (campaign.poses.len(), campaign.readings.len());
         let of_constraints = (0..campaign.constraints.len()).map(|k| (poses + k, count + k));

@@ -62,8 +62,9 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     (distances, sigma)
 }
 
-/// The cause `outliers`: errors of all readings, and of those that are no outliers (`rms_after`, m). `None` where there is
-/// no outlier, or where they are just beyond what noise does and explain no gap.
+/// The cause `outliers`, and the root mean square and greatest error of all readings (m): with nothing but the calibration
+/// fitted these are set aside first, which leaves the first of `left` (m); the second is what all causes leave. `None`
+/// where there is no outlier, or where they are just beyond what noise does and explain no gap.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -72,26 +73,32 @@ pub fn cause(
     competition: &Competition,
     members: &[usize],
     count: usize,
-    rms_after: f64,
-) -> Result<Option<Cause>, CalibrationError> {
+    left: [f64; 2],
+) -> Result<Option<(Cause, [f64; 2])>, CalibrationError> {
     if count == 0 {
         return Ok(None);
     }
-    let fitted = LinearFit::new(&competition.problem, members, 1.0);
-    let mut model = inputs.model.clone();
-    for (step, &member) in members.iter().enumerate() {
-        model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
-    }
-    let values = model.completed(&with_nuisance(competition, &fitted));
-    let mut found = Linearised::default();
-    Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-    let rms_before = errors_of(inputs.campaign, &found.residual, |_| true).distance[1].max(rms_after);
-    let value = 1.0 - rms_after / rms_before;
-    if value < inputs.settings.outliers.least_shrinkage {
+    // By how much the error of all readings shrinks with some members fitted.
+    let shrinkage = |members: &[usize], left: f64| -> Result<(f64, [f64; 2]), CalibrationError> {
+        let fitted = LinearFit::new(&competition.problem, members, 1.0);
+        let mut model = inputs.model.clone();
+        for (step, &member) in members.iter().enumerate() {
+            model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
+        }
+        let values = model.completed(&with_nuisance(competition, &fitted));
+        let mut found = Linearised::default();
+        Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
+        let [_, rms, max] = errors_of(inputs.campaign, &found.residual, |_| true).distance;
+        let rms = rms.max(left);
+        Ok((1.0 - left / rms, [rms, max]))
+    };
+    let [alone, after] = left;
+    if shrinkage(members, after)?.0 < inputs.settings.outliers.least_shrinkage {
         return Ok(None);
     }
+    let (value, errors) = shrinkage(&[], alone)?;
     let effect = inputs.model.catalogue.get("outliers");
-    Ok(Some(Cause {
+    let cause = Cause {
         effect: "outliers".into(),
         site: "instrument".into(),
         probability: None,
@@ -101,12 +108,13 @@ pub fn cause(
             value: (count as f64).into(),
             ci95: Some(0.0),
         }],
-        rms_before,
-        rms_after,
+        rms_before: errors[0],
+        rms_after: alone,
         shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
         rivals: Vec::new(),
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),
-    }))
+    };
+    Ok(Some((cause, errors)))
 }

@@ -8,10 +8,12 @@ use crate::estimation::row_sigmas;
 pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
     let sigmas = row_sigmas(campaign);
     let first_rows = campaign.first_rows();
+    let configurations = campaign.configurations();
+    let configuration = |index: usize| configurations[campaign.readings[index].pose];
     let sides: Vec<&Vec<f64>> = campaign.conditions.approach.iter().flatten().collect();
     let is_repeat = |a: usize, b: usize| {
         let [one, other] = [&campaign.readings[a], &campaign.readings[b]];
-        one.pose == other.pose
+        configuration(a) == configuration(b)
             && one.marker == other.marker
             && one.target == other.target
             && one.observes == other.observes
@@ -20,9 +22,9 @@ pub fn repeatability(campaign: &Campaign, least: f64) -> Option<f64> {
             && sides.iter().all(|all| all[a] == all[b])
     };
     let mut order: Vec<usize> = (0..campaign.readings.len()).collect();
-    order.sort_by_key(|&i| campaign.readings[i].pose);
+    order.sort_by_key(|&i| configuration(i));
     let (mut squares, mut freedom) = (0.0, 0.0);
-    for pose in order.chunk_by(|&a, &b| campaign.readings[a].pose == campaign.readings[b].pose) {
+    for pose in order.chunk_by(|&a, &b| configuration(a) == configuration(b)) {
         let mut left = pose.to_vec();
         while let Some(first) = left.pop() {
             let (mut same, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(|&i| is_repeat(first, i));

@@ -217,7 +217,7 @@ pub struct Diagnosis {
     pub location: Location,
     /// The answer.
     pub verdict: Verdict,
-    /// Causes, in the order found.
+    /// Causes, in the order found; outliers, which are set aside before anything is fitted, first.
     pub causes: Vec<Cause>,
     /// Hypotheses that were not selected, the nearest first.
     pub rejected: Vec<Rejected>,
@@ -235,6 +235,10 @@ pub struct Diagnosis {
     pub next_poses: Vec<NextPose>,
     /// Rows of the readings that are outliers.
     pub outliers: Vec<usize>,
+    /// Where these stand: file and line.
+    pub outliers_at: Vec<String>,
+    /// Root mean square and greatest error before outliers were set aside, m; `None` where they are no cause.
+    pub with_outliers: Option<[f64; 2]>,
     /// Calibrated values of the model with the causes added, by slot.
     pub values: Vec<f64>,
     /// Whether the tolerances of the description pulled the calibration, which did not converge without them.

@@ -1,6 +1,8 @@
 //! Equilibrium at the deflected pose: loads follow the points they act on.
 //!
-//! Elements stay linear in their own axes, which turn with the bodies; bodies move by finite rotations. Linear statics on the
+//! Elements stay linear in their own axes, which turn with the bodies; bodies move by finite rotations. The energy of a joint
+//! is quadratic in slide and rotation vector, and springs between bodies pull along the line between their anchors as these
+//! have moved: where only these deform, the equilibrium is exact. Linear statics on the
 //! deflected geometry are repeated until nothing moves. Where the structure stiffens as it deflects these iterations swing
 //! about the answer without end, and are begun anew with damping (Aitken's factor, kept between 0 and 1, under which what is
 //! unstable stays unstable: Irons and Tuck 1969). What does not settle is an error, and so is what settles where the tangent
@@ -14,6 +16,7 @@ use super::stability::greatest;
 use super::statics::{Mechanism, Statics};
 use crate::elements::{Configuration, Deflected, VertexIndex, spatial};
 use crate::kinematics::{Placements, rotation_vector};
+use crate::math::left_jacobian;
 
 /// Iterations after which it is given up.
 const MOST: usize = 200;
@@ -74,8 +77,19 @@ pub fn equilibrium(
             "the equilibrium found is not stable, its tangent stiffness is not positive definite: buckling begins at {factor:.3} of this load"
         )));
     }
-    let load_factor = if growth > 0.0 { 1.0 / growth } else { f64::INFINITY };
+    let load_factor = if growth > NEUTRAL { 1.0 / growth } else { f64::INFINITY };
     Ok(Equilibrium { displacement, rotation, iterations, load_factor })
+}
+
+/// What must be added to the forces on an element, reduced to its first end, for its linear law to give the deformation
+/// (slide d, rotation vector phi) of which it stores energy: the moment that works on phi is `J' (m - d x f)`, with J the left
+/// Jacobian of the turn and m about the first end. Without a turn about more than one axis nothing.
+fn turned_moment(strain: &Vector6<f64>, forces: &Vector6<f64>) -> Vector6<f64> {
+    let [slide, turn] = [0, 3].map(|k| Vector3::from(strain.fixed_rows::<3>(k)));
+    let [force, moment] = [0, 3].map(|k| Vector3::from(forces.fixed_rows::<3>(k)));
+    let works = left_jacobian(&turn).tr_mul(&(moment - slide.cross(&force)));
+    let added = works - moment;
+    Vector6::new(0.0, 0.0, 0.0, added.x, added.y, added.z)
 }
 
 /// A pose on its way to equilibrium.
@@ -90,6 +104,8 @@ struct Pose<'a> {
     turned: Vec<Matrix3<f64>>,
     /// Deformation of each tree member, local axes.
     strains: Vec<Vector6<f64>>,
+    /// What a finite turn of a member adds to that.
+    bent: Vec<Vector6<f64>>,
 }
 
 impl<'a> Pose<'a> {
@@ -111,6 +127,7 @@ impl<'a> Pose<'a> {
             response: Response::new(elastics, load.vertex),
             turned: vec![Matrix3::identity(); count],
             strains: vec![Vector6::zeros(); elastics.in_tree],
+            bent: vec![Vector6::zeros(); elastics.in_tree],
         })
     }
 
@@ -172,7 +189,19 @@ impl<'a> Pose<'a> {
         let weight = &self.statics.weight;
         let own = |member: usize| if weight.active { weight.strains[member] } else { Vector6::zeros() };
         let strains = self.response.strains.iter().enumerate();
-        strains.map(|(member, by_unit)| by_unit * wrench + own(member)).collect()
+        let mut strains: Vec<Vector6<f64>> = strains.map(|(member, by_unit)| by_unit * wrench + own(member)).collect();
+        let weight = &self.statics.weight;
+        for (member, of) in self.elastics.members[..self.elastics.in_tree].iter().enumerate() {
+            // A beam's elements are linear: the finer, the closer.
+            if of.per_length.is_none() {
+                let own = if weight.active { weight.forces[member] } else { Vector6::zeros() };
+                let forces = self.response.forces[member] * wrench + own;
+                let added = turned_moment(&self.strains[member], &forces);
+                self.bent[member] = self.statics.placed[member].flexibility.apply(&added);
+            }
+        }
+        strains.iter_mut().zip(&self.bent).for_each(|(strain, bent)| *strain += bent);
+        strains
     }
 
     /// Places each body against the one that carries it, by the deformation of the element between; by how much that moved
@@ -213,10 +242,17 @@ impl<'a> Pose<'a> {
         let (elastics, undeflected, statics) = (self.elastics, &self.undeflected, &mut self.statics);
         for (index, closing) in elastics.closings.iter().enumerate() {
             let edge = elastics.members[elastics.in_tree + index].edge;
-            let Some(origin) = edge.element.pivot(&self.placements.frames, undeflected, edge.ends) else { continue };
             let forces = &statics.closings[index].forces;
             let linear: Vector6<f64> =
                 closing.cycle.iter().zip(forces).map(|((member, _), f)| f.tr_mul(&self.strains[*member])).sum();
+            let bent: Vector6<f64> =
+                closing.cycle.iter().zip(forces).map(|((member, _), f)| f.tr_mul(&self.bent[*member])).sum();
+            statics.defects.resize(elastics.closings.len(), Vector6::zeros());
+            let Some(origin) = edge.element.pivot(&self.placements.frames, undeflected, edge.ends) else {
+                // A spring holds nothing together: its force is that of the pose, and gaps count from there.
+                statics.defects[index] = bent - linear;
+                continue;
+            };
             let local = statics.placed[elastics.in_tree + index].local;
             let to_local: Matrix3<f64> = local.fixed_view::<3, 3>(0, 0).into_owned();
             let [a, b] = edge.ends;
@@ -224,8 +260,7 @@ impl<'a> Pose<'a> {
             let open = to_local * (reach(b) - reach(a));
             let turn = to_local * rotation_vector(&Rotation3::from_matrix_unchecked(turns[b] * turns[a].transpose()));
             let exact = Vector6::new(open.x, open.y, open.z, turn.x, turn.y, turn.z);
-            statics.defects.resize(elastics.closings.len(), Vector6::zeros());
-            statics.defects[index] = exact - linear;
+            statics.defects[index] = exact + bent - linear;
         }
     }
 

@@ -65,7 +65,9 @@ impl Elastics<'_> {
         out.closings.resize_with(self.closings.len(), ClosingStatics::default);
         for (index, (closing, state)) in self.closings.iter().zip(&mut out.closings).enumerate() {
             let member = self.in_tree + index;
-            state.held = self.members[member].edge.element.held(at);
+            let edge = self.members[member].edge;
+            state.held = edge.element.held(at, edge.ends);
+            state.drawn = edge.element.drawn(at, edge.ends);
             let unit = wrenches(&out.placed[member].local);
             state.forces.clear();
             state.strains.clear();

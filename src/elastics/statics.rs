@@ -33,6 +33,8 @@ pub struct Statics {
 pub(super) struct ClosingStatics {
     /// What turns the gap into a force, of springs and of closures' released directions.
     pub held: Held,
+    /// By how much the wrench of a spring has changed with a finite deflection.
+    pub drawn: Vector6<f64>,
     /// Internal forces along its cycle by its unit forces, and the deformations they cause.
     pub forces: Vec<Matrix6<f64>>,
     pub strains: Vec<Matrix6<f64>>,

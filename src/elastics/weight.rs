@@ -97,7 +97,8 @@ impl Elastics<'_> {
             }
             let rows = closing.rows(&state.held, &gap);
             for (direction, unknown) in closing.unknowns() {
-                right[unknown] = -rows[direction] + if counted { state.held.preload[direction] } else { 0.0 };
+                let preload = if counted { state.held.preload[direction] } else { 0.0 };
+                right[unknown] = preload + state.drawn[direction] - rows[direction];
             }
         }
         for release in &self.releases {

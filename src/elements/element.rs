@@ -65,8 +65,14 @@ pub trait ElasticElement: Debug + Send + Sync {
     }
 
     /// What holds the directions that are not [`Direction::Flexible`].
-    fn held(&self, _at: &Configuration) -> Held {
+    fn held(&self, _at: &Configuration, _ends: [VertexIndex; 2]) -> Held {
         Held::default()
+    }
+
+    /// By how much the wrench on its second vertex has changed with a finite deflection, in the local axes of
+    /// [`ElasticElement::place`], for an element that holds nothing together but pulls ([`Direction::Sprung`]).
+    fn drawn(&self, _at: &Configuration, _ends: [VertexIndex; 2]) -> Vector6<f64> {
+        Vector6::zeros()
     }
 
     /// Whether it loads the structure of itself.

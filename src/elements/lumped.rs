@@ -149,7 +149,7 @@ impl ElasticElement for Lumped {
         Some(self.at.place(frames))
     }
 
-    fn held(&self, at: &Configuration) -> Held {
+    fn held(&self, at: &Configuration, _: [VertexIndex; 2]) -> Held {
         let mut stiffness = Matrix6::zeros();
         for (k, law) in self.laws.iter().enumerate() {
             if let Law::Released(Some(slot)) = *law {

@@ -4,7 +4,7 @@
 //! stiffness, tension included, are first and second derivatives of its energy K (s - s0)^2 / 2 by that twist. About a
 //! single joint this is eq. (10), (11) of the KR-270 paper.
 
-use nalgebra::{IsometryMatrix3, Matrix3, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{IsometryMatrix3, Matrix3, Matrix6, Point3, Rotation3, Vector3, Vector6};
 
 use super::element::{
     Configuration, Direction, ElasticElement, Frames, Held, MotionRate, ParameterUse, Placed, Rate, VertexIndex,
@@ -15,6 +15,7 @@ use super::per_length::PerLength;
 use crate::description::elastic;
 use crate::description::raw::SpringAction;
 use crate::description::robot::FrameIndex;
+use crate::math::{left_jacobian, rotation_vector};
 use crate::parameter::Slot;
 
 /// A spring between points of two bodies.
@@ -56,6 +57,43 @@ impl Spring {
     fn rate(&self, values: &[f64]) -> f64 {
         values[self.slots[0]]
     }
+
+    /// The spring between the anchors as they have deflected; `state` with nothing deflected.
+    fn deflected(&self, state: &SpringState, at: &Configuration, [first, second]: [VertexIndex; 2]) -> SpringState {
+        let b = state.pivot + state.arm;
+        let a = at.carried(first, &(b - state.along * state.length));
+        let b = at.carried(second, &b);
+        let pivot = at.carried(first, &state.pivot);
+        let length = (b - a).norm();
+        SpringState {
+            pivot,
+            arm: b - pivot,
+            along: (b - a) / length.max(f64::MIN_POSITIVE),
+            length,
+            tension: state.tension + state.rate * (length - state.length),
+            ..*state
+        }
+    }
+}
+
+/// A load on the second body that is dead in the exponential coordinates of its motion against the first, `wrench` with
+/// nothing deflected: its force and its moment about the pivot turn along with the first body, and the moment as the
+/// coordinates do, `m = J^-T m_0` with J the left Jacobian of the relative turn. Against it the stiffness of
+/// [`SpringState::stiffness`] is the exact derivative.
+fn carried(
+    wrench: &Vector6<f64>,
+    state: &SpringState,
+    at: &Configuration,
+    [first, second]: [VertexIndex; 2],
+) -> Vector6<f64> {
+    let turned = at.turned(first);
+    let relative = Rotation3::from_matrix_unchecked(turned.transpose() * at.turned(second));
+    let shift = at.carried(second, &state.pivot) - at.carried(first, &state.pivot);
+    let force = turned * wrench.fixed_rows::<3>(0);
+    let by_turn = left_jacobian(&rotation_vector(&relative)).transpose();
+    let moment = by_turn.try_inverse().unwrap_or_else(Matrix3::identity) * wrench.fixed_rows::<3>(3);
+    let moment = turned * moment + shift.cross(&force);
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
 }
 
 impl ElasticElement for Spring {
@@ -75,17 +113,33 @@ impl ElasticElement for Spring {
         self.spring.acts == SpringAction::Full && self.is_strained()
     }
 
-    fn place(&self, at: &Configuration, _: [VertexIndex; 2], _: &PerLength) -> Placed {
-        Placed::new(&Matrix3::identity(), &at.frames[self.pivot].translation.vector, Flexibility::Rigid)
+    fn place(&self, at: &Configuration, [first, _]: [VertexIndex; 2], _: &PerLength) -> Placed {
+        let pivot = at.carried(first, &at.frames[self.pivot].translation.vector);
+        Placed::new(&Matrix3::identity(), &pivot, Flexibility::Rigid)
     }
 
     fn pivot(&self, _: &Frames, _: &[Vector3<f64>], _: [VertexIndex; 2]) -> Option<Vector3<f64>> {
         None
     }
 
-    fn held(&self, at: &Configuration) -> Held {
+    fn held(&self, at: &Configuration, ends: [VertexIndex; 2]) -> Held {
         let state = SpringState::new(self, at.values, at.frames);
-        Held { stiffness: state.stiffness(), preload: state.wrench() }
+        if at.deflected.is_none() {
+            return Held { stiffness: state.stiffness(), preload: state.wrench() };
+        }
+        Held {
+            stiffness: self.deflected(&state, at, ends).stiffness(),
+            preload: carried(&state.wrench(), &state, at, ends),
+        }
+    }
+
+    fn drawn(&self, at: &Configuration, ends: [VertexIndex; 2]) -> Vector6<f64> {
+        if at.deflected.is_none() {
+            return Vector6::zeros();
+        }
+        let before = SpringState { loads: true, ..SpringState::new(self, at.values, at.frames) };
+        let now = self.deflected(&before, at, ends);
+        now.wrench() - carried(&before.wrench(), &before, at, ends)
     }
 
     fn by_parameter(&self, part: usize, at: &Configuration) -> Rate {

@@ -14,8 +14,10 @@ use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures
 use super::robust;
 use super::selection::Selection;
 use super::settings::{Scheme, Settings, Weights, loss_fault};
+use super::shared::Sharing;
 use super::statistics::errors_of;
 use indexmap::IndexMap;
+use nalgebra::{DMatrix, DVector};
 
 use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::{Bounds, Loss, Progress};
@@ -55,7 +57,7 @@ pub fn calibrate(
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
     let found = fit(&problem, &bounds, settings, progress)?;
 
-    let covariance = Covariance::new(&found.residual, &found.jacobian, &found.weights, problem.priors());
+    let covariance = covariance(&task.fitted, &problem, &found);
     let ci95 = covariance.ci95();
     let mut values = problem.values(&found.x);
     let equivalences = selection.groups.iter().cloned().filter_map(|group| {
@@ -66,7 +68,7 @@ pub fn calibrate(
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
     Ok(Calibration {
-        estimates: task.estimates(&selection, &values, &ci95, &found)?,
+        estimates: task.estimates(&selection, &values, &covariance, &found)?,
         predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
         slots: selection.predictor.slots,
         identifiability: selection.identifiability,
@@ -77,7 +79,8 @@ pub fn calibrate(
         registration,
         after,
         noise_ratio: covariance.noise_ratio,
-        degrees_of_freedom: covariance.degrees_of_freedom,
+        degrees_of_freedom: covariance.freedom,
+        shared: covariance.shared,
         direction_noise,
         iterations: found.iterations,
         ending: found.status,
@@ -287,13 +290,14 @@ impl<'a> Task<'a> {
         &self,
         selection: &Selection,
         values: &[f64],
-        ci95: &[f64],
+        covariance: &Covariance,
         found: &Fit,
     ) -> Result<Vec<Estimate>, CalibrationError> {
         let slots = &selection.predictor.slots;
         let mut last = Linearised::default();
         selection.predictor.linearise(values, true, &mut last)?;
         let moves = moves(&self.fitted, &last.jacobian, slots, values);
+        let ci95 = covariance.ci95();
         let estimate = |(column, (&slot, moves)): (usize, (&Slot, f64))| {
             let position = selection.identifiability.kept.binary_search(&column).ok();
             Estimate {
@@ -301,6 +305,7 @@ impl<'a> Task<'a> {
                 nominal: self.nominal[slot],
                 value: values[slot],
                 ci95: position.map(|k| ci95[k]),
+                degrees_of_freedom: position.map_or(0.0, |k| covariance.degrees_of_freedom[k]),
                 at_bound: position.is_some_and(|k| found.at_bound[k]),
                 moves: (self.model.registry[slot].group == Group::Elastic).then_some(moves),
             }
@@ -329,6 +334,32 @@ impl<'a> Task<'a> {
         let noise: f64 = direction_noise.iter().map(|s| s * s).sum();
         Ok(Some(PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() }))
     }
+}
+
+/// Covariance of a fit to `fitted`: copies of readings add nothing, readings of one configuration may share errors.
+fn covariance(fitted: &Campaign, problem: &CampaignProblem, found: &Fit) -> Covariance {
+    let copies = fitted.copies();
+    let is_copy = |index: usize| copies.get(index).is_some_and(Option::is_some);
+    let once = fitted.select(|index, _| !is_copy(index));
+    let of = |residual: &DVector<f64>, jacobian: &DMatrix<f64>, weights: &DVector<f64>| {
+        let covariance = Covariance::new(residual, jacobian, weights, problem.priors());
+        match Sharing::of(&once) {
+            Some(sharing) => covariance.sharing(residual, jacobian, weights, &sharing),
+            None => covariance,
+        }
+    };
+    if once.readings.len() == fitted.readings.len() {
+        return of(&found.residual, &found.jacobian, &found.weights);
+    }
+    let readings = fitted.readings.iter().enumerate();
+    let copied = readings.flat_map(|(index, reading)| std::iter::repeat_n(is_copy(index), reading.observes.rows()));
+    let rows: Vec<usize> = copied
+        .chain(std::iter::repeat(false))
+        .take(found.residual.len())
+        .enumerate()
+        .filter_map(|(row, copied)| (!copied).then_some(row))
+        .collect();
+    of(&found.residual.select_rows(&rows), &found.jacobian.select_rows(&rows), &found.weights.select_rows(&rows))
 }
 
 /// The greatest length among the free constants of the robot.

@@ -15,7 +15,21 @@
 //! of stated deviations matter. A reading whose robust weight is [`OUTLIER`] or less determines nothing and is not counted
 //! in `m`; a prior counts as a reading.
 //!
-//! Intervals are two-sided, 95 %, of Student's t with `m - n` degrees of freedom: `C_kk^(1/2) t`. They hold for one
+//! # Readings of one configuration
+//! Where configurations have several readings, these may share errors ([`super::shared`]): with `V = s^2 I + sum_i t_i Z_i
+//! Z_i'` their estimated covariance, that of the parameters is the exact one of this estimate under it,
+//!
+//! ```text
+//!   C = (J' W J)^-1 J' W^1/2 V W^1/2 J (J' W J)^-1
+//! ```
+//!
+//! A variance that is made of mean squares between and within configurations has, by Satterthwaite (*Biometrics Bulletin* 2,
+//! 1946), `2 C^2 / var(C)` degrees of freedom: where repeats count, nearly those between configurations. Parts that come out
+//! at zero leave the plain formula; the others are used whether or not their test is significant, so that intervals hold
+//! also where it has little power. Exact copies of readings are left out.
+//!
+//! # Intervals
+//! Intervals are two-sided, 95 %, of Student's t with these degrees of freedom: `C_kk^(1/2) t`. They hold for one
 //! parameter at a time, not for all together, and to first order: not near a bound, and not for a parameter whose
 //! influence changes over its own interval. What is dropped by the reduction has no interval; its effect is in the kept
 //! parameters it was merged into.
@@ -25,7 +39,8 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use crate::math::linear::cofactor;
+use super::shared::{Components, SharedError, Sharing};
+use crate::math::linear::{cofactor, factored};
 use crate::math::quantiles::t95;
 
 /// Robust weight at or below which a reading counts as an outlier that determines nothing. Tukey's loss gives 0 beyond its
@@ -39,8 +54,13 @@ pub struct Covariance {
     pub matrix: DMatrix<f64>,
     /// Standard deviation of the weighted residuals: 1 where the noise is as stated.
     pub noise_ratio: f64,
-    /// Residuals and priors that determine something, less parameters; at least 1.
-    pub degrees_of_freedom: f64,
+    /// Residuals and priors that determine something, less parameters, at least 1.
+    pub freedom: f64,
+    /// Of the variance of each parameter (n): residuals and priors that determine something, less parameters, at least 1;
+    /// fewer where readings of a configuration share errors.
+    pub degrees_of_freedom: Vec<f64>,
+    /// What readings of a configuration share, where that is more than nothing.
+    pub shared: Option<SharedError>,
 }
 
 impl Covariance {
@@ -54,13 +74,46 @@ impl Covariance {
         let noise_ratio = (squares / degrees_of_freedom).sqrt();
         let weighted =
             DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * weights[i].sqrt());
-        Self { matrix: cofactor(&weighted) * noise_ratio.powi(2), noise_ratio, degrees_of_freedom }
+        let matrix = cofactor(&weighted) * noise_ratio.powi(2);
+        let (freedom, degrees_of_freedom) = (degrees_of_freedom, vec![degrees_of_freedom; jacobian.ncols()]);
+        Self { matrix, noise_ratio, freedom, degrees_of_freedom, shared: None }
+    }
+
+    /// The same where the rows of readings go together as said.
+    #[must_use]
+    pub fn sharing(
+        self,
+        residual: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+        weights: &DVector<f64>,
+        sharing: &Sharing,
+    ) -> Self {
+        let scales: Vec<f64> = weights.iter().map(|w| if *w > OUTLIER { w.sqrt() } else { 0.0 }).collect();
+        let residual = DVector::from_fn(residual.len(), |i, _| residual[i] * scales[i]);
+        let weighted = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] * scales[i]);
+        let Some((basis, root)) = factored(&weighted) else { return self };
+        let Some(Components { error, own, between }) = sharing.components(&residual, &basis, &scales) else {
+            return self;
+        };
+        let own_part = &root * root.transpose();
+        let shared_part = &root * between * root.transpose();
+        // C = b (B - s^2) + c s^2 of the mean squares B between and s^2 within.
+        let [b, s] = [error.ratio * own, own];
+        let degrees = |k: usize| {
+            let (c, shared) = (own_part[(k, k)], shared_part[(k, k)]);
+            let of_between = if b > s { shared / (b - s) } else { 0.0 };
+            let spread = (of_between * b).powi(2) / error.between + ((c - of_between) * s).powi(2) / error.within;
+            let degrees = (shared + c * s).powi(2) / spread;
+            if degrees.is_finite() { degrees.max(1.0) } else { error.between }
+        };
+        let degrees_of_freedom = (0..jacobian.ncols()).map(degrees).collect();
+        Self { matrix: own_part * own + shared_part, degrees_of_freedom, shared: Some(error), ..self }
     }
 
     /// Half width of the 95 % interval of each parameter (n), in its unit.
     pub fn ci95(&self) -> Vec<f64> {
-        let quantile = t95(self.degrees_of_freedom);
-        self.matrix.diagonal().iter().map(|variance| quantile * variance.max(0.0).sqrt()).collect()
+        let widths = self.matrix.diagonal().map(|variance| variance.max(0.0).sqrt());
+        widths.iter().zip(&self.degrees_of_freedom).map(|(width, degrees)| t95(*degrees) * width).collect()
     }
 
     /// Correlations (n x n), between -1 and 1.

@@ -3,9 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::equivalence::Equivalence;
+use super::shared::SharedError;
 use super::statistics::Errors;
 use crate::identifiability::Identifiability;
 use crate::least_squares::{Status, UsageError};
+use crate::math::quantiles::t95;
 use crate::parameter::Slot;
 use crate::prediction::PredictionError;
 
@@ -65,6 +67,9 @@ pub struct Estimate {
     pub value: f64,
     /// Half width of the 95 % interval; `None` where the reduction dropped it.
     pub ci95: Option<f64>,
+    /// Degrees of freedom of its variance, with which the interval is that of Student's t; see
+    /// [`super::covariance::Covariance`]. 0 where it was dropped.
+    pub degrees_of_freedom: f64,
     /// Whether it stopped at a bound.
     pub at_bound: bool,
     /// Greatest displacement of a fitted reading that an elastic parameter causes at its value, m; `None` for others.
@@ -75,6 +80,11 @@ impl Estimate {
     /// Whether it was estimated, not dropped.
     pub fn identifiable(&self) -> bool {
         self.ci95.is_some()
+    }
+
+    /// Standard deviation; `None` where the reduction dropped it.
+    pub fn sigma(&self) -> Option<f64> {
+        Some(self.ci95? / t95(self.degrees_of_freedom))
     }
 }
 
@@ -123,6 +133,8 @@ pub struct Calibration {
     pub noise_ratio: f64,
     /// Residuals and priors that determine something, less parameters; see [`super::covariance::Covariance`].
     pub degrees_of_freedom: f64,
+    /// What readings of one configuration share, where that is more than nothing.
+    pub shared: Option<SharedError>,
     /// Standard deviation of the residuals of each direction over the fitted readings, m; 0 for directions that the kind of
     /// readings does not have.
     pub direction_noise: [f64; 3],

@@ -12,7 +12,7 @@ use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::{Settings, What};
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawRobot;
-use crate::math::quantiles::{t95, two_sided_t};
+use crate::math::quantiles::two_sided_t;
 use crate::model::Model;
 use crate::parameter::{Group, Parameter, Slot};
 
@@ -81,15 +81,14 @@ pub fn comparable(
 /// The changes of all parameters that a calibration of the earlier description `raw` (its model is `model`) estimated, in
 /// the calibration's order.
 pub fn changes(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Change> {
-    let quantile = t95(found.degrees_of_freedom);
     let change = |estimate: &Estimate| {
         let parameter = &model.registry[estimate.slot];
-        let now = estimate.ci95? / quantile;
+        let now = estimate.sigma()?;
         let stated = raw.calibration.uncertainties.get(&parameter.name);
         let before = stated.map_or(0.0, |stated| width_in_si(raw, parameter, estimate.nominal, *stated));
         let sigma = now.hypot(before);
         // Welch and Satterthwaite, the earlier deviation as good as known.
-        let degrees_of_freedom = found.degrees_of_freedom * (sigma / now).powi(4);
+        let degrees_of_freedom = estimate.degrees_of_freedom * (sigma / now).powi(4);
         let (before, now) = (estimate.nominal, estimate.value);
         let mut change = Change { slot: estimate.slot, before, now, sigma, both: stated.is_some(), p: 0.0 };
         change.p = match change.z() {
@@ -108,11 +107,10 @@ pub fn changes(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Change
 #[must_use]
 pub fn with_uncertainties(raw: &RawRobot, model: &Model, found: &Calibration) -> RawRobot {
     let mut raw = raw.clone();
-    let quantile = t95(found.degrees_of_freedom);
     for estimate in &found.estimates {
         let parameter = &model.registry[estimate.slot];
-        let Some(ci95) = estimate.ci95.filter(|ci95| ci95.is_finite()) else { continue };
-        let width = parameter.shown_width(estimate.value, ci95 / quantile) / size(&raw, parameter);
+        let Some(sigma) = estimate.sigma().filter(|sigma| sigma.is_finite()) else { continue };
+        let width = parameter.shown_width(estimate.value, sigma) / size(&raw, parameter);
         raw.calibration.uncertainties.insert(parameter.name.clone(), width);
     }
     raw

@@ -213,12 +213,13 @@ fn combine(columns: &Columns, kept: &[usize], dropped: &[(usize, Why)]) -> Vec<(
 }
 
 /// Condition number and O1..O5: (product)^(1/n) / sqrt(rows), last / first, last, last^2 / first, 1 / sum of inverses.
-/// `None` where there are no columns.
+/// `None` where there are no columns, or where one of them is nothing.
 fn indices(singular_values: &[f64], rows: usize) -> Option<(f64, [f64; 5])> {
     let (&first, &last) = (singular_values.first()?, singular_values.last()?);
     let n = singular_values.len() as f64;
     let mean_log = singular_values.iter().map(|s| s.ln()).sum::<f64>() / n;
     let inverse: f64 = singular_values.iter().map(|s| 1.0 / s).sum();
     let all = [mean_log.exp() / (rows as f64).sqrt(), last / first, last, last * last / first, 1.0 / inverse];
-    Some((first / last, all))
+    let condition = first / last;
+    (condition.is_finite() && all.iter().all(|index| index.is_finite())).then_some((condition, all))
 }

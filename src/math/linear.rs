@@ -269,3 +269,20 @@ pub fn cofactor(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let root = DMatrix::from_fn(n, rank, |i, k| right[(i, k)] / values[k] / lengths[i]);
     &root * root.transpose()
 }
+
+/// Orthonormal columns U (m x r) that span those of a matrix A (m x n) of rank r, and a root B (n x r) with `A' = B^+ U'`:
+/// `(A' A)^-1 = B B'`, and the least-squares solution of `A x = b` is `B U' b`. `None` where the iteration for singular
+/// values fails or an entry is not finite. Scaled as [`cofactor`].
+pub fn factored(jacobian: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let n = jacobian.ncols();
+    let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+    let scaled = DMatrix::from_fn(jacobian.nrows(), n, |i, j| jacobian[(i, j)] / lengths[j]);
+    if n == 0 || scaled.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let Svd { left, values, right } = Svd::new(&scaled)?;
+    let least = SINGULAR * values.first().copied().unwrap_or(0.0);
+    let rank = values.iter().take_while(|value| **value > least).count();
+    let root = DMatrix::from_fn(n, rank, |i, k| right[(i, k)] / values[k] / lengths[i]);
+    Some((left.columns(0, rank).into_owned(), root))
+}

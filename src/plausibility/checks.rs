@@ -61,6 +61,12 @@ pub const CHECKS: &[Check] = &[
         find: numerics::weak_directions,
     },
     Check {
+        codes: &[Code::DependentReadings],
+        of_result: true,
+        about: "readings of one configuration scatter about the model as much as configurations do: repeats average out only what they do not share",
+        find: numerics::dependent,
+    },
+    Check {
         codes: &[Code::MovedFar],
         of_result: true,
         about: "calibrated constants are within some tolerances of the description",

@@ -91,6 +91,9 @@ pub struct Limits {
     pub sessions_fall: f64,
     /// Such sessions are at least so many standard deviations of the noise apart.
     pub sessions_apart: f64,
+    /// Least shared error that is spoken of, in standard deviations of the stated noise: simulated readings without noise
+    /// leave rounding.
+    pub shared_least: f64,
 }
 
 impl Default for Limits {
@@ -120,6 +123,7 @@ impl Default for Limits {
             rows_per_parameter: 1.5,
             sessions_fall: 1.5,
             sessions_apart: 5.0,
+            shared_least: 1e-3,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::evidence::{Evidence, Limits};
 use crate::diagnostic::Diagnostic;
+use crate::estimation::SharedError;
 use crate::identifiability::Why;
 use crate::least_squares::Status;
 use crate::parameter::{Group, Kind};
@@ -70,4 +71,20 @@ pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic
         format!("the readings hardly show {}: held as described, merged into what is fitted", names.join(", "));
     let remedy = "measure configurations that differ more, or state where base or tool is";
     vec![Diagnostic::warning(message).figure("held", names.len() as f64).remedy(remedy)]
+}
+
+pub(super) fn dependent(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let is_told = |error: &SharedError| error.p < limits.chance && error.shared > limits.shared_least;
+    let Some(error) = evidence.found.and_then(|found| found.shared).filter(is_told) else { return Vec::new() };
+    let SharedError { shared, own, ratio, between, within, p } = error;
+    let message = format!(
+        "readings of one configuration share an error, {:.1} times as large as what each has for itself: intervals count \
+         it, and repeats narrow them little (F = {ratio:.1} with {between:.0} and {within:.0} degrees of freedom)",
+        shared / own
+    );
+    let figures = [("shared_in_stated_noise", shared), ("own_in_stated_noise", own), ("ratio", ratio), ("p", p)];
+    let warning =
+        figures.into_iter().fold(Diagnostic::warning(message), |said, (name, value)| said.figure(name, value));
+    let remedy = "measure more configurations instead of repeats; `diagnose` looks for what the model misses";
+    vec![warning.remedy(remedy)]
 }

@@ -29,8 +29,10 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows, screen));
     }
     if !found.outliers.is_empty() {
-        let rows: Vec<String> = found.outliers.iter().take(OUTLIERS).map(ToString::to_string).collect();
-        let _ = writeln!(out, "outliers, by row: {}\n", rows.join(", "));
+        let more = found.outliers_at.len().saturating_sub(OUTLIERS);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let places: Vec<&str> = found.outliers_at.iter().take(OUTLIERS).map(String::as_str).collect();
+        let _ = writeln!(out, "outliers, set aside: {}{more}\n", places.join(", "));
     }
     out += &location(&found.location, screen);
     if !found.structure.is_empty() {
@@ -64,7 +66,7 @@ fn finding(found: &Diagnosis) -> String {
             found.hypotheses
         ),
         Verdict::Explained | Verdict::PartlyExplained => {
-            let named: Vec<String> = found.causes.iter().map(|c| format!("{} at {}", c.effect, c.site)).collect();
+            let named: Vec<String> = found.causes.iter().map(|c| named(found, c)).collect();
             format!(
                 "{}: {}. The gap shrinks from {rms:.4} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).",
                 if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" },
@@ -72,6 +74,15 @@ fn finding(found: &Diagnosis) -> String {
                 found.after_all.rms
             )
         }
+    }
+}
+
+/// A cause by name; of outliers, how many were set aside.
+fn named(found: &Diagnosis, cause: &Cause) -> String {
+    let count = found.outliers.len();
+    match cause.effect.as_str() {
+        "outliers" => format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" }),
+        effect => format!("{effect} at {}", cause.site),
     }
 }
 

@@ -65,9 +65,12 @@ fn block(header: &[&str], rows: &[Vec<String>], screen: Option<usize>) -> String
         let first = text.split_whitespace().next().unwrap_or("0");
         first.parse::<f64>().is_ok() && text.split_whitespace().count() <= 2
     };
-    let right = |column: usize| column > 0 && rows.iter().filter_map(|row| row.get(column)).all(number);
+    let is_number = |column: usize| column > 0 && rows.iter().filter_map(|row| row.get(column)).all(number);
+    let columns = rows.iter().map(Vec::len).chain([header.len()]).max().unwrap_or(0);
+    let right: Vec<bool> = (0..columns).map(is_number).collect();
     let cell = |column: usize, text: &str| {
-        Cell::new(text).set_alignment(if right(column) { CellAlignment::Right } else { CellAlignment::Left })
+        let is_right = right.get(column).copied().unwrap_or_default();
+        Cell::new(text).set_alignment(if is_right { CellAlignment::Right } else { CellAlignment::Left })
     };
     table.set_header(header.iter().enumerate().map(|(column, text)| cell(column, text)));
     for row in rows {

@@ -9,11 +9,15 @@ use crate::diagnosis::{
 };
 use crate::model::Model;
 
-/// The gap that calibration leaves on readings that were not fitted, mm.
+/// The gap that calibration leaves on readings that were not fitted, mm; where outliers are a cause, `rms` and `max` are those
+/// of all readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
     pub rms: f64,
     pub max: f64,
+    /// With the outliers set aside, where they are a cause.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_outliers: Option<f64>,
     /// Root mean square position error by noise alone.
     pub noise: f64,
     /// sqrt(rms^2 - noise^2).
@@ -120,6 +124,8 @@ pub struct Diagnosis {
     pub look_alikes: LookAlikes,
     /// Rows of the readings.
     pub outliers: Vec<usize>,
+    /// Where these stand: file and line.
+    pub outliers_at: Vec<String>,
     /// Number of hypotheses compared.
     pub hypotheses: usize,
     pub notes: Notes,
@@ -138,6 +144,10 @@ impl Diagnosis {
     /// With the variables of a model.
     pub fn new(model: &Model, campaign: &str, found: &diagnosis::Diagnosis, seconds: f64) -> Self {
         let (gap, location) = (&found.gap, &found.location);
+        let [rms, max] = found.with_outliers.unwrap_or([gap.rms, gap.max]);
+        // Of the whole, the causes proper have only what the outliers leave.
+        let left = gap.rms / rms.max(f64::MIN_POSITIVE);
+        let of_all = |shrinkage: f64| 1.0 - left * (1.0 - shrinkage);
         let [x, y, z] = location.directions.map(mm);
         let region =
             |r: &diagnosis::Region| Region { when: r.when.clone(), rms: mm(r.rms), elsewhere: mm(r.elsewhere) };
@@ -156,12 +166,13 @@ impl Diagnosis {
         };
         Self {
             gap: Gap {
-                rms: mm(gap.rms),
-                max: mm(gap.max),
+                rms: mm(rms),
+                max: mm(max),
+                without_outliers: found.with_outliers.map(|_| mm(gap.rms)),
                 noise: mm(gap.noise),
-                closable: mm(gap.closable),
+                closable: mm((rms * rms - gap.noise * gap.noise).max(0.0).sqrt()),
                 unit: "mm",
-                significant: gap.is_significant,
+                significant: gap.is_significant || found.with_outliers.is_some(),
                 registration: gap.registration.map(mm),
             },
             location: Location {
@@ -177,13 +188,14 @@ impl Diagnosis {
             after_all: AfterAll {
                 rms: mm(found.rms_after),
                 rms_ci95: ends(found.rms_after_ci95).map(|v| v.map(mm)),
-                shrinkage: found.shrinkage.value,
-                shrinkage_ci95: ends(found.shrinkage.ci95),
+                shrinkage: of_all(found.shrinkage.value),
+                shrinkage_ci95: ends(found.shrinkage.ci95.map(|ends| ends.map(of_all))),
             },
             structure: found.autocorrelation.clone(),
             next_poses: found.next_poses.iter().map(next).collect(),
             look_alikes: found.look_alikes.clone(),
             outliers: found.outliers.clone(),
+            outliers_at: found.outliers_at.clone(),
             hypotheses: found.hypotheses,
             notes: Notes {
                 noise: match found.noise_source {

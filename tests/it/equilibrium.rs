@@ -243,3 +243,109 @@ fn rigid_turns_of_the_base_turn_the_equilibrium() {
     let (a, b) = (at(0.0), at(1.1));
     assert!((a - b).norm() < 1e-11, "{a} {b}");
 }
+
+/// An upright bar on a joint that gives in all six directions, pulled by a spring to the ground. What it stores is quadratic in
+/// slide and rotation vector of the joint, and in the length of the spring.
+struct Sprung {
+    acts: &'static str,
+    /// Slide along and turn about x, y, z of the joint: N/m, N.m/rad.
+    stiff: [f64; 6],
+}
+
+const SPRUNG: Sprung = Sprung { acts: "full", stiff: [4e5, 6e5, 5e5, 900.0, 2500.0, 1500.0] };
+const RATE: f64 = 3000.0;
+const FREE: f64 = 0.5;
+const ANCHORS: [[f64; 3]; 2] = [[-0.4, 0.2, 0.1], [0.5, 0.1, -0.1]];
+
+impl Sprung {
+    fn model(&self) -> Model {
+        let Self { acts, stiff: [kx, ky, kz, kax, kay, kaz] } = self;
+        let [a, b] = ANCHORS;
+        model_of(&format!(
+            "units: {{length: m, angle: rad}}
+frames: {{1: {{antecedent: 0, joint: revolute, variable: q1, limits: [-3, 3]}}, E: {{antecedent: 1, d: 0.8, r: 0.1}}}}
+tool: {{frame: E}}
+gravity: [0, 0, -9.81]
+bodies: {{1: {{mass: 5, com: [0.4, 0, 0.1]}}}}
+joint_stiffness: {{1: {{krx: {{value: {kx}}}, kry: {{value: {ky}}}, ka: {{value: {kz}}}, krrx: {{value: {kax}}}, krry: {{value: {kay}}}, kar: {{value: {kaz}}}}}}}
+springs: {{s: {{bodies: [0, 1], anchors: [{a:?}, {b:?}], rate: {{value: {RATE}}}, free_length: {FREE}, acts: {acts}}}}}
+"
+        ))
+    }
+
+    /// Energy at a slide and rotation vector of the body, under a dead force at the tool, with own weight and tension or
+    /// without either.
+    fn energy(&self, x: &[f64; 6], force: &Vector3<f64>, weight: bool) -> f64 {
+        let slide = Vector3::new(x[0], x[1], x[2]);
+        let phi = Vector3::new(x[3], x[4], x[5]);
+        let turn = nalgebra::Rotation3::new(phi);
+        let at = |p: [f64; 3]| slide + turn * Vector3::from(p);
+        let length = |at: Vector3<f64>| (at - Vector3::from(ANCHORS[0])).norm();
+        let spring = |s: f64| 0.5 * RATE * (s - FREE).powi(2);
+        let mut energy: f64 = (0..6).map(|k| 0.5 * self.stiff[k] * x[k].powi(2)).sum();
+        energy += spring(length(at(ANCHORS[1])));
+        energy -= force.dot(&(at([0.8, 0.0, 0.1]) - Vector3::new(0.8, 0.0, 0.1)));
+        if weight {
+            return energy + 5.0 * 9.81 * at([0.4, 0.0, 0.1]).z;
+        }
+        // Its tension at rest is balanced by a load that is dead in slide and rotation vector.
+        let b = Vector3::from(ANCHORS[1]);
+        let along = (b - Vector3::from(ANCHORS[0])) / length(b);
+        let tension = RATE * (length(b) - FREE);
+        energy - tension * (along.dot(&slide) + b.cross(&along).dot(&phi))
+    }
+
+    /// Slide and rotation vector of least energy, by Newton's method on central differences.
+    fn least(&self, force: &Vector3<f64>, weight: bool) -> [f64; 6] {
+        let steps = [1e-5, 1e-5, 1e-5, 1e-4, 1e-4, 1e-4];
+        let mut x = [0.0; 6];
+        for _ in 0..30 {
+            let at = |moves: &[(usize, f64)]| {
+                let mut moved = x;
+                moves.iter().for_each(|&(k, by)| moved[k] += by);
+                self.energy(&moved, force, weight)
+            };
+            // Fourth order, so that rounding and not the difference is what is left.
+            let slope = |k: usize| {
+                let h = steps[k];
+                (8.0 * (at(&[(k, h)]) - at(&[(k, -h)])) - at(&[(k, 2.0 * h)]) + at(&[(k, -2.0 * h)])) / (12.0 * h)
+            };
+            let bend = |j: usize, k: usize| {
+                let (h, g) = (steps[j], steps[k]);
+                let all = [(h, g), (-h, -g), (h, -g), (-h, g)].map(|(a, b)| at(&[(j, a), (k, b)]));
+                (all[0] + all[1] - all[2] - all[3]) / (4.0 * h * g)
+            };
+            let gradient = nalgebra::Vector6::from_fn(|k, _| slope(k));
+            let hessian = nalgebra::Matrix6::from_fn(bend);
+            let step = hessian.lu().solve(&gradient).expect("regular");
+            (0..6).for_each(|k| x[k] -= step[k]);
+        }
+        x
+    }
+}
+
+#[test]
+fn a_joint_and_a_spring_between_bodies_store_what_they_should() {
+    for (acts, weight, load) in [
+        ("full", true, [0.0, 0.0, 0.0]),
+        ("full", true, [60.0, 150.0, -90.0]),
+        ("full", false, [60.0, 150.0, -90.0]),
+        ("stiffness", false, [60.0, 150.0, -90.0]),
+        ("full", false, [6.0, 15.0, -9.0]),
+    ] {
+        let arm = Sprung { acts, ..SPRUNG };
+        let expected = arm.least(&load.into(), weight);
+        let [x, y, z] = load;
+        let found = found(&arm.model(), &[0.0], ("E", [0.0; 3]), [x, y, z, 0.0, 0.0, 0.0], weight);
+        let found = found.unwrap_or_else(|error| panic!("{acts} {weight}: {error}"));
+        let phi = Vector3::new(expected[3], expected[4], expected[5]);
+        let at = Vector3::new(0.8, 0.0, 0.1);
+        let displaced = Vector3::new(expected[0], expected[1], expected[2]) + nalgebra::Rotation3::new(phi) * at - at;
+        if load[1] > 100.0 {
+            assert!(phi.norm() > 0.04, "{phi}");
+        }
+        let off =
+            ((found.rotation - phi).norm() / phi.norm(), (found.displacement - displaced).norm() / displaced.norm());
+        assert!(off.0 < 1e-6 && off.1 < 1e-6, "{acts} {weight} {load:?}: {off:?} of {}", phi.norm());
+    }
+}

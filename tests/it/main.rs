@@ -7,6 +7,7 @@ mod cli;
 mod compensation;
 mod compensator;
 mod convention;
+mod dependence;
 mod derivatives;
 mod diagnosis;
 mod diagnostics;

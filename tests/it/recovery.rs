@@ -29,7 +29,7 @@ struct Trial {
 
 /// Kept parameters against what the truth makes of them: their own value plus the factors times the errors of the
 /// dropped ones.
-fn covered(nominal: &[f64], truth: &[f64], found: &Calibration) -> Vec<bool> {
+pub fn covered(nominal: &[f64], truth: &[f64], found: &Calibration) -> Vec<bool> {
     let one = |&column: &usize| {
         let estimate = &found.estimates[column];
         let taken = found.identifiability.combinations.iter().find(|(kept, _)| *kept == column);

@@ -4,6 +4,7 @@ mod amount;
 mod bodies;
 mod columns;
 mod conditions;
+mod configurations;
 mod doubts;
 mod faults;
 mod order;
@@ -31,6 +32,7 @@ use crate::parameter::Kind;
 pub use amount::Amount;
 pub use columns::{expected_columns, kinds};
 pub use conditions::{ConditionColumn, Conditions};
+pub use configurations::{Point, point_of};
 pub use faults::faults;
 pub use read::resolve;
 pub use references::{ReferenceReading, References, completed as completed_reference, reference_columns};
@@ -74,6 +76,8 @@ pub struct Campaign {
     pub references: References,
     /// Runs of readings with arrangements of their own.
     pub sessions: Sessions,
+    /// Files of the readings, with the number of rows through the end of each.
+    pub files: Vec<(String, usize)>,
     /// Names of the configurations.
     pub poses: Vec<String>,
     /// Number of variables in each reading's configuration.
@@ -91,6 +95,8 @@ pub struct Campaign {
 pub struct Reading {
     /// Row in the files, header and empty lines left out, counted from 1 through all files.
     pub row: usize,
+    /// Line of the file on which the row starts, counted from 1; 0 where it came from no file.
+    pub line: usize,
     /// Configuration, by index in [`Campaign::poses`].
     pub pose: usize,
     /// The marker measured; `None` is the tool centre point.
@@ -173,6 +179,14 @@ impl Campaign {
         self.readings.iter().scan(0, next).collect()
     }
 
+    /// Where a reading stands: `measurements.csv:56`, file and line; its row where it came from no file.
+    pub fn address(&self, reading: &Reading) -> String {
+        match self.files.iter().find(|(_, end)| reading.row <= *end) {
+            Some((file, _)) if reading.line > 0 => format!("{file}:{}", reading.line),
+            _ => format!("row {}", reading.row),
+        }
+    }
+
     /// Whether readings are differences with and without load: then own weight and the base drop out.
     pub fn is_difference(&self) -> bool {
         self.observes.is_difference()
@@ -212,6 +226,7 @@ impl Campaign {
     pub fn blank(&self) -> Reading {
         Reading {
             row: 0,
+            line: 0,
             pose: 0,
             observes: self.observes,
             marker: None,
@@ -248,6 +263,7 @@ impl Campaign {
             bodies: self.bodies.clone(),
             references: self.references.clone(),
             sessions: self.sessions.clone(),
+            files: self.files.clone(),
             poses: self.poses.clone(),
             ..*self
         }

@@ -62,6 +62,7 @@ pub fn resolve(
             stations: Vec::new(),
             files: files(&sources),
         },
+        files: Vec::new(),
         poses: Vec::new(),
         variables: robot.variables.len(),
         joints: Vec::new(),

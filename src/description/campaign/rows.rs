@@ -123,6 +123,7 @@ impl<'a> RowReader<'a> {
             let session = in_session(&row, entry, campaign, &mut faults);
             let blank = Reading {
                 row: number,
+                line: table.line(index).unwrap_or_default(),
                 pose: self.pose(&row, (session, number), check, campaign, &mut faults),
                 observes: campaign.observes,
                 marker: self.marker(&row, &mut faults),
@@ -150,6 +151,7 @@ impl<'a> RowReader<'a> {
             diagnostics.push(Diagnostic::error(format!("and {more} more like these in {}", table.file())));
         }
         self.rows_before += table.row_count();
+        campaign.files.push((table.file().to_owned(), self.rows_before));
         self.conditions(table, &units, before, &rows, campaign);
     }
 

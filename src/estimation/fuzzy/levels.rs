@@ -74,13 +74,17 @@ pub fn levels(campaign: &Campaign, residual: &[f64]) -> Vec<Level> {
         own.0 += 1;
         own.1.add(sums);
     }
-    let mut sizes: Vec<i64> = cells.keys().map(|(size, _)| *size).collect();
+    // Under a force by which nothing is predicted to move there is nothing to compare with.
+    let is_predicted = |size: &i64| cells.iter().any(|((own, _), sums)| own == size && sums.predicted > 0.0);
+    let mut sizes: Vec<i64> = cells.keys().map(|(size, _)| *size).filter(is_predicted).collect();
     sizes.dedup();
     let level = |size: i64| {
         let (mut all, mut compared) = (Sums::default(), Sums::default());
         for ((_, way), sums) in cells.iter().filter(|((own, _), _)| *own == size) {
             all.add(sums);
-            let Some((_, common)) = ways.get(way).filter(|(count, _)| *count > 1) else { continue };
+            let Some((_, common)) = ways.get(way).filter(|(count, sums)| *count > 1 && sums.predicted > 0.0) else {
+                continue;
+            };
             let [gain, _] = common.gain();
             compared.add(&Sums { dot: gain * sums.dot, predicted: gain * gain * sums.predicted, ..*sums });
         }

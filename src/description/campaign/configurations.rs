@@ -1,0 +1,67 @@
+//! Which readings were taken at one configuration, and which are copies: readings that may share an error, or all of it.
+
+use std::collections::HashMap;
+
+use indexmap::IndexMap;
+
+use super::{Campaign, Reading};
+use crate::observation::MOST_ROWS;
+
+/// Rows from which on two readings that agree to the last digit are one: instruments of coarse resolution often repeat one
+/// number, hardly ever three.
+const TELLING_ROWS: usize = 3;
+
+/// What must agree for readings of one configuration to be repeats: kind, marker, target, wrench, payload.
+pub type Point = (&'static str, Option<usize>, usize, [u64; 6], Option<[u64; 5]>);
+
+/// Bits that are equal for equal numbers.
+fn bits(value: f64) -> u64 {
+    (value + 0.0).to_bits()
+}
+
+/// What a reading measures at its configuration, and under which load.
+pub fn point_of(reading: &Reading) -> Point {
+    let payload = reading.payload.map(|payload| {
+        let [x, y, z] = [payload.com.x, payload.com.y, payload.com.z].map(bits);
+        [bits(payload.mass), x, y, z, payload.frame as u64]
+    });
+    (reading.observes.name(), reading.marker, reading.target, reading.wrench.map(bits), payload)
+}
+
+impl Campaign {
+    /// Of each pose, the first one of the same session that has the same variables (of its first reading): itself where no
+    /// other has them. Rows without a name of a pose, and poses named anew at every visit, are told apart by nothing else.
+    pub fn configurations(&self) -> Vec<usize> {
+        let mut first: Vec<usize> = (0..self.poses.len()).collect();
+        let mut seen = vec![false; self.poses.len()];
+        let mut known: HashMap<(usize, Vec<u64>), usize> = HashMap::new();
+        for (index, reading) in self.readings.iter().enumerate() {
+            if std::mem::replace(&mut seen[reading.pose], true) {
+                continue;
+            }
+            let variables = self.configuration(index).iter().map(|value| bits(*value)).collect();
+            let same = known.entry((reading.session.session, variables)).or_insert(reading.pose);
+            first[reading.pose] = *same;
+        }
+        first
+    }
+
+    /// Of each reading, the earlier one of which it is an exact copy: same configuration, point, load and values. Readings
+    /// of fewer than three numbers repeat by chance, and count as copies only where at least half of all do.
+    pub fn copies(&self) -> Vec<Option<usize>> {
+        let configurations = self.configurations();
+        let mut first: IndexMap<(usize, Point, [u64; MOST_ROWS]), usize> = IndexMap::with_capacity(self.readings.len());
+        let of_reading = |(index, reading): (usize, &Reading)| {
+            let key = (configurations[reading.pose], point_of(reading), reading.measured.map(bits));
+            let original = *first.entry(key).or_insert(index);
+            (original != index).then_some(original)
+        };
+        let mut copies: Vec<Option<usize>> = self.readings.iter().enumerate().map(of_reading).collect();
+        if 2 * copies.iter().flatten().count() < copies.len() {
+            for (copy, reading) in copies.iter_mut().zip(&self.readings) {
+                copy.take_if(|_| reading.observes.rows() < TELLING_ROWS);
+            }
+        }
+        copies
+    }
+}
