@@ -25,8 +25,8 @@
 //!
 //! A variance that is made of mean squares between and within configurations has, by Satterthwaite (*Biometrics Bulletin* 2,
 //! 1946), `2 C^2 / var(C)` degrees of freedom: where repeats count, nearly those between configurations. Parts that come out
-//! at zero leave the plain formula; the others are used whether or not their test is significant, so that intervals hold
-//! also where it has little power. Exact copies of readings are left out.
+//! at zero, or whose test has a chance above one in four, leave the plain formula; below it they are used, significant or not,
+//! so that intervals hold also where the test has little power. Exact copies of readings are left out.
 //!
 //! # Intervals
 //! Intervals are two-sided, 95 %, of Student's t with these degrees of freedom: `C_kk^(1/2) t`. They hold for one

@@ -30,6 +30,10 @@ use crate::observation::MOST_ROWS;
 
 /// A column that loses all but this part of its length to others counts as dependent.
 const DEPENDENT: f64 = 1e-7;
+/// Where the F test of shared parts has a greater chance than this they count as none. Of preliminary tests of whether mean
+/// squares may be pooled, those at the 25 % level keep the level of what follows best (Bozivich, Bancroft and Hartley, *Ann. Math.
+/// Statist.* 27, 1956).
+const POOLED: f64 = 0.25;
 /// A mean leverage (m) below which points are one point.
 const LEAST_LEVERAGE: f64 = 1e-4;
 
@@ -159,7 +163,7 @@ impl Sharing {
         }
         let p = f_tail(ratio, between, within);
         let error = SharedError { shared: shared.sqrt(), own: own.sqrt(), ratio, between, within, p };
-        (shared > 0.0).then_some(Components { error, own, between: sum })
+        (shared > 0.0 && p <= POOLED).then_some(Components { error, own, between: sum })
     }
 
     /// The parts that the campaign has, each row times its scale.
