@@ -92,7 +92,12 @@ fn a_spring_parallel_to_a_drive_is_one_with_it() {
             let degrees = 3.0 * readings.len() as f64 - 1.0;
             let t = 1.959_964 + (1.959_964_f64.powi(3) + 1.959_964) / (4.0 * degrees);
             let half = t * found.noise_ratio * sigma * sum * sum / square.sqrt();
-            assert!((group.ci95 / half - 1.0).abs() < 1e-3, "{} {half}", group.ci95);
+            // Of independent readings; what those of a configuration seem to share, here by chance, makes it a little wider.
+            let allowed = found.shared.map_or(1e-3, |shared| {
+                assert!(shared.p > 0.05, "{shared:?}");
+                1e-2
+            });
+            assert!((group.ci95 / half - 1.0).abs() < allowed, "{} {half}", group.ci95);
             // Split back they add up to it again, and predict the same.
             let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
             assert!(((1.0 / value("joint1.ka") + value("s.stiffness")) / sum - 1.0).abs() < 1e-6);
