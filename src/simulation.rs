@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading, References, Sessions, Target};
+use crate::description::campaign::{Campaign, Reading, Target};
 use crate::description::robot::Motion;
 use crate::effects::Condition;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits};
@@ -175,21 +175,10 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         sigma_orientation: (plan.sigma_orientation > 0.0).then_some(plan.sigma_orientation),
         estimate_base: plan.estimate[0],
         estimate_tool: plan.estimate[1],
-        estimate_scale: false,
         calibrate: usually_calibrated(plan.observes),
-        without: Vec::new(),
         targets: model.anchors.iter().map(|(name, at)| Target::anchor(name, at)).collect(),
-        constraints: Vec::new(),
-        payloads: Vec::new(),
-        bodies: Vec::new(),
-        references: References::default(),
-        sessions: Sessions::default(),
-        files: Vec::new(),
-        poses: Vec::new(),
         variables: model.variables.len(),
-        joints: Vec::new(),
-        readings: Vec::new(),
-        conditions: Conditions::default(),
+        ..Campaign::default()
     };
     let unloaded = [[0.0; 6]];
     let wrenches = if plan.wrenches.is_empty() { &unloaded[..] } else { &plan.wrenches };

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Conditions, Reading, References, Sessions};
+use crate::description::campaign::{Campaign, Conditions, Reading};
 use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -93,21 +93,11 @@ impl<'a> Bench<'a> {
             sigma_orientation: None,
             estimate_base: !is_deflection,
             estimate_tool: !is_deflection,
-            estimate_scale: false,
             calibrate: calibrate.iter().map(ToString::to_string).collect(),
-            without: Vec::new(),
-            targets: Vec::new(),
-            constraints: Vec::new(),
-            payloads: Vec::new(),
-            bodies: Vec::new(),
-            references: References::default(),
-            sessions: Sessions::default(),
-            files: Vec::new(),
             poses: (1..=configurations.len()).map(|k| format!("p{k:03}")).collect(),
             variables: model.variables.len(),
-            joints: Vec::new(),
-            readings: Vec::new(),
             conditions: Conditions { approach: vec![None; model.variables.len()], ..Conditions::default() },
+            ..Campaign::default()
         };
         let wrenches = if is_deflection { &self.wrenches[..] } else { &[[0.0; 6]] };
         for (pose, q) in configurations.iter().enumerate() {

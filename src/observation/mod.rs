@@ -71,6 +71,13 @@ impl Observes {
     }
 }
 
+impl Default for Observes {
+    /// Positions, as where a campaign says nothing.
+    fn default() -> Self {
+        POSITION
+    }
+}
+
 impl std::ops::Deref for Observes {
     type Target = dyn Observation;
 

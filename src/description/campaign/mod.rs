@@ -44,7 +44,7 @@ pub use super::columns::WRENCH;
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Campaign {
     /// Display name.
     pub name: String,
