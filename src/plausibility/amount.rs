@@ -24,11 +24,11 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
              greater than those that are left"
         )
     };
-    let told = Diagnostic::warning(message)
+    let diagnostic = Diagnostic::warning(message)
         .code(Code::TooLittleData)
         .remedy("measure more configurations that differ (`plan` chooses them), or hold parameters (`--hold`)")
         .figure("configurations", configurations as f64)
         .figure("rows", rows as f64)
         .figure("parameters", fitted as f64);
-    Some(told)
+    Some(diagnostic)
 }

@@ -61,7 +61,7 @@ pub struct Limits {
     pub arm: f64,
     /// Half widths of its 95 % interval by which a value moved at least to count as moved: what is less is not determined.
     pub significant: f64,
-    /// A constant that moved by more of its tolerances is told. Calibrated industrial arms move by up to 12 (a UR5's wrist);
+    /// A constant that moved by more of its tolerances is warned of. Calibrated industrial arms move by up to 12 (a UR5's wrist);
     /// a tolerance is one standard deviation.
     pub moved: f64,
     /// A length that moved by more of its tolerances (100 mm where 1 mm is usual) is refused.

@@ -18,9 +18,9 @@ pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic
         let message = format!(
             "the fixed reflectors moved against the instrument: {rms:.4} mm rms, {greatest:.4} mm at most, {drift:.4} mm from first to last, where they scatter by {sigma:.4} mm"
         );
-        let told = Diagnostic::warning(message).code(Code::ReferencesMoved);
-        let told = told.figure("rms_mm", rms).figure("greatest_mm", greatest).figure("drift_mm", drift);
-        found.push(told.remedy(
+        let diagnostic = Diagnostic::warning(message).code(Code::ReferencesMoved);
+        let diagnostic = diagnostic.figure("rms_mm", rms).figure("greatest_mm", greatest).figure("drift_mm", drift);
+        found.push(diagnostic.remedy(
             "calibration cannot be better than that: estimate base per session, cut the campaign where they moved, or let it warm up",
         ));
     }
@@ -40,10 +40,11 @@ pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic
             let [sigma, stated] = [sigma, stated].map(|m| 1e3 * m);
             let message =
                 format!("{what} scatter by {sigma:.4} mm a coordinate, where the campaign states {stated:.4} mm");
-            let told = Diagnostic::warning(message).code(Code::NoiseDisagrees);
-            let told = told.figure("shown_mm", sigma).figure("stated_mm", stated);
+            let diagnostic = Diagnostic::warning(message).code(Code::NoiseDisagrees);
+            let diagnostic = diagnostic.figure("shown_mm", sigma).figure("stated_mm", stated);
             found.push(
-                told.remedy("state the instrument's noise as it is, or look for readings that do not belong here"),
+                diagnostic
+                    .remedy("state the instrument's noise as it is, or look for readings that do not belong here"),
             );
         }
     }

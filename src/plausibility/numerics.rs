@@ -46,7 +46,7 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     };
     let Some(found) = evidence.found else { return Vec::new() };
     let far = found.estimates.iter().find(|estimate| is_far(estimate.slot, estimate.value));
-    let told = far.map(|estimate| {
+    let diagnostic = far.map(|estimate| {
         let (name, metres) = (&registry[estimate.slot].name, estimate.value);
         Diagnostic::error(format!("`{name}` came out at {metres:.0} m, where no instrument reaches"))
             .figure("value_m", metres)
@@ -54,7 +54,7 @@ pub(super) fn within_reach(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
                 "check units and anchors, or state where base and tool are (`estimate: {base: false, tool: false}`)",
             )
     });
-    told.into_iter().collect()
+    diagnostic.into_iter().collect()
 }
 
 pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {

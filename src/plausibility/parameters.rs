@@ -44,11 +44,12 @@ pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Ve
         named.join(", ")
     );
     let is_hopeless = far.iter().any(|(.., is_hopeless)| *is_hopeless);
-    let told = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     let remedy = "look at zeros, signs and lengths of the description there; if its numbers are guesses, say so: \
                   `calibration: {tolerances: {..}}`";
     vec![
-        told.code(Code::MovedFar)
+        diagnostic
+            .code(Code::MovedFar)
             .remedy(remedy)
             .figure("tolerances", *tolerances)
             .figure("parameters", far.len() as f64),
@@ -139,7 +140,7 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
     if evidence.campaign.sigma.is_none() || (least..=most).contains(&ratio) || !ratio.is_finite() {
         return Vec::new();
     }
-    let told = if ratio < least {
+    let diagnostic = if ratio < least {
         let message = format!(
             "residuals are {ratio:.2} times the stated noise: no instrument is so much better than it is said to be"
         );
@@ -151,7 +152,7 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
         Diagnostic::warning(message)
             .remedy("`diagnose` says where the rest lies; state the noise of one coordinate under `instrument:`, in the campaign's units")
     };
-    vec![told.code(Code::NoiseUnlikeStated).figure("ratio", ratio)]
+    vec![diagnostic.code(Code::NoiseUnlikeStated).figure("ratio", ratio)]
 }
 
 /// Calibrated errors against registered ones, on readings that were held out.
@@ -167,10 +168,10 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
     let [from, to] = [before.distance[1], after.distance[1]].map(mm);
     let message =
         format!("calibration makes readings that it did not see worse, from {from} to {to} mm: it fits noise");
-    let told = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let diagnostic = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     let remedy =
         "measure more configurations, hold parameters (`--hold`), let tolerances pull (`--prior`), or use `register`";
-    vec![told.code(Code::WorseThanRegistered).remedy(remedy).figure("ratio", worse)]
+    vec![diagnostic.code(Code::WorseThanRegistered).remedy(remedy).figure("ratio", worse)]
 }
 
 /// Whether there are enough readings for what was fitted.
@@ -178,6 +179,6 @@ pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagn
     let Some(found) = evidence.found else { return Vec::new() };
     let fitted = evidence.campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
     let (amount, kept) = (fitted.amount(), found.identifiability.kept.len());
-    let told = super::amount::too_little(&amount, kept, limits);
-    told.into_iter().collect()
+    let diagnostic = super::amount::too_little(&amount, kept, limits);
+    diagnostic.into_iter().collect()
 }

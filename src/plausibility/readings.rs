@@ -34,14 +34,14 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     let decisive =
         |trial: &Trial| trial.1 <= limits.far * allowed && before.is_none_or(|before| trial.1 * limits.fall <= before);
     let (tried, named) = searched(evidence, &trials, decisive);
-    // A session that was set up elsewhere explains as much, and is told by its own check.
+    // A session that was set up elsewhere explains as much, and is named by its own check.
     if named.is_empty() && super::sessions::differ(evidence, limits).is_some() {
         return Vec::new();
     }
     if named.is_empty() {
         return before.and_then(|before| unlike(evidence, limits, before, allowed, tried)).into_iter().collect();
     }
-    vec![told(evidence, before, allowed, &named)]
+    vec![explained(evidence, before, allowed, &named)]
 }
 
 /// How many ways were tried, and those that explain, the best first: single ones; else signs of several joints together, and
@@ -96,7 +96,7 @@ fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
 }
 
 /// What the best way explains.
-fn told(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
+fn explained(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
     let words = |ways: &[Hypothesis]| -> Vec<Words> {
         ways.iter().map(|way| words_of(way, evidence.model, evidence.campaign)).collect()
     };

@@ -147,7 +147,7 @@ fn cases() -> Vec<(&'static str, Arm, f64, Spoil)> {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "half a minute"]
 fn intervals_hold_the_truth_in_many_campaigns_of_each_kind() {
     let mut lines = Vec::new();
     for (name, arm, off, spoil) in cases() {

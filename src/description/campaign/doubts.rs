@@ -104,7 +104,7 @@ fn back_in_time(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Plac
     )
 }
 
-/// Least share of the readings that are copies of others before it is told: single ones are chance, of coarse readings.
+/// Least share of the readings that are copies of others before it is warned of: single ones are chance, of coarse readings.
 const COPIED: f64 = 0.1;
 
 /// Readings that agree with another one to the last digit, in everything that was measured: noise never does.

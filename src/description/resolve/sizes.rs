@@ -112,17 +112,17 @@ fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for (name, body) in &raw.bodies {
         if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > HEAVIEST) {
-            let told = Diagnostic::warning(format!("body `{name}` has a mass of {heavy:.3e} kg"));
+            let warning = Diagnostic::warning(format!("body `{name}` has a mass of {heavy:.3e} kg"));
             let remedy = format!("masses here are in {}: check the value", mass.symbol());
-            all.push(told.at(locate(&["bodies", name, "mass"])).remedy(remedy));
+            all.push(warning.at(locate(&["bodies", name, "mass"])).remedy(remedy));
         }
         let far = body.com.map(|com| com.iter().map(|v| v * v).sum::<f64>().sqrt() * length.factor());
         if let Some(far) = far.filter(|far| *far > (FARTHEST * reach).max(NEAR)) {
-            let told = Diagnostic::warning(format!(
+            let warning = Diagnostic::warning(format!(
                 "the centre of mass of body `{name}` lies {far:.2} m from its frame, where all lengths of the robot together are {reach:.2} m"
             ));
             let remedy = format!("centres are in the body's frame, in {}: check values and units", length.symbol());
-            all.push(told.at(locate(&["bodies", name, "com"])).remedy(remedy));
+            all.push(warning.at(locate(&["bodies", name, "com"])).remedy(remedy));
         }
     }
     all
