@@ -1,9 +1,12 @@
 //! Other ways to read the same files: the mistakes that are made on the way from the controller and the instrument into a
 //! table. Each is a change of the campaign, or of the description's values, that undoes the mistake.
 
-use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Rotation3, Vector3};
 
 use crate::description::campaign::{Campaign, Reading};
+use crate::math::rotation_vector;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 
@@ -35,8 +38,11 @@ pub enum Hypothesis {
     Markers(usize, usize),
     /// Angles of the description times a factor.
     DescriptionAngles(f64),
-    /// Lengths `d` and angles `alpha` of the description belong to the frame after theirs, or before theirs.
-    NextFrame(bool),
+    /// Lengths `d` and angles `alpha` of the description belong to the frame after theirs: a classical table read as a modified one.
+    FrameAfter,
+    /// They belong to the frame before theirs: a modified table read as a classical one. The last row then placed the tool, and
+    /// its twist is this many quarter turns; its length is zero, as of every wrist whose last two axes meet.
+    FrameBefore(i8),
     /// Base or tool, or both, are not where the description says, and are estimated.
     Unknown {
         /// The base.
@@ -92,7 +98,8 @@ impl Hypothesis {
         };
         all.extend(choices.into_iter().filter(|of| is_new(*of)).map(|(base, tool)| Self::Unknown { base, tool }));
         if is_table(model) {
-            all.extend([true, false].map(Self::NextFrame));
+            all.push(Self::FrameAfter);
+            all.extend([0, 1, -1].map(Self::FrameBefore));
         }
         all
     }
@@ -103,7 +110,7 @@ impl Hypothesis {
             Self::Negated(joint) => each(campaign, |q| q[joint] = -q[joint]),
             Self::Swapped(a, b) => each(campaign, |q| q.swap(a, b)),
             Self::QuarterTurns(joint, quarters) => {
-                each(campaign, |q| q[joint] += f64::from(quarters) * std::f64::consts::FRAC_PI_2);
+                each(campaign, |q| q[joint] += f64::from(quarters) * FRAC_PI_2);
             }
             Self::JointUnit { is_angle, factor } => each(campaign, |q| {
                 let own = q.iter_mut().zip(&model.variables).filter(|(_, variable)| variable.is_angle == is_angle);
@@ -126,7 +133,11 @@ impl Hypothesis {
             Self::DescriptionAngles(factor) => {
                 own_slots(model, Kind::Angle).into_iter().for_each(|slot| values[slot] *= factor);
             }
-            Self::NextFrame(next) => move_rows(model, values, next),
+            Self::FrameAfter => move_rows(model, values, true),
+            Self::FrameBefore(quarters) => {
+                move_rows(model, values, false);
+                take_back(model, values, f64::from(quarters) * FRAC_PI_2);
+            }
             Self::Unknown { base, tool } => {
                 campaign.estimate_base |= base;
                 campaign.estimate_tool |= tool;
@@ -137,6 +148,11 @@ impl Hypothesis {
     /// Whether rows are moved against each other, so that it applies to the whole campaign and not to a sample of it.
     pub fn moves_rows(&self) -> bool {
         matches!(self, Self::Shifted(..))
+    }
+
+    /// Whether it adds unknowns, so that it also takes up part of what the description's tolerances make.
+    pub fn adds_unknowns(&self) -> bool {
+        matches!(self, Self::Unknown { .. })
     }
 
     /// Whether it changes what another one changes, so that both together are a third of the same kind, or nothing.
@@ -241,4 +257,21 @@ fn move_rows(model: &Model, values: &mut [f64], next: bool) {
             values[model.frames[frame].slots[k]] = source.map_or(0.0, |&source| old[model.frames[source].slots[k]]);
         }
     }
+}
+
+/// Gives the last frame of the tool's chain a twist that its tool and markers were placed with.
+fn take_back(model: &Model, values: &mut [f64], twist: f64) {
+    let (frame, tool) = model.tool;
+    let Some(&last) = model.path(frame).last() else { return };
+    values[model.frames[last].slots[ROW[0]]] = twist;
+    let undo = Rotation3::from_axis_angle(&Vector3::x_axis(), -twist);
+    let point = |first: Slot| Vector3::from_fn(|k, _| first + k);
+    let own = model.markers.iter().filter(|marker| marker.frame == frame).map(|marker| marker.slot);
+    for slots in std::iter::once(tool).chain(own).map(point) {
+        let at = undo * slots.map(|slot| values[slot]);
+        slots.iter().zip(&at).for_each(|(&slot, &value)| values[slot] = value);
+    }
+    let slots = point(tool + 3);
+    let turned = rotation_vector(&(undo * Rotation3::new(slots.map(|slot| values[slot]))));
+    slots.iter().zip(&turned).for_each(|(&slot, &value)| values[slot] = value);
 }

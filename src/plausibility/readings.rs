@@ -33,7 +33,7 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     }
     let decisive =
         |trial: &Trial| trial.1 <= limits.far * allowed && before.is_none_or(|before| trial.1 * limits.fall <= before);
-    let (tried, named) = searched(evidence, &trials, decisive);
+    let (tried, named) = searched(evidence, &trials, limits, decisive);
     // A session that was set up elsewhere explains as much, and is named by its own check.
     if named.is_empty() && super::sessions::differ(evidence, limits).is_some() {
         return Vec::new();
@@ -46,7 +46,12 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
 
 /// How many ways were tried, and those that explain, the best first: single ones; else signs of several joints together, and
 /// two ways at once.
-fn searched(evidence: &Evidence, trials: &Trials, decisive: impl Fn(&Trial) -> bool) -> (usize, Vec<Trial>) {
+fn searched(
+    evidence: &Evidence,
+    trials: &Trials,
+    limits: &Limits,
+    decisive: impl Fn(&Trial) -> bool,
+) -> (usize, Vec<Trial>) {
     let singles: Vec<Vec<Hypothesis>> =
         Hypothesis::all(evidence.model, evidence.campaign).into_iter().map(|way| vec![way]).collect();
     let mut found = tried(trials, &singles);
@@ -61,8 +66,16 @@ fn searched(evidence: &Evidence, trials: &Trials, decisive: impl Fn(&Trial) -> b
         count += more.len();
         found = tried(trials, &more);
     }
-    let best = found.first().map_or(f64::INFINITY, |(_, error)| *error);
-    found.retain(|trial| decisive(trial) && trial.1 <= AS_GOOD * best);
+    found.retain(decisive);
+    // More unknowns take up what tolerances make, to a third or so: a way without them goes before.
+    let least = |found: &[Trial]| found.first().map_or(f64::INFINITY, |(_, error)| *error);
+    let adds = |(ways, _): &Trial| ways.iter().any(Hypothesis::adds_unknowns);
+    let bound = limits.far * least(&found);
+    if found.iter().any(|trial| !adds(trial) && trial.1 <= bound) {
+        found.retain(|trial| !adds(trial));
+    }
+    let bound = AS_GOOD * least(&found);
+    found.retain(|trial| trial.1 <= bound);
     found.truncate(SAID);
     (count, found)
 }

@@ -107,8 +107,9 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
                 "state the angle unit under `units:` of the description",
             )
         }
-        Hypothesis::NextFrame(next) => {
-            let (where_to, table) = if next { ("after", "classical-dh") } else { ("before", "modified-dh") };
+        Hypothesis::FrameAfter | Hypothesis::FrameBefore(_) => {
+            let is_after = *hypothesis == Hypothesis::FrameAfter;
+            let (where_to, table) = if is_after { ("after", "classical-dh") } else { ("before", "modified-dh") };
             say(
                 format!("`alpha` and `d` of each frame at the frame {where_to} it"),
                 "a table of another convention?",
