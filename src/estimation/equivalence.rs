@@ -204,16 +204,20 @@ impl SpringGroup {
     }
 }
 
-/// Greatest displacement (m) over the readings that each column causes at its parameter's value; `jacobian` is row-major
-/// and unweighted.
+/// Greatest displacement (m) over the readings that each column causes at its parameter's value; a rotation counts as the
+/// displacement that is as many times its noise. `jacobian` is row-major and unweighted.
 pub fn moves(campaign: &Campaign, jacobian: &[f64], slots: &[Slot], values: &[f64]) -> Vec<f64> {
     let width = slots.len();
     let mut greatest = vec![0.0_f64; width];
     for (of, reading) in campaign.by_reading(jacobian, width) {
-        let lengths = of.observes.length_rows().min(3);
+        let (lengths, rows) = (of.observes.length_rows().min(3), of.observes.rows());
+        let angles = if of.observes.by_variable().is_none() { lengths..rows } else { 0..0 };
+        let arm = of.noise.position[0] / of.noise.orientation;
         for (column, most) in greatest.iter_mut().enumerate() {
-            let square: f64 = (0..lengths).map(|k| reading[k * width + column].powi(2)).sum();
-            *most = most.max(square.sqrt() * values[slots[column]].abs());
+            let norm =
+                |rows: std::ops::Range<usize>| rows.map(|k| reading[k * width + column].powi(2)).sum::<f64>().sqrt();
+            let moved = norm(0..lengths).max(arm * norm(angles.clone()));
+            *most = most.max(moved * values[slots[column]].abs());
         }
     }
     greatest

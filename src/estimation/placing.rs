@@ -246,6 +246,7 @@ impl Problem for Rigid<'_> {
             let point = MeasuredPoint {
                 undeflected: arm + vector(0),
                 displacement: Vector3::zeros(),
+                turned: Vector3::zeros(),
                 orientation: onto * Rotation3::new(turn),
                 body: onto,
                 // No group of readings of a body is placed.

@@ -1,9 +1,26 @@
 //! `deflection`: displacement (m, axes of the measurement frame) of a point by the applied wrench: loaded position minus
-//! unloaded position at the same commanded joints.
+//! unloaded position at the same commanded joints. `deflection-pose`: and the rotation vector (rad, the same axes) by which
+//! the wrench turns the body that carries the point.
+//!
+//! Source of the six components: Marie, Courteille, Maurine, *Elasto-geometrical modeling and calibration of robot
+//! manipulators*, eq. 64, where a laser tracker reads several reflectors of one tool.
+
+use nalgebra::{Rotation3, Vector3};
 
 use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, ValueColumn, XYZ, rows_of};
+use crate::math::rotation_vector;
 
 pub(super) struct Deflection;
+pub(super) struct DeflectionPose;
+
+const SIX: [ValueColumn; 6] = [
+    ValueColumn::length("x"),
+    ValueColumn::length("y"),
+    ValueColumn::length("z"),
+    ValueColumn::angle("rx"),
+    ValueColumn::angle("ry"),
+    ValueColumn::angle("rz"),
+];
 
 impl Observation for Deflection {
     fn name(&self) -> &'static str {
@@ -16,6 +33,10 @@ impl Observation for Deflection {
 
     fn columns(&self) -> &'static [ValueColumn] {
         &XYZ
+    }
+
+    fn with_more_columns(&self) -> Option<&'static dyn Observation> {
+        Some(&DeflectionPose)
     }
 
     fn is_difference(&self) -> bool {
@@ -36,6 +57,61 @@ impl Observation for Deflection {
 
     fn sigmas(&self, noise: &Noise) -> Rows {
         rows_of(&noise.position.into())
+    }
+
+    /// Deflections of one point share the unloaded reading.
+    fn is_comparable(&self, same_point: bool, _same_anchor: bool) -> bool {
+        !same_point
+    }
+}
+
+/// Displacement and rotation vector one after the other.
+fn six(displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Rows {
+    let mut rows = rows_of(displacement);
+    rows[3..].copy_from_slice(rotation.as_slice());
+    rows
+}
+
+fn rotation(rows: &Rows) -> Rotation3<f64> {
+    Rotation3::new(Vector3::from_column_slice(&rows[3..]))
+}
+
+impl Observation for DeflectionPose {
+    fn name(&self) -> &'static str {
+        "deflection-pose"
+    }
+
+    fn about(&self) -> &'static str {
+        "Loaded pose minus unloaded pose: displacement and rotation."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        &SIX
+    }
+
+    fn is_difference(&self) -> bool {
+        true
+    }
+
+    fn purpose(&self) -> Purpose {
+        Purpose::Stiffness
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        six(&point.displacement, &point.turned)
+    }
+
+    fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
+        let moved = Vector3::from_column_slice(&measured[..3]) - point.displacement;
+        six(&moved, &rotation_vector(&(rotation(measured) * Rotation3::new(point.turned).inverse())))
+    }
+
+    fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        six(&by.deflection.displacement, &by.deflection.rotation)
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        six(&noise.position.into(), &Vector3::repeat(noise.orientation))
     }
 
     /// Deflections of one point share the unloaded reading.

@@ -50,6 +50,8 @@ pub struct MeasuredPoint {
     pub undeflected: Vector3<f64>,
     /// Displacement by load, own weight and effects, m.
     pub displacement: Vector3<f64>,
+    /// Rotation vector by which they turn the body that carries it, rad.
+    pub turned: Vector3<f64>,
     /// Orientation of the tool, deflected.
     pub orientation: Rotation3<f64>,
     /// Orientation of the body that carries it, deflected.
@@ -196,6 +198,11 @@ pub trait Observation: Sync {
     /// The measured values from those of [`Observation::other_columns`].
     fn of_other_columns(&self, _read: &[f64]) -> Rows {
         [0.0; MOST_ROWS]
+    }
+
+    /// The kind that a reading is where its file has all columns of that kind: it has those of this kind, and more.
+    fn with_more_columns(&self) -> Option<&'static dyn Observation> {
+        None
     }
 
     /// First part of columns `<it>.<variable>`, for kinds of which a row holds one reading for each variable.

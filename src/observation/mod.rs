@@ -34,6 +34,8 @@ pub const POSITION: Observes = Observes(&position::Position);
 pub const POSE: Observes = Observes(&pose::Pose);
 /// Loaded position minus unloaded position.
 pub const DEFLECTION: Observes = Observes(&deflection::Deflection);
+/// Loaded pose minus unloaded pose.
+pub const DEFLECTION_POSE: Observes = Observes(&deflection::DeflectionPose);
 /// Length from a fixed anchor.
 pub const DISTANCE: Observes = Observes(&distance::Distance);
 /// A ball on the tool touches something; a reading's own kind is one of the three that follow.
@@ -55,7 +57,8 @@ pub const INCLINATION: Observes = Observes(&inclination::Inclination);
 pub const TORQUE: Observes = Observes(&torque::Torque);
 
 /// All kinds, in the order in which help and schema list them.
-pub const FAMILY: [Observes; 8] = [POSITION, POSE, DEFLECTION, DISTANCE, CONTACT, ORIENTATION, INCLINATION, TORQUE];
+pub const FAMILY: [Observes; 9] =
+    [POSITION, POSE, DEFLECTION, DEFLECTION_POSE, DISTANCE, CONTACT, ORIENTATION, INCLINATION, TORQUE];
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
 

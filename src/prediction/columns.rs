@@ -144,9 +144,10 @@ impl Columns {
                     of_frames(axis(k), Vector3::zeros())
                 } else {
                     let turn: Vector3<f64> = left_jacobian(&vector(geometry, own.base + 3)).column(k - 3).into();
-                    // The deflection turns with the base.
-                    let deflection = Twist::new(turn.cross(&point.displacement) / scale, Vector3::zeros());
-                    PointDerivative { undeflected: Twist::new(turn.cross(&from_base), turn), deflection }
+                    // The deflection turns with the base: both rotations together turn by as much as it does.
+                    let after = turned(predicted) * turn;
+                    let deflection = Twist::new(turn.cross(&point.displacement) / scale, turn - after);
+                    PointDerivative { undeflected: Twist::new(turn.cross(&from_base), after), deflection }
                 };
                 rows.add(column, point, by);
             } else if let Some(k) = offset(slot, own.point, 3) {

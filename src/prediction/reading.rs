@@ -4,6 +4,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::{Geometry, Placements, Transform};
+use crate::math::rotation_vector;
 use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, PointDerivative, TargetValues, Twist};
 use crate::state::{LoadedPoint, Mechanics, State};
 
@@ -70,6 +71,7 @@ impl ReadingAt<'_> {
         let point = MeasuredPoint {
             undeflected: scale * (in_frame * Point3::from(self.point.at.point)).coords,
             displacement: scale * (base.rotation * deflection.displacement),
+            turned,
             orientation: body * tool.rotation,
             body,
             gravity: base.rotation * model.structure.gravity.try_normalize(0.0).unwrap_or_default(),
@@ -90,6 +92,7 @@ impl Predicted {
         }
         self.point.displacement += Vector3::new(sum[0], sum[1], sum[2]);
         let turn = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5]));
+        self.point.turned = rotation_vector(&(turn * Rotation3::new(self.point.turned)));
         self.point.orientation = turn * self.point.orientation;
         self.point.body = turn * self.point.body;
     }

@@ -272,6 +272,41 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     }
 }
 
+const PUSHED: &str = "robot: arm.yaml
+units: {length: mm, angle: deg}
+observes: deflection
+measurements: c.csv
+";
+
+#[test]
+fn wrong_deflections_are_refused_with_place_and_remedy() {
+    let table = "pose,q1,q2,x,y,z,rx,ry,rz,fx\na,0,90,0.1,0.2,0,0,0,0.01,100\nb,10,80,0.1,0.1,0,0,0,0.02,100\n";
+    let right = said(PUSHED, table);
+    assert!(right.starts_with("0\n") && right.contains("deflection-pose"), "{right}");
+    let mixed = PUSHED.replace(
+        "observes: deflection\nmeasurements: c.csv",
+        "measurements: [{file: c.csv, observes: deflection}, {file: c.csv, observes: pose}]",
+    );
+    for (campaign, table, expected) in [
+        (PUSHED, table.replace(",ry", ",tilt"), &["c.csv:1", "tilt"][..]),
+        (
+            PUSHED,
+            "pose,q1,q2,x,y,z,rz,fx\na,0,90,0.1,0.2,0,0.01,100\n".into(),
+            &["c.csv:2", "has `rz`, and lacks `rx`, `ry`", "give all of them"],
+        ),
+        (&PUSHED.replace("deflection", "deflection-pose"), table.replace(",rz,", ",turn,"), &["c.csv:1", "rz"]),
+        (
+            &mixed,
+            table.into(),
+            &["campaign.yaml:3", "deflection-pose and pose are observed in one campaign", "write a campaign for each"],
+        ),
+    ] {
+        let found = said(campaign, &table);
+        assert!(found.starts_with("2\n"), "{found}");
+        expected.iter().for_each(|word| assert!(found.contains(word), "`{word}` is not said:\n{found}"));
+    }
+}
+
 /// Rows say their noise, their order and what the tool carries.
 #[test]
 fn rows_say_noise_order_and_session() {

@@ -2,17 +2,44 @@
 
 use super::WRENCH;
 use super::raw::{JointSource, RawCampaign, RawEntry};
+use super::source::Source;
 use super::stated::NOISE_COLUMNS;
 use super::torques::torque_columns;
 use crate::description::robot::Robot;
-use crate::description::table::{ColumnKind, ExpectedColumn};
+use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::description::units::Unit;
+use crate::diagnostic::Diagnostic;
 use crate::observation::{Observes, POSITION, ValueColumn};
 use crate::parameter::Kind;
 
 /// Kinds of readings that each row of a file holds.
 pub fn kinds(entry: &RawEntry) -> Vec<Observes> {
     entry.observes.as_ref().map_or_else(|| vec![POSITION], |kinds| kinds.0.clone())
+}
+
+/// The same for a file with these columns: a kind with further ones is meant where the file has them all.
+pub(super) fn kinds_of_file(entry: &RawEntry, table: &Table) -> Vec<Observes> {
+    let has_all = |kind: &Observes| kind.columns().iter().all(|column| table.has(column.name));
+    let whole = |kind: Observes| kind.with_more_columns().map(Observes::new).filter(has_all).unwrap_or(kind);
+    kinds(entry).into_iter().map(whole).collect()
+}
+
+/// Further columns of a kind of which a file has some and lacks others.
+pub(super) fn half_of_more_columns(sources: &[Source]) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    for Source { table, kinds, .. } in sources {
+        for (kind, more) in kinds.iter().filter_map(|kind| Some((kind, kind.with_more_columns()?))) {
+            let own = |column: &&ValueColumn| kind.columns().iter().any(|known| known.name == column.name);
+            let further = more.columns().iter().filter(|column| !own(column)).map(|column| column.name);
+            let (there, lacking): (Vec<&str>, Vec<&str>) = further.partition(|name| table.has(name));
+            let Some(first) = there.first() else { continue };
+            let message =
+                format!("a {} has `{}`, and lacks `{}`", kind.name(), there.join("`, `"), lacking.join("`, `"));
+            let remedy = format!("give all of them, or take `{}` out with `ignore:`", there.join("`, `"));
+            faults.push(Diagnostic::error(message).at(table.place(0, first)).remedy(remedy));
+        }
+    }
+    faults
 }
 
 /// The column of a variable at which the model is evaluated.
@@ -54,6 +81,8 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         };
         let measured = observes.columns().iter().chain(other);
         columns.extend(measured.map(|measured| column(measured.name, of_kind(measured.kind), other.is_empty())));
+        let more = observes.with_more_columns().map_or(&[][..], |more| more.columns());
+        columns.extend(more.iter().map(|measured| column(measured.name, of_kind(measured.kind), false)));
         columns.extend(observes.target_column().map(text));
         columns.extend(torque_columns(raw, entry, robot, observes));
     }

@@ -1,7 +1,7 @@
 //! A campaign file and its tables against the model they are about.
 
 use super::bodies;
-use super::columns::kinds;
+use super::columns::{half_of_more_columns, kinds, kinds_of_file};
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawEntry};
 use super::read_targets::{constraints, targets};
@@ -32,7 +32,7 @@ pub fn resolve(
 ) -> Result<(Campaign, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     let sources: Vec<Source> =
-        tables.iter().map(|(entry, table)| Source { table, entry, kinds: kinds(entry) }).collect();
+        tables.iter().map(|(entry, table)| Source { table, entry, kinds: kinds_of_file(entry, table) }).collect();
     let all_kinds: Vec<Observes> = match sources.is_empty() {
         true => kinds(&raw.completed(&RawEntry::default())),
         false => sources.iter().flat_map(|source| source.kinds.iter().copied()).collect(),
@@ -74,6 +74,8 @@ pub fn resolve(
     diagnostics.extend(torques::faults(raw, robot, &sources, locate));
     diagnostics.extend(bodies::faults(robot, &sources, locate));
     diagnostics.extend(bodies::lacking_columns(robot, &sources));
+    diagnostics.extend(half_of_more_columns(&sources));
+    diagnostics.extend(mixed_differences(&all_kinds, locate));
     campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
     for source in &sources {
@@ -167,6 +169,22 @@ fn payloads(
         }
     }
     payloads
+}
+
+/// Differences and absolute readings are of two models: in one own weight and the base's place drop out, in the other not.
+fn mixed_differences(kinds: &[Observes], locate: Locate) -> Option<Diagnostic> {
+    let difference = kinds.iter().find(|kind| kind.is_difference())?;
+    let other = kinds.iter().find(|kind| !kind.is_difference())?;
+    let message = format!("{} and {} are observed in one campaign", difference.name(), other.name());
+    let diagnostic = Diagnostic::error(message).at(locate(&["measurements"]));
+    let remedy = format!(
+        "write a campaign for each, and identify from {} the description that `--save` wrote after the {}; or give loaded and \
+         unloaded readings as {}s with their wrench in fx .. mz",
+        difference.name(),
+        other.name(),
+        other.name()
+    );
+    Some(diagnostic.remedy(remedy))
 }
 
 /// What is shared by session or station needs their names.
