@@ -54,7 +54,7 @@ fn apart(a: &Calibration, b: &Calibration) -> f64 {
 fn schemes_reach_the_same_parameters() {
     for (name, observes) in [("kuka-kr270", POSITION), ("universal-ur5", POSE)] {
         let mut model = robot(name);
-        // Thousands of turns are needed; without own weight each is quick.
+        // Hundreds of turns are needed; without own weight each is quick.
         model.structure.masses.clear();
         let (campaign, _) = campaign(&model, observes, 40);
         let batch = fitted(&model, &campaign, &Settings::default());
@@ -65,6 +65,18 @@ fn schemes_reach_the_same_parameters() {
             assert!(found.converged() && apart < 1e-4, "{name} {scheme:?}: {apart} of the interval");
         }
     }
+}
+
+/// Turns that have not converged are no calibration: their limit is the setting's, and the result says that it was reached.
+#[test]
+fn turns_that_do_not_end_are_not_converged() {
+    let mut model = robot("universal-ur5");
+    model.structure.masses.clear();
+    let (campaign, _) = campaign(&model, POSE, 40);
+    let settings = Settings { scheme: Scheme::Alternating, max_iterations: Some(5), ..Settings::default() };
+    let found = fitted(&model, &campaign, &settings);
+    assert!(!found.converged() && found.iterations == 5, "{}", found.iterations);
+    assert!(Scheme::Alternating.iterations() <= 1000);
 }
 
 #[test]
