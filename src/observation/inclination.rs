@@ -6,6 +6,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
+use super::direction::{LEAST, across, disturbed, read, two};
 use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn, rows_of};
 use crate::math::left_jacobian;
 
@@ -13,9 +14,6 @@ pub(super) struct Inclination;
 
 const COLUMNS: [ValueColumn; 3] = [ValueColumn::number("gx"), ValueColumn::number("gy"), ValueColumn::number("gz")];
 const ANGLES: [ValueColumn; 2] = [ValueColumn::angle("pitch"), ValueColumn::angle("roll")];
-
-/// Below this length a direction is none.
-const LEAST: f64 = 1e-9;
 
 /// The sensor's axes in those of the body.
 fn mount(point: &MeasuredPoint) -> Vector3<f64> {
@@ -30,18 +28,6 @@ fn in_body(point: &MeasuredPoint) -> Vector3<f64> {
 /// The same in those of the sensor.
 fn in_sensor(point: &MeasuredPoint) -> Vector3<f64> {
     Rotation3::new(mount(point)).inverse() * in_body(point)
-}
-
-/// Two directions across the measured one; across the predicted one where nothing is measured yet.
-fn across(measured: &Rows, point: &MeasuredPoint) -> [Vector3<f64>; 2] {
-    let read = Vector3::from_column_slice(&measured[..3]);
-    let along = read.try_normalize(LEAST).unwrap_or_else(|| in_sensor(point));
-    let first = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
-    [first, along.cross(&first)]
-}
-
-fn rows(of: [f64; 2]) -> Rows {
-    [of[0], of[1], 0.0, 0.0, 0.0, 0.0]
 }
 
 impl Observation for Inclination {
@@ -80,8 +66,7 @@ impl Observation for Inclination {
     }
 
     fn fault(&self, measured: &Rows) -> Option<(&'static str, &'static str)> {
-        let length = Vector3::from_column_slice(&measured[..3]).norm();
-        (length < LEAST).then_some(("gx", "gx, gy, gz are all zero, and give no direction"))
+        (read(measured).norm() < LEAST).then_some(("gx", "gx, gy, gz are all zero, and give no direction"))
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {
@@ -90,29 +75,27 @@ impl Observation for Inclination {
 
     fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
         let predicted = in_sensor(point);
-        rows(across(measured, point).map(|axis| -axis.dot(&predicted)))
+        two(across(measured, &predicted).map(|axis| -axis.dot(&predicted)))
     }
 
     fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
         let turned = point.body.inverse() * point.gravity.cross(&by.total().rotation);
         let change = Rotation3::new(mount(point)).inverse() * turned;
-        rows(across(&point.measured, point).map(|axis| axis.dot(&change)))
+        two(across(&point.measured, &in_sensor(point)).map(|axis| axis.dot(&change)))
     }
 
     /// The inverse of a rotation by the vector v turns with the left Jacobian of -v.
     fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
         let turn: Vector3<f64> = left_jacobian(&-mount(point)).column(k.min(2)).into();
         let change = -turn.cross(&in_sensor(point));
-        rows(across(&point.measured, point).map(|axis| axis.dot(&change)))
+        two(across(&point.measured, &in_sensor(point)).map(|axis| axis.dot(&change)))
     }
 
     fn sigmas(&self, noise: &Noise) -> Rows {
-        rows([noise.orientation; 2])
+        two([noise.orientation; 2])
     }
 
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
-        let along = Vector3::from_column_slice(&measured[..3]);
-        let noisy = along + Vector3::from_fn(|_, _| noise.orientation * normal());
-        *measured = rows_of(&noisy.try_normalize(LEAST).unwrap_or(along));
+        *measured = rows_of(&disturbed(measured, noise.orientation, normal));
     }
 }

@@ -2,8 +2,10 @@
 //! with the point, and its noise. To add a kind: its file, and its line in [`FAMILY`]; nothing else in the program asks which
 //! kind a campaign has. SI throughout; vectors have the axes of the measurement frame.
 
+mod axis;
 mod contact;
 mod deflection;
+mod direction;
 mod distance;
 mod inclination;
 mod kind;
@@ -50,6 +52,9 @@ pub const SPHERE: Observes = Observes(&contact::Sphere);
 /// Orientation of the tool alone.
 pub const ORIENTATION: Observes = Observes(&orientation::Orientation);
 
+/// Direction of the tool's z axis.
+pub const AXIS: Observes = Observes(&axis::Axis);
+
 /// Direction of gravity in a body.
 pub const INCLINATION: Observes = Observes(&inclination::Inclination);
 
@@ -57,8 +62,8 @@ pub const INCLINATION: Observes = Observes(&inclination::Inclination);
 pub const TORQUE: Observes = Observes(&torque::Torque);
 
 /// All kinds, in the order in which help and schema list them.
-pub const FAMILY: [Observes; 9] =
-    [POSITION, POSE, DEFLECTION, DEFLECTION_POSE, DISTANCE, CONTACT, ORIENTATION, INCLINATION, TORQUE];
+pub const FAMILY: [Observes; 10] =
+    [POSITION, POSE, DEFLECTION, DEFLECTION_POSE, DISTANCE, CONTACT, ORIENTATION, AXIS, INCLINATION, TORQUE];
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
 

@@ -1,6 +1,7 @@
 //! One binary for all integration tests; the file names tell the kind of test.
 
 mod architecture;
+mod axes;
 mod blind;
 mod branches;
 mod cli;

@@ -238,6 +238,7 @@ fn kinds_say_what_they_are_by_their_names() {
             "distance",
             "contact",
             "orientation",
+            "axis",
             "inclination",
             "torque"
         ]
@@ -251,7 +252,7 @@ fn kinds_say_what_they_are_by_their_names() {
     let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
     assert!(
         error.contains(
-            "`position`, `pose`, `deflection`, `deflection-pose`, `distance`, `contact`, `orientation`, `inclination`, `torque`"
+            "`position`, `pose`, `deflection`, `deflection-pose`, `distance`, `contact`, `orientation`, `axis`, `inclination`, `torque`"
         ),
         "{error}"
     );
