@@ -7,9 +7,9 @@ use super::reader::Reader;
 use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
-use crate::description::campaign::raw::{RawCampaign, RawEntry};
+use crate::description::campaign::raw::{RawCampaign, RawCsv, RawEntry};
 use crate::description::campaign::{self, Campaign, References};
-use crate::description::table::Table;
+use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
 use crate::prediction::fill_holding_loads;
@@ -185,7 +185,7 @@ fn tables(
     robot: &LoadedRobot,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(RawEntry, Table)> {
-    let mut tables = Vec::new();
+    let (mut tables, mut rows) = (Vec::new(), 0);
     let files = table_files(raw, place, document, diagnostics);
     // With a fault in what says how the files are read, their faults would be echoes.
     let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts"].into_iter();
@@ -211,7 +211,15 @@ fn tables(
             continue;
         }
         match read(&asked, opened) {
-            Ok(table) => tables.push((entry, table)),
+            Ok(table) => {
+                rows += table.row_count();
+                let most = entry.csv.as_ref().and_then(|csv| csv.max_rows).unwrap_or(RawCsv::MOST_ROWS);
+                if rows > most {
+                    diagnostics.push(too_many(most).at(place_of(document, &file.path)));
+                    break;
+                }
+                tables.push((entry, table));
+            }
             Err(mut found) => diagnostics.append(&mut found),
         }
     }

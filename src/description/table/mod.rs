@@ -24,4 +24,5 @@ pub use dialect::{Dialect, Points};
 pub use join::Join;
 pub use orientation::{Orientation, QuaternionOrder};
 pub use read::{read_table, workbook_name};
+pub(crate) use rows::too_many;
 pub use write::Sheet;

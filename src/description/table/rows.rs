@@ -153,10 +153,8 @@ impl<R: Read> Rows<'_, R> {
             count += 1;
             if count > max_rows {
                 let place = self.row(at, line).field(0);
-                let fault = Diagnostic::error(format!("more than {max_rows} rows, the most that is read of one file"))
-                    .at(place);
                 self.faults.shown.truncate(MOST_SHOWN - 1);
-                self.faults.shown.push(fault.remedy("keep the readings that matter, or average repeats"));
+                self.faults.shown.push(too_many(max_rows).at(place));
                 return Err(self.faults.finish());
             }
             self.take(&record, at, line);
@@ -311,6 +309,12 @@ impl<R: Read> Rows<'_, R> {
         }
         table
     }
+}
+
+/// More rows than are read.
+pub(crate) fn too_many(most: usize) -> Diagnostic {
+    Diagnostic::error(format!("more than {most} rows, the most that is read where the campaign allows no more"))
+        .remedy("average repeats, or allow more with `csv: {max_rows: ..}`: a calibration takes about 5 kB a row")
 }
 
 /// A quote that the file never closes.
