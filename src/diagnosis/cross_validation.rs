@@ -12,7 +12,7 @@ use crate::math::{least_squares, mean_rms_max};
 /// Rows that are held out together: those of the readings `held_out`, else `count` parts of the configurations.
 pub fn folds(problem: &LinearProblem, held_out: &[bool], count: usize, seed: u64) -> Vec<Vec<bool>> {
     if held_out.contains(&true) && held_out.contains(&false) {
-        return vec![problem.reading.iter().map(|&reading| held_out[reading]).collect()];
+        return vec![problem.reading.iter().map(|&reading| held_out.get(reading) == Some(&true)).collect()];
     }
     let mut poses = problem.poses();
     poses.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
@@ -52,5 +52,6 @@ pub fn errors_of(problem: &LinearProblem, residual: &DVector<f64>, mut readings:
     let errors = problem.errors(residual);
     readings.sort_unstable();
     readings.dedup();
+    readings.retain(|&reading| reading < errors.len());
     mean_rms_max(readings.into_iter().map(|reading| errors[reading].norm()))
 }

@@ -24,6 +24,8 @@ pub struct LinearProblem {
     pub pose: Vec<usize>,
     /// Reading of each row.
     pub reading: Vec<usize>,
+    /// Number of readings; what is known of the arrangement counts behind them.
+    pub readings: usize,
     /// Hypotheses.
     pub hypotheses: Vec<Hypothesis>,
 }
@@ -83,6 +85,7 @@ impl LinearProblem {
             sigmas,
             pose,
             reading,
+            readings: count,
             hypotheses,
         })
     }
@@ -114,6 +117,7 @@ impl LinearProblem {
             sigmas: rows.iter().map(|&row| self.sigmas[row]).collect(),
             pose: rows.iter().map(|&row| self.pose[row]).collect(),
             reading: rows.iter().map(|&row| number[self.reading[row]]).collect(),
+            readings: (0..self.readings).filter(|&reading| excluded.get(reading) != Some(&true)).count(),
             hypotheses: self.hypotheses.iter().map(select).collect(),
         }
     }
@@ -143,7 +147,7 @@ impl LinearProblem {
         let rows: Vec<usize> = (0..self.rows()).collect();
         let of =
             |own: &[usize]| Vector3::from_fn(|k, _| own.get(k).map_or(0.0, |&row| residual[row] * self.sigmas[row]));
-        rows.chunk_by(|&a, &b| self.reading[a] == self.reading[b]).map(of).collect()
+        rows.chunk_by(|&a, &b| self.reading[a] == self.reading[b]).map(of).take(self.readings).collect()
     }
 
     /// Root mean square error (m) of readings whose weighted residuals are all of root mean square 1.

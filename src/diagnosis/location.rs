@@ -36,7 +36,7 @@ pub fn sites(
     let names: Vec<(String, usize)> =
         terms.iter().map(|term| (term.site.name.clone(), term.parameters.len())).collect();
     let (all, width) = effect_columns(model, &competition.campaign, &competition.values, terms)?;
-    let load = |row: usize| competition.campaign.readings[problem.reading[row]].wrench;
+    let load = |row: usize| competition.campaign.readings.get(problem.reading[row]).map(|reading| reading.wrench);
     let rows: Vec<usize> = (0..problem.rows()).collect();
     let blocks: Vec<&[usize]> =
         rows.chunk_by(|&a, &b| problem.pose[a] == problem.pose[b] && load(a) == load(b)).collect();

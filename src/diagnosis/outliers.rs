@@ -50,14 +50,15 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
 fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     let all = &competition.all;
     let design = all.design(competition.members());
-    let rows: Vec<usize> = (0..all.rows()).filter(|&row| !marked[all.reading[row]]).collect();
+    let rows: Vec<usize> = (0..all.rows()).filter(|&row| marked.get(all.reading[row]) != Some(&true)).collect();
     let x = least_squares(&design.select_rows(&rows), &all.residual.select_rows(&rows));
     let residual = &all.residual - design * x;
     let mut used: Vec<f64> = rows.iter().map(|&row| residual[row].abs()).collect();
     let sigma = (NORMAL * median(&mut used).unwrap_or(0.0)).max(competition.noise.unwrap_or(0.0));
     let mut distances = vec![0.0_f64; marked.len()];
     for (value, &reading) in residual.iter().zip(&all.reading) {
-        distances[reading] = distances[reading].max(value.abs());
+        // What is known of the arrangement is no reading, and no outlier.
+        distances.get_mut(reading).into_iter().for_each(|distance| *distance = distance.max(value.abs()));
     }
     (distances, sigma)
 }

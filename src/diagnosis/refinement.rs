@@ -8,7 +8,7 @@ use crate::effects::Nonlinear;
 use crate::math::{orthonormal, project_off};
 use crate::prediction::{PredictionError, Term, effect_columns};
 
-/// Refines the nonlinear parameters of the members in place, fitted to the readings that are not `unused`. Whether there
+/// Refines the nonlinear parameters of the members in place, fitted to all but the readings that are `unused`. Whether there
 /// was any.
 ///
 /// # Errors
@@ -23,7 +23,7 @@ pub fn refine(
     let settings = &inputs.settings.selection;
     let center = |problem: &LinearProblem, h: usize| problem.hypotheses[h].nonlinear.continuous();
     let continuous: Vec<(usize, f64)> = members.iter().filter_map(|&h| Some((h, center(problem, h)?))).collect();
-    let rows: Vec<usize> = (0..problem.rows()).filter(|&row| !unused[problem.reading[row]]).collect();
+    let rows: Vec<usize> = (0..problem.rows()).filter(|&row| unused.get(problem.reading[row]) != Some(&true)).collect();
     let residual = problem.residual.select_rows(&rows);
     for &(h, center) in &continuous {
         let hypothesis = &problem.hypotheses[h];

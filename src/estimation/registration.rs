@@ -1,6 +1,8 @@
 //! Where the base, the tool and the markers are, the robot's geometry being given: the start of every calibration and
 //! its baseline.
 
+use nalgebra::Vector3;
+
 use super::placing::{Group, placed};
 use super::problem::{CampaignProblem, row_sigmas};
 use super::settings::RegistrationSettings;
@@ -39,7 +41,8 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
     if campaign.estimate_scale {
         slots.extend(parts(&placed, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
     }
-    let mut targets: Vec<usize> = campaign.readings.iter().map(|reading| reading.target).collect();
+    let lengths = campaign.constraints.iter().filter_map(|constraint| constraint.length);
+    let mut targets: Vec<usize> = campaign.readings.iter().map(|reading| reading.target).chain(lengths).collect();
     targets.sort_unstable();
     targets.dedup();
     let of_targets = targets.into_iter().flat_map(|target| model.target_values(target).iter().flatten().copied());
@@ -100,7 +103,29 @@ pub fn rough(
         known.extend(group.points);
     }
     start_targets(model, campaign, &mut values)?;
+    start_distances(model, campaign, &mut values);
     Ok(values)
+}
+
+/// Starts for unknown distances: the mean of those between the targets that share one.
+fn start_distances(model: &Model, campaign: &Campaign, values: &mut [f64]) {
+    let point = |target: usize, values: &[f64]| {
+        let mut at = campaign.targets[target].assumed();
+        model.target_values(target).iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |s| values[s]));
+        Vector3::from_column_slice(&at[..3])
+    };
+    let mut sums: Vec<(Slot, f64, f64)> = Vec::new();
+    for constraint in &campaign.constraints {
+        let length = constraint.length.and_then(|length| model.target_values(length).first().copied().flatten());
+        let Some(slot) = length else { continue };
+        let [a, b] = constraint.targets.map(|target| point(target, values));
+        let distance = (a - b).norm();
+        match sums.iter_mut().find(|(known, ..)| *known == slot) {
+            Some((_, sum, count)) => (*sum, *count) = (*sum + distance, *count + 1.0),
+            None => sums.push((slot, distance, 1.0)),
+        }
+    }
+    sums.into_iter().for_each(|(slot, sum, count)| values[slot] = sum / count);
 }
 
 /// Values with base, tool, markers and what readings refer to fitted to the readings, the robot as `values` (by slot) say, and

@@ -10,7 +10,7 @@ use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
 use crate::model::Model;
-use crate::observation::POSITION;
+use crate::observation::{DEFLECTION, POSITION};
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, Predictor};
 use crate::simulation::{Loaded, Plan, unmeasured};
@@ -122,7 +122,7 @@ impl<'a> Information<'a> {
 
     /// W with which tr(W M^-1) is the mean square position error (m^2) at the tests, in the frame of measurement.
     pub fn tests(&self, markers: &[Option<usize>], tests: &[Loaded]) -> Result<DMatrix<f64>, PlanningError> {
-        let observes = if self.blank.observes.is_difference() { self.blank.observes } else { POSITION };
+        let observes = if self.blank.observes.is_difference() { DEFLECTION } else { POSITION };
         let blank = Campaign { observes, sigma: Some([1.0; 3]), sigma_orientation: None, ..self.blank.clone() };
         let station = |(q, load): &Loaded| Station {
             q: q.clone(),

@@ -124,12 +124,16 @@ impl<'a> Predictor<'a> {
                 Vector3::from_column_slice(&at[..3])
             });
             let arm = a - b;
-            out.residual[row] = constraint.distance - arm.norm();
+            let length =
+                constraint.length.and_then(|length| self.model.target_values(length).first().copied().flatten());
+            let distance = length.map_or(constraint.distance, |slot| values[slot]);
+            out.residual[row] = distance - arm.norm();
             let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
             for (column, slot) in slots.iter().enumerate() {
                 let by = |own: &[Option<Slot>]| own.iter().take(3).position(|known| *known == Some(*slot));
                 let derivative = by(own[0]).map_or(0.0, |k| direction[k]) - by(own[1]).map_or(0.0, |k| direction[k]);
-                out.jacobian[row * width + column] = derivative;
+                let of_length = if length == Some(*slot) { 1.0 } else { 0.0 };
+                out.jacobian[row * width + column] = derivative - of_length;
             }
         }
     }

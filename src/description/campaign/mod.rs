@@ -66,7 +66,7 @@ pub struct Campaign {
     pub without: Vec<String>,
     /// What readings refer to besides the robot: fixed points, contacts, gains; by name in the files.
     pub targets: Vec<Target>,
-    /// Known distances between targets.
+    /// Distances between targets.
     pub constraints: Vec<Constraint>,
     /// Names of the bodies that the tool carries in some readings.
     pub payloads: Vec<(String, Payload)>,
@@ -200,7 +200,8 @@ impl Campaign {
                 target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
             })
         };
-        self.constraints.is_empty() && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
+        let is_known = |constraint: &Constraint| constraint.length.is_none();
+        !self.constraints.iter().any(is_known) && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
     }
 
     /// Whether any reading holds the orientation of the tool.

@@ -53,9 +53,9 @@ pub struct RawCampaign {
     /// Places that a ball on the tool touches, by name.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub contacts: IndexMap<String, RawContact>,
-    /// Known distances between contacts of one group, `a-b: distance`.
+    /// Distances between contacts of one group, `a-b: distance`; `unknown` is one distance, the same in each placement.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
-    pub distances: IndexMap<String, f64>,
+    pub distances: IndexMap<String, OrUnknown<f64>>,
     /// Bodies that the tool carries in some readings, by name; a column `payload` says in which.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub payloads: IndexMap<String, RawPayload>,

@@ -76,7 +76,7 @@ pub fn resolve(
     diagnostics.extend(bodies::lacking_columns(robot, &sources));
     diagnostics.extend(half_of_more_columns(&sources));
     diagnostics.extend(mixed_differences(&all_kinds, locate));
-    campaign.constraints = constraints(raw, &campaign.targets, locate, &mut diagnostics);
+    campaign.constraints = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
     for source in &sources {
         diagnostics.extend(source.table.notes().iter().cloned());

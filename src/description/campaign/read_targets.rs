@@ -162,10 +162,10 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
     }
 }
 
-/// Known distances between the contacts of each group.
+/// Distances between the contacts of each group; unknown ones are appended to the targets.
 pub(super) fn constraints(
     raw: &RawCampaign,
-    targets: &[Target],
+    targets: &mut Vec<Target>,
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<Constraint> {
@@ -182,19 +182,24 @@ pub(super) fn constraints(
             fault(format!("`{key}` names no two contacts"), "write `a-b: distance`, a and b as in `contacts`");
             continue;
         };
-        if !(distance.is_finite() && distance > 0.0) {
-            fault(format!("the distance `{distance}` must be a finite number above 0"), "give it in the length unit");
+        if let Some(distance) = distance.known().filter(|distance| !(distance.is_finite() && *distance > 0.0)) {
+            let remedy = "give it in the length unit, or write `unknown`";
+            fault(format!("the distance `{distance}` must be a finite number above 0"), remedy);
             continue;
         }
         let of = |name: &str| -> Vec<(usize, &Target)> {
             targets.iter().enumerate().filter(|(_, target)| target.member.0 == name).collect()
         };
         let before = constraints.len();
+        let length = distance.known().is_none().then_some(targets.len());
         for (i, first) in of(one) {
             for (j, _) in of(other).into_iter().filter(|(_, second)| second.member.1 == first.member.1) {
-                let distance = distance * raw.units.length.factor();
-                constraints.push(Constraint { targets: [i, j], distance, sigma: DISTANCE_SIGMA });
+                let distance = distance.known().unwrap_or(0.0) * raw.units.length.factor();
+                constraints.push(Constraint { targets: [i, j], distance, length, sigma: DISTANCE_SIGMA });
             }
+        }
+        if length.is_some() && constraints.len() > before {
+            targets.push(Target::distance(key));
         }
         if constraints.len() == before && targets.iter().any(|target| target.column == "contact") {
             fault(format!("`{one}` and `{other}` are never in one group"), "give both the same `group:`");

@@ -6,6 +6,9 @@ use nalgebra::Vector3;
 use crate::observation::{MOST_TARGET_VALUES, Observes, TargetValues};
 use crate::parameter::Kind;
 
+/// What names unknown distances, as [`Target::column`]: no column of a table.
+const DISTANCES: &str = "distances";
+
 /// A value of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetValue {
@@ -34,13 +37,15 @@ pub struct Target {
     pub has_start: bool,
 }
 
-/// A known distance between the points of two targets, m.
+/// A distance between the points of two targets, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constraint {
     /// The targets, by index.
     pub targets: [usize; 2],
-    /// Their distance.
+    /// Their distance, if known; that of [`Constraint::length`] is added to it.
     pub distance: f64,
+    /// The target whose first value is the distance, by index, where it is unknown: constraints may share one.
+    pub length: Option<usize>,
     /// One sigma of it.
     pub sigma: f64,
 }
@@ -55,6 +60,20 @@ impl Target {
             member: (name.into(), None),
             observes: None,
             values,
+            has_start: true,
+        }
+    }
+
+    /// An unknown distance between contacts.
+    pub fn distance(key: &str) -> Self {
+        let parameter = Some(format!("{key}.distance"));
+        Self {
+            name: key.into(),
+            column: DISTANCES,
+            member: (key.into(), None),
+            observes: None,
+            values: vec![TargetValue { value: 0.0, kind: Kind::Length, parameter }],
+            // It follows from the contacts'.
             has_start: true,
         }
     }
