@@ -24,6 +24,7 @@ mod estimation;
 mod evidence;
 mod examples;
 mod figures;
+mod fuzzing;
 mod fuzzy;
 mod generated;
 mod golden_elastic;
