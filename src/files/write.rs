@@ -1,9 +1,10 @@
 //! Files written whole or not at all.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::Error;
 use crate::diagnostic::Diagnostic;
@@ -46,13 +47,15 @@ pub fn writable_table(path: &Path) -> Result<(), Diagnostic> {
     writable(path)
 }
 
-/// Writes files, all of them whole or none at all: each next to its target first, then in its place.
+/// Writes files, all of them whole or none at all: each next to its target first, then in its place. Where one cannot be put
+/// in its place, those before it are put back as they were. Two processes that write to one folder take turns.
 ///
 /// # Errors
 /// What the system reported, and of which file.
 pub fn write_whole(files: &[(&Path, &[u8])]) -> Result<(), Error> {
     let failed =
         |path: &Path, error: std::io::Error| Error::from(error).at(format!("`{}` cannot be written", path.display()));
+    let _turns = turns(files);
     // What is not moved into its place is removed when it is dropped.
     let mut parts: Vec<(NamedTempFile, &Path)> = Vec::new();
     for (path, content) in files {
@@ -64,18 +67,78 @@ pub fn write_whole(files: &[(&Path, &[u8])]) -> Result<(), Error> {
         let part = part_of(path).and_then(|mut part| part.write_all(content).map(|()| part));
         parts.push((part.map_err(|error| failed(path, error))?, path));
     }
+    let mut placed: Vec<(Option<TempPath>, &Path)> = Vec::new();
     for (part, path) in parts {
-        part.persist(path).map_err(|error| failed(path, error.error))?;
+        let put = aside(path).and_then(|old| part.persist(path).map(|_| old).map_err(|error| error.error));
+        match put {
+            Ok(old) => placed.push((old, path)),
+            Err(error) => {
+                placed.into_iter().rev().for_each(|(old, path)| put_back(old, path));
+                return Err(failed(path, error));
+            }
+        }
     }
     Ok(())
 }
 
+/// Waits for other processes that write to the same folders, and removes what those that were killed have left. The turn ends
+/// with the values returned; where a system cannot lock folders there are no turns.
+fn turns(files: &[(&Path, &[u8])]) -> Vec<File> {
+    let mut folders: Vec<&Path> = files.iter().map(|(path, _)| folder_of(path)).collect();
+    // In one order, so that no two processes wait for each other.
+    folders.sort_unstable();
+    folders.dedup();
+    let turn = |folder: &&Path| {
+        let locked = File::open(folder).and_then(|opened| opened.lock().map(|()| opened)).ok()?;
+        let left = std::fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| {
+            let name = entry.file_name();
+            name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(PART))
+        });
+        // What cannot be removed is no harm.
+        left.for_each(|entry| drop(std::fs::remove_file(entry.path())));
+        Some(locked)
+    };
+    folders.iter().filter_map(turn).collect()
+}
+
+/// Names of files on their way.
+const PREFIX: &str = ".elastogeo-";
+const PART: &str = ".part";
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A second name of a file that is to be replaced, or a copy where the disk knows no second names; removed when dropped.
+fn aside(path: &Path) -> std::io::Result<Option<TempPath>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(".old");
+    let made = builder.make_in(folder_of(path), |name| {
+        std::fs::hard_link(path, name).or_else(|_| std::fs::copy(path, name).map(drop))
+    });
+    made.map(|old| Some(old.into_temp_path()))
+}
+
+/// What stood there before: the old file, or none. What cannot be put back stays beside its place.
+fn put_back(old: Option<TempPath>, path: &Path) {
+    match old {
+        Some(old) => {
+            if let Err(error) = old.persist(path) {
+                drop(error.path.keep());
+            }
+        }
+        None => drop(std::fs::remove_file(path)),
+    }
+}
+
 /// An empty file next to another, with the rights that new files have.
 fn part_of(path: &Path) -> std::io::Result<NamedTempFile> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".elastogeo-").suffix(".part");
+    builder.prefix(PREFIX).suffix(PART);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder_of(path))
 }

@@ -71,4 +71,5 @@ mod ur_kinematics;
 mod urdf;
 #[cfg(feature = "xlsx")]
 mod workbooks;
+mod writing;
 mod yaml;

@@ -151,6 +151,15 @@ fn simulated_readings_do_not_replace_real_ones() {
         let ran = run(folder.path(), &simulate);
         assert_eq!(ran.status, 0, "its own may go: {}", ran.err);
     }
+    for name in ["campaign.yaml", "measurements.csv"] {
+        let path = folder.path().join("c").join(name);
+        let edited = std::fs::read_to_string(&path).expect("read") + "\n";
+        std::fs::write(&path, &edited).expect("written");
+        refuses(&run(folder.path(), &simulate), &[&format!("{name} in `c` was edited since"), "--force"]);
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), edited);
+        assert_eq!(run(folder.path(), &[&simulate[..], &["--force"]].concat()).status, 0);
+        assert_ne!(std::fs::read_to_string(&path).expect("read"), edited);
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ use serde_json::Value;
 
 use super::pose::loaded_configurations;
 use crate::Error;
+use crate::blind::seal as digest;
 use crate::cli::args::Simulate;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
@@ -31,7 +32,7 @@ use crate::simulation::{Plan, carry_out, draw_configurations_in, draw_errors, ge
 pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
     check(command)?;
-    spares_readings(&command.into)?;
+    spares_readings(&command.into, session.arguments.force)?;
     let mut loaded = session.reader.robot(&command.robot)?;
     for text in &command.effect {
         let entry = effect(&loaded.model, text)?;
@@ -157,20 +158,26 @@ fn wrenches(command: &Simulate, loaded: &LoadedRobot, row_loads: &[[f64; 6]]) ->
     Ok(wrenches)
 }
 
-/// Refuses a folder with readings that were not simulated.
-fn spares_readings(folder: &std::path::Path) -> Result<(), Error> {
+/// Refuses a folder with readings that were not simulated, or that were edited since (unless `force`).
+fn spares_readings(folder: &std::path::Path, force: bool) -> Result<(), Error> {
     let truth = std::fs::read_to_string(folder.join("truth.json")).ok();
     let truth = truth.and_then(|text| serde_json::from_str::<Value>(&text).ok());
-    if truth.is_some_and(|truth| truth.get("seed").is_some() && truth.get("parameters").is_some()) {
-        return Ok(());
+    let truth = truth.filter(|truth| truth.get("seed").is_some() && truth.get("parameters").is_some());
+    let shown = folder.display();
+    for name in ["campaign.yaml", "measurements.csv"] {
+        let Ok(now) = std::fs::read(folder.join(name)) else { continue };
+        let Some(truth) = &truth else {
+            let message = format!("--into: `{shown}` has a {name} that `simulate` did not write");
+            return Err(Error::input(message, "give another folder"));
+        };
+        let written = truth.get(campaign::DIGESTS).and_then(|digests| digests.get(name)).and_then(Value::as_str);
+        let is_edited = written.is_some_and(|written| written != digest(&String::from_utf8_lossy(&now)));
+        if is_edited && !force {
+            let message = format!("--into: {name} in `{shown}` was edited since `simulate` wrote it");
+            return Err(Error::input(message, "give another folder, or replace it with --force"));
+        }
     }
-    match ["campaign.yaml", "measurements.csv"].into_iter().find(|name| folder.join(name).exists()) {
-        Some(name) => Err(Error::input(
-            format!("--into: `{}` has a {name} that `simulate` did not write", folder.display()),
-            "give another folder",
-        )),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Refuses a kind of readings that needs anchors where the description has none.

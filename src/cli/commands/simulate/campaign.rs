@@ -2,8 +2,10 @@
 
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 
 use crate::Error;
+use crate::blind::seal as digest;
 use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::commands::schema::file_name;
 use crate::cli::output::Output;
@@ -23,6 +25,9 @@ pub struct Made<'a> {
     pub plan: &'a Plan,
     pub seed: u64,
 }
+
+/// Key of truth.json: SHA-256 of the files written next to it, by name.
+pub const DIGESTS: &str = "files";
 
 /// A campaign and its truth as files.
 ///
@@ -51,7 +56,6 @@ pub fn delivered(
         header_file.display(),
         own_weight.words(IN_BOTH_READINGS)
     );
-    let truth_file = serde_json::to_string_pretty(&truth)? + "\n";
     let made = Simulation { campaign: header_file.display().to_string(), readings, own_weight, truth, points };
     let mut output = Output::new(text, &made)?;
     output.diagnostics = loaded.diagnostics.clone();
@@ -59,11 +63,13 @@ pub fn delivered(
         Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
     let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
-    output.files = vec![
-        (command.into.join("measurements.csv"), csv(loaded, &campaign)?),
-        (command.into.join("truth.json"), truth_file),
-        (header_file, line + &yaml::write(&header)?),
-    ];
+    let made = [("measurements.csv", csv(loaded, &campaign)?), ("campaign.yaml", line + &yaml::write(&header)?)];
+    // By their digests the next run knows whether someone has edited them since.
+    let mut truth = output.json["truth"].clone();
+    let digests = made.iter().map(|(name, text)| (name.to_string(), digest(text).into())).collect();
+    truth.as_object_mut().map(|truth| truth.insert(DIGESTS.into(), Value::Object(digests)));
+    output.files = made.map(|(name, text)| (command.into.join(name), text)).into();
+    output.files.push((command.into.join("truth.json"), serde_json::to_string_pretty(&truth)? + "\n"));
     Ok(output)
 }
 
