@@ -1,10 +1,10 @@
 //! Which parameters a campaign can determine: the candidates, and the reduction of their observation matrix.
 
 use super::problem::row_sigmas;
-use super::registration::{arrangement, rough};
+use super::registration::{arrangement, registered, rough};
 use super::result::CalibrationError;
 use super::settings::{RegistrationSettings, What};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Target};
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
@@ -19,7 +19,7 @@ pub struct Reduction {
     pub identifiability: Identifiability,
 }
 
-/// Reduces the observation matrix of `campaign` at the description's values (base and tool roughly registered where the
+/// Reduces the observation matrix of `campaign` at the description's values (base, tool and contacts registered where the
 /// campaign estimates them). `hold` names parameters to be held.
 ///
 /// # Errors
@@ -45,7 +45,12 @@ pub fn observe(
 ) -> Result<Reduction, CalibrationError> {
     let what = what.unwrap_or_else(|| What::usual(campaign));
     let predictor = Predictor::new(model, campaign, candidates(model, campaign, what)?)?;
-    let start = rough(model, campaign, &model.registry.nominal(), &RegistrationSettings::default())?;
+    let (nominal, settings) = (model.registry.nominal(), RegistrationSettings::default());
+    // What contacts tell depends on where they are: a ball off its place would show more, or less, than it does.
+    let start = match campaign.targets.iter().any(Target::is_to_be_sought) {
+        true => registered(model, campaign, &nominal, &settings)?.0,
+        false => rough(model, campaign, &nominal, &settings)?,
+    };
     let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
     Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
 }

@@ -123,15 +123,15 @@ impl<'a> Predictor<'a> {
                 own[k].iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |slot| values[slot]));
                 Vector3::from_column_slice(&at[..3])
             });
-            let arm = a - b;
             let length =
                 constraint.length.and_then(|length| self.model.target_values(length).first().copied().flatten());
-            let distance = length.map_or(constraint.distance, |slot| values[slot]);
-            out.residual[row] = distance - arm.norm();
-            let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
+            let expected = length.map_or(constraint.value, |slot| values[slot]);
+            let (found, direction) = constraint.of([a, b], expected);
+            out.residual[row] = expected - found;
             for (column, slot) in slots.iter().enumerate() {
                 let by = |own: &[Option<Slot>]| own.iter().take(3).position(|known| *known == Some(*slot));
-                let derivative = by(own[0]).map_or(0.0, |k| direction[k]) - by(own[1]).map_or(0.0, |k| direction[k]);
+                let of = |k: usize| by(own[k]).map_or(0.0, |axis| direction[k][axis]);
+                let derivative = of(0) + of(1);
                 let of_length = if length == Some(*slot) { 1.0 } else { 0.0 };
                 out.jacobian[row * width + column] = derivative - of_length;
             }

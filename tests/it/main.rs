@@ -7,6 +7,7 @@ mod branches;
 mod cli;
 mod compensation;
 mod compensator;
+mod contacts;
 mod convention;
 mod dependence;
 mod derivatives;

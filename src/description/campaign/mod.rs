@@ -37,7 +37,7 @@ pub use faults::faults;
 pub use read::resolve;
 pub use references::{ReferenceReading, References, completed as completed_reference, reference_columns};
 pub use sessions::{InSession, Sessions, Sharing};
-pub use targets::{Constraint, Target, TargetValue};
+pub use targets::{Between, Constraint, Target, TargetValue};
 pub use write::csv;
 
 pub use super::columns::WRENCH;
@@ -200,7 +200,7 @@ impl Campaign {
                 target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
             })
         };
-        let is_known = |constraint: &Constraint| constraint.length.is_none();
+        let is_known = |constraint: &Constraint| constraint.length.is_none() && constraint.between == Between::Points;
         !self.constraints.iter().any(is_known) && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
     }
 

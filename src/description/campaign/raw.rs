@@ -56,6 +56,9 @@ pub struct RawCampaign {
     /// Distances between contacts of one group, `a-b: distance`; `unknown` is one distance, the same in each placement.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub distances: IndexMap<String, OrUnknown<f64>>,
+    /// Known angles between faces (contacts of kind `plane`) of one group, `a-b: angle`: a datum cube has right ones.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub angles: IndexMap<String, f64>,
     /// Bodies that the tool carries in some readings, by name; a column `payload` says in which.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub payloads: IndexMap<String, RawPayload>,

@@ -1,6 +1,8 @@
 //! What readings refer to besides the robot: anchors of distances, contacts. Each has values that a kind of reading reads in
 //! its own order; known ones are constants, unknown ones parameters.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 
 use crate::observation::{MOST_TARGET_VALUES, Observes, TargetValues};
@@ -37,17 +39,52 @@ pub struct Target {
     pub has_start: bool,
 }
 
-/// A distance between the points of two targets, m.
+/// What a constraint says of two targets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// The distance of their points, m.
+    Points,
+    /// The angle of their normals, rad, or what it lacks to a half turn: a face has two sides.
+    Normals,
+}
+
+/// A distance between the points of two targets, or an angle between their normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constraint {
     /// The targets, by index.
     pub targets: [usize; 2],
-    /// Their distance, if known; that of [`Constraint::length`] is added to it.
-    pub distance: f64,
+    /// Which of the two it is.
+    pub between: Between,
+    /// The distance or angle, where [`Constraint::length`] does not stand in for it.
+    pub value: f64,
     /// The target whose first value is the distance, by index, where it is unknown: constraints may share one.
     pub length: Option<usize>,
     /// One sigma of it.
     pub sigma: f64,
+}
+
+impl Constraint {
+    /// What is constrained, of the first three values of both targets, and its derivatives by these.
+    pub fn of(&self, [a, b]: [Vector3<f64>; 2], expected: f64) -> (f64, [Vector3<f64>; 2]) {
+        match self.between {
+            Between::Points => {
+                let arm = a - b;
+                let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
+                (arm.norm(), [direction, -direction])
+            }
+            Between::Normals => {
+                let lengths = [a, b].map(|normal| normal.norm().max(f64::MIN_POSITIVE));
+                let [a, b] = [a / lengths[0], b / lengths[1]];
+                let (sine, cosine) = (a.cross(&b).norm(), a.dot(&b));
+                let angle = sine.atan2(cosine);
+                let side = if (angle - expected).abs() <= (PI - angle - expected).abs() { 1.0 } else { -1.0 };
+                // Parallel normals have no direction in which their angle grows.
+                let steep = if sine > 0.0 { -side / sine } else { 0.0 };
+                let derivatives = [(b - a * cosine) * (steep / lengths[0]), (a - b * cosine) * (steep / lengths[1])];
+                (if side > 0.0 { angle } else { PI - angle }, derivatives)
+            }
+        }
+    }
 }
 
 impl Target {

@@ -1,0 +1,274 @@
+//! Contacts of a ball: what sockets, faces and spheres find, and what they can tell of an arm, against a forward model of this
+//! file: products of textbook matrices, differentiated by differences.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::cli::run;
+
+/// alpha (deg), d (mm), r (mm) of the UR5's frames.
+const ROWS: [[f64; 3]; 6] = [
+    [0.0, 0.0, 89.159],
+    [90.0, 0.0, 0.0],
+    [0.0, -425.0, 0.0],
+    [0.0, -392.25, 109.15],
+    [90.0, 0.0, 94.65],
+    [-90.0, 0.0, 82.3],
+];
+/// Centre of the ball on the flange, mm.
+const BALL: [f64; 3] = [12.0, -7.0, 95.0];
+
+fn turn(axis: Vector3<f64>, angle: f64) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::identity(), UnitQuaternion::new(axis * angle))
+}
+
+fn shift(by: Vector3<f64>) -> Isometry3<f64> {
+    Isometry3::from_parts(by.into(), UnitQuaternion::identity())
+}
+
+/// The ball (mm, rad). `moved` are six numbers for each fixed transform: a motion of the frame before its joint, mm and rad.
+fn ball(q: &[f64], moved: &[f64], at: Vector3<f64>) -> Vector3<f64> {
+    let (x, z) = (Vector3::x(), Vector3::z());
+    let mut pose = Isometry3::identity();
+    for (k, [alpha, d, r]) in ROWS.into_iter().enumerate() {
+        let by = |first: usize| {
+            moved.get(6 * k + first..6 * k + first + 3).map_or(Vector3::zeros(), Vector3::from_column_slice)
+        };
+        let fixed = turn(x, alpha.to_radians()) * shift(x * d);
+        pose =
+            pose * fixed * shift(by(0)) * turn(Vector3::x(), by(3).x) * turn(Vector3::y(), by(3).y) * turn(z, by(3).z);
+        pose = pose * turn(z, q[k]) * shift(z * r);
+    }
+    (pose * nalgebra::Point3::from(at)).coords
+}
+
+/// What is touched; the unknown numbers of each, and how far the ball is from touching.
+#[derive(Clone, Copy)]
+enum Touched {
+    Socket(Vector3<f64>),
+    /// Point and unit normal.
+    Face(Vector3<f64>, Vector3<f64>),
+    /// Centre and distance.
+    Sphere(Vector3<f64>, f64),
+}
+
+impl Touched {
+    fn unknowns(self) -> usize {
+        match self {
+            Self::Socket(_) => 3,
+            Self::Face(..) | Self::Sphere(..) => 4,
+        }
+    }
+
+    fn gap(self, at: Vector3<f64>, x: &[f64]) -> Vec<f64> {
+        let v = Vector3::from_column_slice(&x[..3]);
+        match self {
+            Self::Socket(centre) => (at - centre - v).iter().copied().collect(),
+            Self::Face(point, normal) => {
+                let normal = (normal + v).normalize();
+                vec![normal.dot(&(at - point)) - x[3]]
+            }
+            Self::Sphere(centre, radius) => vec![(at - centre - v).norm() - radius - x[3]],
+        }
+    }
+}
+
+/// Configurations at which the ball touches, by Newton from random ones; joints within 150 deg.
+fn touching(on: Touched, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+    let at = Vector3::from(BALL);
+    let mut found = Vec::new();
+    while found.len() < count {
+        let mut q: Vec<f64> = (0..6).map(|_| random.random_range(-2.4..2.4)).collect();
+        for _ in 0..25 {
+            let gap = on.gap(ball(&q, &[], at), &[0.0; 4]);
+            if gap.iter().all(|gap| gap.abs() < 1e-10) {
+                break;
+            }
+            let rows = gap.len();
+            let jacobian = DMatrix::from_fn(rows, 6, |i, j| {
+                let step = |sign: f64| {
+                    let mut moved = q.clone();
+                    moved[j] += sign * 1e-6;
+                    on.gap(ball(&moved, &[], at), &[0.0; 4])[i]
+                };
+                (step(1.0) - step(-1.0)) / 2e-6
+            });
+            let Some(inverse) = (&jacobian * jacobian.transpose()).try_inverse() else { break };
+            let change = jacobian.transpose() * (inverse * nalgebra::DVector::from_vec(gap));
+            let scale = (0.3 / change.amax()).min(1.0);
+            q.iter_mut().zip(change.iter()).for_each(|(q, change)| *q -= scale * change);
+        }
+        let gap = on.gap(ball(&q, &[], at), &[0.0; 4]);
+        if gap.iter().all(|gap| gap.abs() < 1e-9) && q.iter().all(|q| q.abs() < 2.6) {
+            found.push(q);
+        }
+    }
+    found
+}
+
+/// The rank of the readings by every motion of every frame, the ball and the unknowns of what is touched; then of `known`
+/// distances between sockets (by index).
+fn rank(touched: &[(Touched, Vec<Vec<f64>>)], known: &[[usize; 2]]) -> usize {
+    let firsts: Vec<usize> =
+        touched.iter().scan(39, |at, (on, _)| Some(std::mem::replace(at, *at + on.unknowns()))).collect();
+    let width = 39 + touched.iter().map(|(on, _)| on.unknowns()).sum::<usize>();
+    let all = |x: &[f64]| -> Vec<f64> {
+        let at = Vector3::from(BALL) + Vector3::from_column_slice(&x[36..39]);
+        let mut gaps = Vec::new();
+        for ((on, poses), &first) in touched.iter().zip(&firsts) {
+            let own: Vec<f64> = (first..first + 4).map(|k| x.get(k).copied().unwrap_or(0.0)).collect();
+            poses.iter().for_each(|q| gaps.extend(on.gap(ball(q, &x[..36], at), &own)));
+        }
+        for pair in known {
+            let centre = |k: usize| match touched[k].0 {
+                Touched::Socket(centre) => centre + Vector3::from_column_slice(&x[firsts[k]..firsts[k] + 3]),
+                _ => unreachable!("sockets have distances"),
+            };
+            gaps.push((centre(pair[0]) - centre(pair[1])).norm());
+        }
+        gaps
+    };
+    let rows = all(&vec![0.0; width]).len();
+    let mut jacobian = DMatrix::zeros(rows, width);
+    for column in 0..width {
+        let step = if column < 36 && column % 6 > 2 { 1e-5 } else { 1e-2 };
+        let at = |sign: f64| {
+            let mut x = vec![0.0; width];
+            x[column] = sign * step;
+            all(&x)
+        };
+        for (row, (up, down)) in at(1.0).iter().zip(at(-1.0)).enumerate() {
+            jacobian[(row, column)] = (up - down) / (2.0 * step);
+        }
+    }
+    let norms: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+    for (mut column, norm) in jacobian.column_iter_mut().zip(norms) {
+        column /= norm.max(1e-9);
+    }
+    let values = jacobian.singular_values();
+    // Differences are good to some 1e-8: values between that and 1e-5 would say that the rank is not clear.
+    let greatest = values.max();
+    assert!(values.iter().all(|v| !(1e-7..1e-5).contains(&(v / greatest))), "{values}");
+    values.iter().filter(|v| **v > 1e-6 * greatest).count()
+}
+
+fn campaign(folder: &Path, touched: &[(&str, Touched, &[Vec<f64>])], contacts: &str) {
+    let mut table = String::from("contact,q1,q2,q3,q4,q5,q6\n");
+    for (name, _, poses) in touched {
+        for q in *poses {
+            let joints: Vec<String> = q.iter().map(|q| format!("{:.14}", q.to_degrees())).collect();
+            writeln!(table, "{name},{}", joints.join(",")).expect("written");
+        }
+    }
+    let text = format!(
+        "robot: universal-ur5\nunits: {{length: mm, angle: deg}}\nobserves: contact\ninstrument: {{sigma: 0.05}}\n\
+         estimate: {{tool: true}}\n{contacts}\nmeasurements: contacts.csv\n"
+    );
+    std::fs::write(folder.join("contacts.csv"), table).expect("written");
+    std::fs::write(folder.join("campaign.yaml"), text).expect("written");
+}
+
+fn json(folder: &Path, command: &[&str]) -> serde_json::Value {
+    let said = run(folder, &[command, &["--format", "json"]].concat());
+    assert_eq!(said.status, 0, "{command:?}: {}", said.err);
+    serde_json::from_str(&said.out).expect("JSON")
+}
+
+fn value(of: &serde_json::Value, name: &str) -> f64 {
+    let all = of["parameters"].as_array().expect("a list");
+    let own = all.iter().find(|parameter| parameter["name"] == name).unwrap_or_else(|| panic!("{name}"));
+    own["value"].as_f64().expect("a number")
+}
+
+#[test]
+fn what_contacts_can_tell_is_what_an_independent_model_says() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let one = Touched::Socket(Vector3::new(420.0, 150.0, 120.0));
+    let two = Touched::Socket(Vector3::new(465.0, 130.0, 128.0));
+    let face = Touched::Face(Vector3::new(400.0, 0.0, 150.0), Vector3::new(0.2, 0.1, 1.0).normalize());
+    let sphere = Touched::Sphere(Vector3::new(430.0, -100.0, 150.0), 40.0);
+    let [of_one, of_two, of_face, of_sphere] =
+        [(one, 14), (two, 14), (face, 40), (sphere, 40)].map(|(on, count)| touching(on, count, &mut random));
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut found = Vec::new();
+    type Case<'a> = (Vec<(&'static str, Touched, &'a [Vec<f64>])>, &'static str, &'static [[usize; 2]]);
+    let cases: [Case; 5] = [
+        (vec![("a", one, &of_one)], "contacts: {a: {kind: socket}}", &[]),
+        (vec![("a", one, &of_one), ("b", two, &of_two)], "contacts: {a: {kind: socket}, b: {kind: socket}}", &[]),
+        (
+            vec![("a", one, &of_one), ("b", two, &of_two)],
+            "contacts: {a: {kind: socket}, b: {kind: socket}}\ndistances: {a-b: 49.889878}",
+            &[[0, 1]],
+        ),
+        (vec![("f", face, &of_face)], "contacts: {f: {kind: plane}}", &[]),
+        (vec![("s", sphere, &of_sphere)], "contacts: {s: {kind: sphere}}", &[]),
+    ];
+    for (touched, contacts, known) in cases {
+        campaign(folder.path(), &touched, contacts);
+        let ours = json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"]
+            .as_u64()
+            .expect("a number") as usize;
+        let theirs: Vec<(Touched, Vec<Vec<f64>>)> =
+            touched.iter().map(|(_, on, poses)| (*on, poses.to_vec())).collect();
+        let theirs = rank(&theirs, known);
+        assert_eq!(ours, theirs, "{contacts}");
+        found.push(ours);
+    }
+    // A second socket adds its own three coordinates; the distance of both adds the size.
+    assert_eq!(found[1] - found[0], 3, "{found:?}");
+    assert_eq!(found[2] - found[1], 1, "{found:?}");
+}
+
+#[test]
+fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let cube = UnitQuaternion::new(Vector3::new(0.2, -0.3, 0.5));
+    let corner = Vector3::new(430.0, 120.0, 140.0);
+    let faces: Vec<(&str, Touched)> = ["fx", "fy", "fz"]
+        .into_iter()
+        .enumerate()
+        .map(|(k, name)| (name, Touched::Face(corner, cube * Vector3::ith(k, 1.0))))
+        .collect();
+    let poses: Vec<Vec<Vec<f64>>> = faces.iter().map(|(_, on)| touching(*on, 12, &mut random)).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let touched: Vec<(&str, Touched, &[Vec<f64>])> =
+        faces.iter().zip(&poses).map(|((name, on), poses)| (*name, *on, poses.as_slice())).collect();
+    let contacts = "contacts: {fx: {kind: plane}, fy: {kind: plane}, fz: {kind: plane}}\n\
+                    angles: {fx-fy: 90, fy-fz: 90, fx-fz: 90}";
+    campaign(folder.path(), &touched, contacts);
+    let found = json(folder.path(), &["register", "campaign.yaml"]);
+    for (name, truth) in ["tool.x", "tool.y", "tool.z"].into_iter().zip(BALL) {
+        assert!((value(&found, name) - truth).abs() < 1e-3, "{name}: {}", value(&found, name));
+    }
+    let normal =
+        |face: &str| Vector3::from(["nx", "ny", "nz"].map(|axis| value(&found, &format!("{face}.{axis}")))).normalize();
+    for (k, face) in ["fx", "fy", "fz"].into_iter().enumerate() {
+        let along = normal(face).dot(&(cube * Vector3::ith(k, 1.0))).abs();
+        assert!(along > 1.0 - 1e-8, "{face}: {along}");
+    }
+    // Angles hold: with a wrong one the faces no longer fit.
+    let wrong = contacts.replace("fx-fy: 90", "fx-fy: 88");
+    campaign(folder.path(), &touched, &wrong);
+    let off = run(folder.path(), &["register", "campaign.yaml", "--force", "--format", "json"]);
+    let off: serde_json::Value = serde_json::from_str(&off.out).expect("JSON");
+    assert!((value(&off, "tool.x") - BALL[0]).abs() > 0.1, "{}", value(&off, "tool.x"));
+
+    // diagnose takes constraints too.
+    campaign(folder.path(), &touched, contacts);
+    let said = run(folder.path(), &["diagnose", "campaign.yaml"]);
+    assert!([0, 1, 2].contains(&said.status) && !said.err.contains("panicked"), "{}", said.err);
+
+    for (wrong, expected) in [
+        ("angles: {fx-fq: 90}", "`fx-fq` names no two contacts"),
+        ("angles: {fx-fy: 0}", "must be between 1 and 179 deg"),
+        ("distances: {fx-fy: 50}", "between two sockets or spheres"),
+    ] {
+        campaign(folder.path(), &touched, &format!("{}\n{wrong}", contacts.lines().next().expect("a line")));
+        let said = run(folder.path(), &["check", "campaign.yaml"]);
+        assert!(said.status == 2 && said.err.contains(expected) && said.err.contains("campaign.yaml"), "{}", said.err);
+    }
+}
