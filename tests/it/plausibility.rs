@@ -264,6 +264,21 @@ fn a_calibration_that_fits_noise_is_told_or_refused() {
     assert!(of_code(&found, "worse-than-registered").is_empty(), "{}", found["diagnostics"]);
 }
 
+/// A base that comes out half a kilometre away: registration takes the shift up, and no instrument reaches there.
+#[test]
+fn a_base_out_of_reach_is_refused() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |table| {
+        let x = table.column("x");
+        for row in &mut table.rows {
+            row[x] = (row[x].parse::<f64>().expect("a number") + 5e5).to_string();
+        }
+    });
+    refuses(at, &["identify", "c", "--save", "x.yaml"], "implausible", &["`base.x` came out at 500 m"]);
+    assert!(!at.join("x.yaml").exists());
+}
+
 /// The units of the campaign file itself.
 #[test]
 fn readings_in_mm_that_are_declared_in_m() {
@@ -560,5 +575,15 @@ fn the_page_of_trust_shows_what_is_said() {
     }
     for code in CODES {
         assert!(page.contains(&format!("`{code}`")), "{code}");
+    }
+    // Each case of the second table has its command, which names a test that is here.
+    let (_, cases) = page.split_once("## Everything else").expect("a section");
+    let (cases, _) = cases.split_once("## What is not caught").expect("a section");
+    let rows: Vec<&str> = cases.lines().filter(|line| line.starts_with("| ")).skip(2).collect();
+    assert!(rows.len() >= 14, "{} cases", rows.len());
+    for row in rows {
+        let command = row.split('|').nth(2).unwrap_or_default().trim().trim_matches('`');
+        let test = command.strip_prefix("cargo test ").unwrap_or_else(|| panic!("no command: {row}"));
+        assert!(include_str!("plausibility.rs").contains(&format!("fn {test}")), "no test `{test}`");
     }
 }
