@@ -8,7 +8,7 @@ use super::table::{Screen, number};
 use crate::results::units::{deg, mm};
 use crate::results::{
     DescriptionResiduals, Dropped, IN_BOTH_READINGS, Identification, MovedParameter, ParameterEstimate, PartErrors,
-    ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup,
+    ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup, WorstReading,
 };
 
 /// Factors below this are not shown.
@@ -160,6 +160,7 @@ fn judgement(found: &Identification, screen: Screen) -> String {
         let rows: Vec<(&str, &Option<ReadingErrors>)> = parts.iter().map(|(name, e)| (name.as_str(), e)).collect();
         out += &errors(&rows, screen);
     }
+    out += &worst(&found.worst);
     out += "\n";
     out += &steps(found, screen);
     out += "\n";
@@ -190,6 +191,19 @@ fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {
     let shown = |value: f64| number(p.unit, value);
     let width = p.ci95.map_or(String::new(), shown);
     vec![p.name.clone(), p.unit.into(), shown(p.nominal), shown(p.value), shown(p.value - p.nominal), width, note]
+}
+
+/// The worst readings, three of them.
+fn worst(readings: &[WorstReading]) -> String {
+    let shown = |worst: &WorstReading| {
+        let error = match (worst.error, worst.orientation_error_deg) {
+            (Some(error), _) => format!("{error:.4} mm"),
+            (None, Some(error)) => format!("{error:.4} deg"),
+            (None, None) => format!("{:.1} sigma", worst.sigmas),
+        };
+        format!("worst reading: {}, pose {}, {}: {error}\n", worst.at, worst.pose, worst.marker)
+    };
+    readings.iter().take(3).map(shown).collect()
 }
 
 /// The note on a parameter that moves no reading.
@@ -311,7 +325,9 @@ pub fn comparison(found: &SchemeComparison, screen: Screen) -> String {
 pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
     let mut rows = vec![("all", &found.all), ("set fit", &found.fit), ("set check", &found.check)];
     rows.extend(found.markers.iter().map(|(name, errors)| (name.as_str(), errors)));
-    let mut out = errors(&rows, screen);
+    let parts: Vec<_> = found.parts.iter().map(|of| (format!("{} {}", of.part, of.name), Some(of.errors))).collect();
+    rows.extend(parts.iter().map(|(name, errors)| (name.as_str(), errors)));
+    let mut out = errors(&rows, screen) + &worst(&found.worst);
     if found.directions.len() > 1 {
         let axes = ["x", "y", "z"].iter().zip(&found.directions);
         let shown: Vec<String> = axes.map(|(axis, rms)| format!("{axis} {rms:.4} mm")).collect();

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, InSession};
 use crate::description::table::Sheet;
 use crate::parameter::Kind;
 use crate::results::{DescriptionResiduals, Identification};
@@ -19,6 +19,18 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
     sheet.column("row", |row| readings[row].row.to_string());
     sheet.texts("pose", |row| readings[row].pose.clone());
     sheet.texts("marker", |row| readings[row].marker.clone());
+    if campaign.files.len() > 1 {
+        sheet.texts("file", |row| campaign.file(&campaign.readings[row]).unwrap_or_default().to_string());
+    }
+    let sessions = &campaign.sessions;
+    for (name, names, of) in [
+        ("session", &sessions.names, (|at| at.session) as fn(&InSession) -> usize),
+        ("station", &sessions.stations, |at| at.station),
+    ] {
+        if names.len() > 1 {
+            sheet.texts(name, move |row| names.get(of(&campaign.readings[row].session)).cloned().unwrap_or_default());
+        }
+    }
     let set = |check| if check { "check" } else { "fit" };
     sheet.texts("set", move |row| campaign.readings[row].check.map_or(String::new(), |check| set(check).into()));
     let (mut lengths, mut angles) = (0.., 0..);

@@ -1,17 +1,17 @@
 //! What `identify` finds. Lengths in mm, angles in deg, stiffnesses in SI.
 
-use indexmap::IndexSet;
 use serde::Serialize;
 
 use super::errors::ReadingErrors;
 use super::identifiability::Reduction;
 use super::own_weight::OwnWeight;
+use super::parts::{PartErrors, WorstReading, parts, worst};
 use super::since::Since;
 use super::springs::{SpringGroup, insensitive, least_stiffness};
 use super::units::{mm, unit};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::Diagnostic;
-use crate::estimation::{Calibration, Comparison, Estimate, errors_of};
+use crate::estimation::{Calibration, Comparison, Estimate};
 use crate::model::Model;
 use crate::observation::Observes;
 
@@ -73,10 +73,11 @@ pub struct Identification {
     pub parameters: Vec<ParameterEstimate>,
     pub equivalences: Vec<SpringGroup>,
     pub residuals: Residuals,
-    /// Calibrated errors of the readings that judge, session by session (and station by station) and marker by marker, where
-    /// there are several.
+    /// Calibrated errors of the readings that judge, by session, station, file, kind and marker, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartErrors>,
+    /// The readings that the calibrated description fits worst.
+    pub worst: Vec<WorstReading>,
     /// Whether the predictions hold the deflection by own weight.
     pub own_weight: OwnWeight,
     /// `None` where nothing is held out.
@@ -127,6 +128,7 @@ impl Identification {
             check_after: errors(&after.check),
         };
         let stated = stated_error(campaign);
+        let is_checked = found.held_out.contains(&true);
         Self {
             reduction: Reduction::new(model, &found.slots, &found.identifiability),
             parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
@@ -137,7 +139,8 @@ impl Identification {
                 observed_rms: mm(after.check.distance[1]),
             }),
             residuals,
-            parts: parts(model, campaign, found),
+            parts: parts(model, campaign, &found.residual, |index| !is_checked || found.held_out[index]),
+            worst: worst(model, campaign, &found.residual, &found.held_out),
             own_weight: OwnWeight::of_campaign(model, &found.values, campaign),
             noise_ratio: campaign.sigma.map(|_| found.noise_ratio),
             direction_noise: found.direction_noise.map(mm),
@@ -230,40 +233,6 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
         insensitive: estimate.moves.map(|_| insensitive(campaign, estimate)),
         least_stiffness: least_stiffness(parameter, estimate),
     }
-}
-
-/// Calibrated errors of a part of the readings.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PartErrors {
-    /// `session`, `station`, `kind` or `marker`.
-    pub part: &'static str,
-    pub name: String,
-    #[serde(flatten)]
-    pub errors: ReadingErrors,
-}
-
-/// Errors of the held-out readings (of all, where none is) by session, station, kind and marker.
-fn parts(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<PartErrors> {
-    let is_checked = found.held_out.contains(&true);
-    type Name<'a> = Box<dyn Fn(&Reading) -> String + 'a>;
-    let sessions = &campaign.sessions;
-    let by: [(&'static str, Name); 4] = [
-        ("session", Box::new(|reading| sessions.names.get(reading.session.session).cloned().unwrap_or_default())),
-        ("station", Box::new(|reading| sessions.stations.get(reading.session.station).cloned().unwrap_or_default())),
-        ("kind", Box::new(|reading| reading.observes.name().to_string())),
-        ("marker", Box::new(|reading| reading.marker.map_or("TCP".into(), |m| model.markers[m].name.clone()))),
-    ];
-    let mut parts = Vec::new();
-    for (part, name) in by {
-        let names: IndexSet<String> = campaign.readings.iter().map(&name).collect();
-        for own in names.iter().filter(|_| names.len() > 1) {
-            let among =
-                |index: usize| (!is_checked || found.held_out[index]) && name(&campaign.readings[index]) == *own;
-            let errors = ReadingErrors::new(&errors_of(campaign, &found.residual, among));
-            parts.extend(errors.map(|errors| PartErrors { part, name: own.clone(), errors }));
-        }
-    }
-    parts
 }
 
 /// Ordinary (equal weights) and weighted (noise by direction) least squares.

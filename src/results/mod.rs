@@ -16,6 +16,7 @@ mod fuzzy;
 mod identifiability;
 mod identification;
 mod own_weight;
+mod parts;
 mod plan;
 mod pose;
 mod report;
@@ -43,8 +44,9 @@ pub use fuzzy::{
     MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
 };
 pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
-pub use identification::{Identification, ParameterEstimate, PartErrors, PredictedError, Residuals, SchemeComparison};
+pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
 pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
+pub use parts::{PartErrors, WorstReading};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::errors::ReadingErrors;
 use super::own_weight::OwnWeight;
+use super::parts::{PartErrors, WorstReading, parts, worst};
 use super::units::{deg, mm};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::errors_of;
@@ -38,6 +39,11 @@ pub struct DescriptionResiduals {
     /// Readings marked `check`.
     pub check: Option<ReadingErrors>,
     pub markers: IndexMap<String, Option<ReadingErrors>>,
+    /// By session, station, file and kind, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartErrors>,
+    /// The readings that the description fits worst.
+    pub worst: Vec<WorstReading>,
     /// Root mean square error along x, y, z.
     pub directions: Vec<f64>,
     pub readings: Vec<ReadingResidual>,
@@ -65,6 +71,8 @@ impl DescriptionResiduals {
             fit: errors(&|i| campaign.readings[i].check == Some(false)),
             check: errors(&|i| campaign.readings[i].check == Some(true)),
             markers: names.iter().map(|name| ((*name).to_string(), errors(&|i| marker(i) == *name))).collect(),
+            parts: parts(model, campaign, residual, |_| true).into_iter().filter(|p| p.part != "marker").collect(),
+            worst: worst(model, campaign, residual, &[]),
             directions: (0..directions).map(along).collect(),
             readings: readings
                 .map(|(index, (reading, residual))| ReadingResidual {

@@ -179,10 +179,15 @@ impl Campaign {
         self.readings.iter().scan(0, next).collect()
     }
 
+    /// The file of a reading, if it came from one.
+    pub fn file(&self, reading: &Reading) -> Option<&str> {
+        self.files.iter().find(|(_, end)| reading.row <= *end).map(|(file, _)| file.as_str())
+    }
+
     /// Where a reading stands: `measurements.csv:56`, file and line; its row where it came from no file.
     pub fn address(&self, reading: &Reading) -> String {
-        match self.files.iter().find(|(_, end)| reading.row <= *end) {
-            Some((file, _)) if reading.line > 0 => format!("{file}:{}", reading.line),
+        match self.file(reading) {
+            Some(file) if reading.line > 0 => format!("{file}:{}", reading.line),
             _ => format!("row {}", reading.row),
         }
     }
