@@ -69,7 +69,12 @@ fn made() -> (Model, Campaign) {
     let mut with = model.clone();
     let parameters = [("cos", 2e-4), ("sin", 1e-4), ("order", 2.0)];
     let parameters = parameters.map(|(name, value)| (name.to_string(), value.into())).into_iter().collect();
-    let raw = RawEffect { effect: Some("transmission-error".into()), site: Some("joint:2".into()), parameters };
+    let raw = RawEffect {
+        effect: Some("transmission-error".into()),
+        site: Some("joint:2".into()),
+        parameters,
+        ..RawEffect::default()
+    };
     with.switch_on(model.resolve_effect(&raw).expect("an effect of this robot"));
     values = with.completed(&values);
     let plan = Plan {

@@ -36,7 +36,6 @@ DATA = {"UR5": "ur5-jacobi", "UR10": "ur10-landgraf", "WAM": "wam-jacobi"}
 CALIBRATED = {
     "as described": None,
     "geometry": "calibrate: [geometry, joint-offset]\n",
-    "and joint compliance": "calibrate: [geometry, joint-offset, joint-compliance]\n",
 }
 
 

@@ -22,4 +22,5 @@ pub mod table;
 pub mod units;
 pub mod ur_kinematics;
 pub mod urdf;
+pub mod validity;
 pub mod yaml;

@@ -1,16 +1,22 @@
 //! One competition: the robot is calibrated, its predictions linearised, and hypotheses selected, without the outliers
 //! that are known so far.
 
+use super::choice::choice;
+use super::claims::Claim;
+use super::free_errors::FreeErrors;
 use super::hypothesis::hypotheses;
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
 use super::projection::Subset;
 use super::refinement::refine;
 use super::repeatability::repeatability;
+use super::result::{Excluded, NotTried};
 use super::selection::Selector;
-use crate::description::campaign::Campaign;
+use super::untried::{excluded, not_tried};
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{self, Calibration, CalibrationError, calibrate};
 use crate::kinematics::Geometry;
+use crate::least_squares::Status;
 use crate::parameter::Slot;
 use crate::prediction::{PredictionError, survey};
 
@@ -36,6 +42,12 @@ pub struct Competition {
     pub problem: LinearProblem,
     /// The linear problem of all readings.
     pub all: LinearProblem,
+    /// Effects that could not compete.
+    pub not_tried: Vec<NotTried>,
+    /// Hypotheses that other measurements exclude.
+    pub excluded: Vec<Excluded>,
+    /// What can be claimed of each cause.
+    pub claims: Vec<Claim>,
     /// The subsets selected, from the empty one.
     pub path: Vec<Subset>,
 }
@@ -64,21 +76,45 @@ impl Competition {
         progress("linearising");
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
         let survey = survey(&geometry, &campaign)?;
-        let tried = hypotheses(model, &values, &kept, &survey, settings);
+        let mut tried = hypotheses(model, &values, &kept, &survey, settings);
+        let not_tried = not_tried(model, &survey, &tried, &settings.known);
+        let left = calibration.as_ref().map_or(0.0, |found| found.after.fit.distance[1]);
+        let excluded = excluded(&campaign, left, &mut tried);
         let mut all = LinearProblem::new(model, inputs.campaign, &values, &kept, tried)?.pruned();
         let noise = campaign.sigma.map(|_| 1.0).or_else(|| repeatability(&campaign, settings.least_repeats));
         progress("comparing hypotheses");
         let unused: Vec<bool> = inputs.held_out.iter().zip(outliers).map(|(held, outlier)| *held || *outlier).collect();
-        let mut path = Selector::new(&all.without(&unused), &settings.selection).search(noise);
-        if let Some(last) = path.last()
-            && refine(inputs, &values, &mut all, &last.members, &unused)?
-        {
-            let training = all.without(&unused);
-            let selector = Selector::new(&training, &settings.selection);
-            path.iter_mut().for_each(|fit| *fit = selector.fit(&fit.members));
+        let found = Selector::new(&all.without(&unused), &settings.selection).search(noise);
+        if let Some(last) = found.last() {
+            refine(inputs, &values, &mut all, &last.members, &unused)?;
         }
+        let found = found.last().map_or_else(Vec::new, |last| last.members.clone());
+        let fitted = campaign.select(|i, _| !held_out.get(i).copied().unwrap_or(false));
+        let training = all.without(&unused);
+        let free_errors = FreeErrors::new(model, &fitted, &values, &training)?;
+        let (claims, path) = choice(settings, &training, &fitted, &found, noise, Some(&free_errors));
         let problem = all.without(outliers);
-        Ok(Self { campaign, held_out, kept, values, registration, is_pulled, calibration, noise, problem, all, path })
+        Ok(Self {
+            campaign,
+            held_out,
+            kept,
+            values,
+            registration,
+            is_pulled,
+            calibration,
+            noise,
+            problem,
+            all,
+            not_tried,
+            excluded,
+            claims,
+            path,
+        })
+    }
+
+    /// Whether a wrench is applied in any reading.
+    pub fn is_loaded(&self) -> bool {
+        self.campaign.readings.iter().any(Reading::is_loaded)
     }
 
     /// The hypotheses selected, in order.
@@ -104,8 +140,12 @@ fn calibrated(
         return Ok((free, false));
     }
     let pulled = fitted(true)?;
-    if pulled.converged() {
+    // Where no step makes it better any more, what is missing to the minimum is of the size of rounding, and of first order.
+    if pulled.converged() || pulled.ending == Status::Stalled {
         return Ok((pulled, true));
+    }
+    if free.ending == Status::Stalled {
+        return Ok((free, true));
     }
     Err(CalibrationError::NotConverged { ending: free.ending, iterations: free.iterations })
 }

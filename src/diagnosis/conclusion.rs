@@ -2,16 +2,21 @@
 
 use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
+use super::claims::Claim;
 use super::competition::Competition;
+use super::implied::{curve, implied};
 use super::inputs::Inputs;
+use super::level::Level;
 use super::linear_fit::{FittedParameter, LinearFit, entry, reported};
 use super::location::sites;
 use super::next_poses::next_poses;
 use super::outliers;
 use super::refit::refit;
 use super::regions::{excess_compliance, regions};
-use super::result::{Autocorrelation, Cause, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Shrinkage, Verdict};
-use super::rivals::{Rival, look_alikes, rejected, rivals};
+use super::result::{
+    Autocorrelation, Cause, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Rest, Shrinkage, Verdict,
+};
+use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
 use super::verdict::{Judgement, judge, without_noise};
 use crate::estimation::CalibrationError;
@@ -46,10 +51,12 @@ pub fn conclude(
     let linear = LinearFit::new(problem, members, judgement.noise);
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
-    let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
     let last = members.len();
-    let rivals = rivals(&selector, &judgement.steps[last].subset, per_pose, &settings.rivals);
-    let found = Explanation { competition, judgement: &judgement, bootstrap, rivals: &rivals };
+    // Every member is the hypothesis of a claim.
+    let claims: Vec<&Claim> =
+        members.iter().filter_map(|&m| competition.claims.iter().find(|claim| claim.hypothesis == m)).collect();
+    let rivals: Vec<Vec<Rival>> = claims.iter().map(|claim| claim.rivals.clone()).collect();
+    let found = Explanation { competition, judgement: &judgement, bootstrap, claims: &claims };
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
@@ -90,9 +97,33 @@ pub fn conclude(
         evidence,
         calibrated: competition.values.clone(),
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
-        hypotheses: problem.hypotheses.len(),
+        not_tried: competition.not_tried.clone(),
+        excluded: competition.excluded.clone(),
+        rest: rest(competition, &selector, members, (rms_after, gap.noise), inputs),
+        hypotheses: problem.named(),
         noise_source: judgement.noise_source,
     })
+}
+
+/// What the causes leave above the noise (m), and the free curve that would take most of it away.
+fn rest(
+    competition: &Competition,
+    selector: &Selector,
+    members: &[usize],
+    (after, noise): (f64, f64),
+    inputs: &Inputs,
+) -> Rest {
+    let hypotheses = &selector.projection.problem.hypotheses;
+    let gains = selector.gains(members);
+    let per_direction = |h: usize| gains[h].squares / gains[h].directions as f64;
+    let free = (0..hypotheses.len()).filter(|&h| hypotheses[h].is_free() && gains[h].directions > 0);
+    let best = free.max_by(|&a, &b| per_direction(a).total_cmp(&per_direction(b)));
+    let best = best.filter(|&h| !selector.is_chance(gains[h])).map(|h| &hypotheses[h]);
+    Rest {
+        rms: (after * after - noise * noise).max(0.0).sqrt(),
+        site: best.map(|hypothesis| hypothesis.site.name.clone()),
+        follows: best.and_then(|own| own.follows(&inputs.model.variable_names(), competition.is_loaded())),
+    }
 }
 
 /// Tests of the residuals that the causes leave.
@@ -141,7 +172,7 @@ struct Explanation<'a> {
     judgement: &'a Judgement,
     bootstrap: Bootstrap,
     /// Of each member.
-    rivals: &'a [Vec<Rival>],
+    claims: &'a [&'a Claim],
 }
 
 impl Explanation<'_> {
@@ -155,19 +186,31 @@ impl Explanation<'_> {
     fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter]) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
         let hypothesis = &hypotheses[self.judgement.members()[step]];
-        let EffectAtSite { effect, site } = hypothesis.named();
+        let claim = self.claims[step];
+        let EffectAtSite { mut effect, site } = hypothesis.named();
+        let family = hypothesis.family();
+        if claim.level == Level::Family {
+            effect = format!("family:{}", family.name());
+        }
         // Of models with equal priors: exp(-loss / 2) each (Kass and Raftery 1995).
-        let weights: f64 = self.rivals[step].iter().map(|rival| (-0.5 * rival.loss.max(0.0)).exp()).sum();
+        let weights: f64 = claim.rivals.iter().map(|rival| (-0.5 * rival.loss.max(0.0)).exp()).sum();
         Cause {
             effect,
             site,
-            probability: Some(1.0 / (1.0 + weights)),
+            // No more than how often it wins at all: then it includes that none of them is the cause.
+            probability: Some((1.0 / (1.0 + weights)).min(claim.stability.of(claim.level))),
             entries: vec![entry(hypothesis, fitted)],
             parameters: reported(model, hypothesis, fitted),
             rms_before: self.judgement.steps[step].rms,
             rms_after: self.judgement.steps[step + 1].rms,
             shrinkage: self.shrinkage(step, step + 1),
-            rivals: self.rivals[step].iter().map(|rival| hypotheses[rival.hypothesis].named()).collect(),
+            rivals: claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect(),
+            family,
+            level: claim.level,
+            follows: hypothesis.follows(&model.variable_names(), self.competition.is_loaded()),
+            stability: Some(claim.stability),
+            curve: curve(hypothesis, fitted),
+            implies: implied(hypothesis, fitted, &self.competition.values),
             signature: hypothesis.effect.signature(),
             remedy: hypothesis.effect.remedy(),
         }

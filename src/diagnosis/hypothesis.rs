@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::result::EffectAtSite;
 use super::settings::Settings;
 use crate::description::robot::Motion;
-use crate::effects::{Effect, EffectParameter, Nonlinear, Site, Survey};
+use crate::effects::{Condition, Driver, Effect, EffectParameter, Family, Nonlinear, NonlinearValue, Site, Survey};
 use crate::math::independent;
 use crate::model::{Model, SiteKind};
 use crate::parameter::Slot;
@@ -50,19 +50,56 @@ impl Hypothesis {
         EffectAtSite { effect: self.effect.name().into(), site: self.site.name.clone() }
     }
 
-    /// Leaves out the constants whose columns the nuisance or its own other columns reproduce entirely. The parameters of
+    /// Leaves out the constants, and the amounts of a free curve, whose columns the nuisance or its own other columns reproduce entirely. The parameters of
     /// any other effect belong together: they are left out all or none.
     pub fn prune(&mut self, nuisance: &DMatrix<f64>) {
         let kept = independent(&self.columns, nuisance);
-        if self.constants.is_empty() {
+        if self.constants.is_empty() && !self.effect.is_free_form() {
             if kept.is_empty() {
                 self.parameters.clear();
             }
         } else if kept.len() < self.columns.ncols() {
             self.columns = self.columns.select_columns(&kept);
-            self.constants = kept.iter().map(|&k| self.constants[k]).collect();
+            if !self.constants.is_empty() {
+                self.constants = kept.iter().map(|&k| self.constants[k]).collect();
+            }
             self.parameters = kept.iter().map(|&k| self.parameters[k].clone()).collect();
         }
+    }
+
+    /// What it follows, as a column or a curve is named, `variables` being the names of the actuated variables; `is_loaded`
+    /// says whether a wrench is applied. `None` of constants.
+    pub fn follows(&self, variables: &[&str], is_loaded: bool) -> Option<String> {
+        let own = |driver: fn(usize) -> Driver| driver(self.site.variable).written(variables);
+        let stated = self.nonlinear.values().into_iter().find_map(|value| match value {
+            NonlinearValue::Driver(driver) => Some(driver.written(variables)),
+            NonlinearValue::Variable(variable) => Some(Driver::Angle(variable).written(variables)),
+            _ => None,
+        });
+        let is_joint = self.site.kind == SiteKind::Joint;
+        stated.or_else(|| match (self.family(), is_joint) {
+            (Family::Elastic, true) => Some(own(if is_loaded { Driver::Load } else { Driver::OwnLoad })),
+            (Family::Elastic, false) => Some(if is_loaded { "load".into() } else { "own-load".into() }),
+            (Family::Kinematic, _) => Some(own(Driver::Angle)),
+            (Family::History, _) if self.effect.reads().contains(&Condition::Approach) => {
+                Some(format!("approach.{}", Driver::Angle(self.site.variable).written(variables)))
+            }
+            (Family::History, _) => Some(own(Driver::LastMove)),
+            (Family::Time, _) => Some(Driver::Time.written(variables)),
+            (Family::Temperature, _) => Some(Driver::Temperature.written(variables)),
+            (Family::Instrument, _) => Some("position".into()),
+            (Family::Geometry | Family::Gross, _) => None,
+        })
+    }
+
+    /// Whether its law is a free curve.
+    pub fn is_free(&self) -> bool {
+        self.effect.is_free_form()
+    }
+
+    /// What kind of thing it is.
+    pub fn family(&self) -> Family {
+        self.effect.family(&self.nonlinear)
     }
 
     /// Whether another is the same effect at the same site.

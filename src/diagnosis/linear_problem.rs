@@ -127,6 +127,11 @@ impl LinearProblem {
         self.residual.len()
     }
 
+    /// Number of hypotheses with a law.
+    pub fn named(&self) -> usize {
+        self.hypotheses.iter().filter(|hypothesis| !hypothesis.is_free()).count()
+    }
+
     /// Different configurations, ascending.
     pub fn poses(&self) -> Vec<usize> {
         let mut poses = self.pose.clone();

@@ -6,12 +6,20 @@
 
 mod autocorrelation;
 mod bootstrap;
+mod choice;
+mod claims;
 mod competition;
 mod conclusion;
 mod cross_validation;
 mod diagnose;
+mod flips;
+mod forward;
+mod free_errors;
+mod held_out;
 mod hypothesis;
+mod implied;
 mod inputs;
+mod level;
 mod linear_fit;
 mod linear_problem;
 mod location;
@@ -28,16 +36,19 @@ mod result;
 mod rivals;
 mod selection;
 mod settings;
+mod stability;
+mod untried;
 mod verdict;
 
 pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;
+pub use level::{Level, Stability};
 pub use nuisance::nuisance;
 pub use result::{
-    Autocorrelation, Cause, CauseParameter, Diagnosis, EffectAtSite, ExcessCompliance, Gap, Location, LookAlikes,
-    NextPose, NoiseSource, Region, Rejected, Shrinkage, SiteShare, Verdict,
+    Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, Gap, Location,
+    LookAlikes, NextPose, NoiseSource, NotTried, Region, Rejected, Rest, Shrinkage, SiteShare, Verdict,
 };
 pub use settings::{
-    AutocorrelationSettings, LocationSettings, OutlierSettings, ProposalSettings, RivalSettings, SelectionSettings,
-    Settings, VerdictSettings,
+    AutocorrelationSettings, ClaimSettings, LocationSettings, OutlierSettings, ProposalSettings, RivalSettings,
+    SelectionSettings, Settings, VerdictSettings,
 };

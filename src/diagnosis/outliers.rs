@@ -4,10 +4,12 @@
 
 use super::competition::Competition;
 use super::inputs::Inputs;
+use super::level::Level;
 use super::linear_fit::{LinearFit, entry};
 use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
+use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::{least_squares, median};
 use crate::prediction::{Linearised, Predictor};
@@ -113,6 +115,12 @@ pub fn cause(
         rms_after: alone,
         shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
         rivals: Vec::new(),
+        family: Family::Gross,
+        level: Level::Law,
+        follows: None,
+        stability: None,
+        curve: None,
+        implies: Vec::new(),
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::effects::{Change, Changes, Effect, EffectParameter, Nonlinear, Site, SiteKind};
+use crate::effects::{Change, Changes, Effect, EffectParameter, Family, Nonlinear, Site, SiteKind};
 use crate::model::Model;
 use crate::parameter::Slot;
 use crate::prediction::Term;
@@ -28,6 +28,10 @@ pub fn probes(model: &Model) -> Vec<Term> {
 impl Effect for Probe {
     fn name(&self) -> &'static str {
         "probe"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Geometry
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -49,6 +49,8 @@ pub struct Projection<'a> {
     pub problem: &'a LinearProblem,
     /// Degrees of freedom left by the nuisance.
     pub freedom: f64,
+    /// Orthonormal basis of the nuisance.
+    pub nuisance: DMatrix<f64>,
     /// Residual, projected.
     residual: DVector<f64>,
     /// For each hypothesis an orthonormal basis of its projected columns.
@@ -64,6 +66,7 @@ impl<'a> Projection<'a> {
             problem,
             freedom: (problem.rows() - basis.ncols()).max(1) as f64,
             residual: project_off(&problem.residual, &basis),
+            nuisance: basis,
             blocks,
         }
     }
@@ -82,7 +85,7 @@ impl<'a> Projection<'a> {
     }
 
     /// An orthonormal basis of all columns of some hypotheses; `None` of none.
-    fn span(&self, members: &[usize]) -> Option<DMatrix<f64>> {
+    pub fn span(&self, members: &[usize]) -> Option<DMatrix<f64>> {
         members.iter().fold(None, |used: Option<DMatrix<f64>>, &member| match used {
             Some(used) => Some(joined(&used, &orthonormal(&self.blocks[member], Some(&used)))),
             None => Some(self.blocks[member].clone()),

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::level::{Level, Stability};
 use crate::description::campaign::Amount;
 use crate::description::raw::RawAmount;
-use crate::effects::EffectEntry;
+use crate::effects::{EffectEntry, Family};
 use crate::estimation::Calibration;
 use crate::model::Model;
 
@@ -97,9 +98,66 @@ pub struct Cause {
     pub signature: &'static str,
     /// What to do on the machine.
     pub remedy: &'static str,
+    /// What kind of thing it is.
+    pub family: Family,
+    /// How much of it is certain.
+    pub level: Level,
+    /// What it follows, as a column or a curve is named; `None` of constants.
+    pub follows: Option<String>,
+    /// How often it wins over half-samples; `None` of outliers.
+    pub stability: Option<Stability>,
+    /// Its curve, of a free form at a joint.
+    pub curve: Option<Curve>,
+    /// What its amounts mean on the machine, in words.
+    pub implies: Vec<String>,
     /// The effect with its amounts, as it is switched on and written into a description; several where it was found with
     /// different nonlinear values, none of outliers.
     pub entries: Vec<EffectEntry>,
+}
+
+/// An effect that could not compete.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct NotTried {
+    /// Name of the effect.
+    pub effect: String,
+    /// What the campaign or the description lacks.
+    pub needs: String,
+}
+
+/// An effect that another measurement speaks against.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Excluded {
+    /// Name of the effect.
+    pub effect: String,
+    /// Name of the site.
+    pub site: String,
+    /// What excludes it, with its figure.
+    pub by: String,
+}
+
+/// A free curve, with mean zero where a constant cannot be told from what is calibrated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curve {
+    /// What it follows, SI.
+    pub at: Vec<f64>,
+    /// Amounts, rad or m.
+    pub amount: Vec<f64>,
+    /// Half widths of their 95 % intervals.
+    pub band: Vec<f64>,
+    /// Unit of what it follows.
+    pub unit: &'static str,
+}
+
+/// What all causes leave.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rest {
+    /// Root mean square error above the noise, of readings that were not fitted, m.
+    pub rms: f64,
+    /// The site of the curve that takes most of it away, where that is certain.
+    #[serde(rename = "where")]
+    pub site: Option<String>,
+    /// What that curve follows.
+    pub follows: Option<String>,
 }
 
 /// A hypothesis that was not selected.
@@ -251,6 +309,12 @@ pub struct Diagnosis {
     pub calibrated: Vec<f64>,
     /// Which hypotheses look alike in these readings.
     pub look_alikes: LookAlikes,
+    /// Effects that could not compete, and what they need.
+    pub not_tried: Vec<NotTried>,
+    /// What other measurements exclude.
+    pub excluded: Vec<Excluded>,
+    /// What all causes leave.
+    pub rest: Rest,
     /// Number of hypotheses compared.
     pub hypotheses: usize,
     /// Where the noise comes from.

@@ -7,12 +7,22 @@ use super::selection::Selector;
 use super::settings::RivalSettings;
 
 /// A hypothesis that would do in place of a cause.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rival {
     /// The hypothesis, by index.
     pub hypothesis: usize,
     /// Information criterion of the cause's subset, less that of the rival's.
     pub loss: f64,
+    /// Whether it stands for the like of it at all joints.
+    pub is_of_joints: bool,
+}
+
+impl Rival {
+    /// Effect and site by name; `joints` of all of them.
+    pub fn named(&self, hypotheses: &[Hypothesis]) -> EffectAtSite {
+        let named = hypotheses[self.hypothesis].named();
+        if self.is_of_joints { EffectAtSite { site: "joints".into(), ..named } } else { named }
+    }
 }
 
 /// Rivals of every member of a subset whatever their amounts, the nearest first, each effect at each site once. `per_pose`
@@ -28,12 +38,20 @@ fn rivals_of(selector: &Selector, fit: &Subset, at: usize, per_pose: f64, settin
     let gains = selector.projection.gains(&others, f64::INFINITY);
     let criterion = selector.criterion(fit);
     let is_same = |a: usize, b: usize| hypotheses[a].is_same(&hypotheses[b]);
-    let free = |h: usize| gains[h].directions > 0 && !is_same(own, h) && !others.iter().any(|&m| is_same(m, h));
+    let free = |h: usize| {
+        gains[h].directions > 0
+            && !hypotheses[h].is_free()
+            && !is_same(own, h)
+            && !others.iter().any(|&m| is_same(m, h))
+    };
     let loss = |h: usize| criterion - selector.criterion(&selector.extended_by(&before, h, gains[h]));
     let candidates = (0..gains.len()).filter(|&h| free(h)).map(|h| (h, -loss(h)));
     let mut found = best_variants(hypotheses, candidates);
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let found = found.into_iter().map(|(hypothesis, merit)| Rival { hypothesis, loss: -merit }).enumerate();
+    let found = found
+        .into_iter()
+        .map(|(hypothesis, merit)| Rival { hypothesis, loss: -merit, is_of_joints: false })
+        .enumerate();
     // What readings of one configuration share counts once: beyond the sharp margin, as many as fill a group.
     let near = settings.margin * per_pose / 3.0;
     found
@@ -49,7 +67,8 @@ pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) 
     let problem = selector.projection.problem;
     let gains = selector.gains(&[]);
     let is_member = |h: usize| members.iter().any(|&m| problem.hypotheses[m].is_same(&problem.hypotheses[h]));
-    let candidates = (0..gains.len()).filter(|&h| !is_member(h)).map(|h| (h, gains[h].squares));
+    let candidates =
+        (0..gains.len()).filter(|&h| !is_member(h) && !problem.hypotheses[h].is_free()).map(|h| (h, gains[h].squares));
     let mut best = best_variants(&problem.hypotheses, candidates);
     best.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (size, squares) = (problem.error_of_one_sigma(), selector.projection.squares());
@@ -75,7 +94,8 @@ pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) 
 pub fn look_alikes(selector: &Selector, members: &[usize], most: usize) -> LookAlikes {
     let (hypotheses, blocks) = (&selector.projection.problem.hypotheses, &selector.projection.blocks);
     let gains = selector.gains(&[]);
-    let mut order: Vec<usize> = (0..gains.len()).filter(|&h| blocks[h].ncols() > 0).collect();
+    let mut order: Vec<usize> =
+        (0..gains.len()).filter(|&h| blocks[h].ncols() > 0 && !hypotheses[h].is_free()).collect();
     order.sort_by(|&a, &b| gains[b].squares.total_cmp(&gains[a].squares));
     let mut chosen: Vec<usize> = Vec::new();
     for h in members.iter().copied().chain(order) {

@@ -45,7 +45,7 @@ impl<'a> Selector<'a> {
         let freedom = (self.projection.freedom - (used + gain.directions) as f64).max(1.0);
         let directions = gain.directions.max(1) as f64;
         let ratio = (gain.squares / directions) / (squares / freedom).max(f64::MIN_POSITIVE);
-        (f_tail(ratio, directions, freedom) * self.projection.problem.hypotheses.len() as f64).min(1.0)
+        (f_tail(ratio, directions, freedom) * self.projection.problem.named() as f64).min(1.0)
     }
 
     /// Whether a gain of one hypothesis alone could be chance.
@@ -114,7 +114,7 @@ impl<'a> Selector<'a> {
     }
 
     /// Whether a fit gains enough over a smaller one: not by chance, and not negligible compared with the noise.
-    fn is_worth(&self, before: &Subset, after: &Subset, noise: Option<f64>) -> bool {
+    pub fn is_worth(&self, before: &Subset, after: &Subset, noise: Option<f64>) -> bool {
         let squares = before.squares - after.squares;
         let directions = after.directions.saturating_sub(before.directions).max(1);
         let freedom = (self.projection.freedom - after.directions as f64).max(1.0);
@@ -142,7 +142,9 @@ impl<'a> Selector<'a> {
             .gains(members)
             .into_iter()
             .enumerate()
-            .filter(|&(h, gain)| gain.directions > 0 && !members.iter().any(|&m| self.excludes(m, h)))
+            .filter(|&(h, gain)| {
+                gain.directions > 0 && !hypotheses[h].is_free() && !members.iter().any(|&m| self.excludes(m, h))
+            })
             .map(|(h, gain)| {
                 let fit = self.extended_by(&before, h, gain);
                 (self.criterion(&fit), h, fit)
@@ -162,7 +164,7 @@ impl<'a> Selector<'a> {
 
     /// Whether two cannot be causes together: the same effect with the same nonlinear parameter or other constants, or two
     /// laws of one site that look alike, of which the second would only correct the shape of the first.
-    fn excludes(&self, a: usize, b: usize) -> bool {
+    pub fn excludes(&self, a: usize, b: usize) -> bool {
         let [one, other] = [a, b].map(|h| &self.projection.problem.hypotheses[h]);
         one.excludes(other)
             || one.site == other.site

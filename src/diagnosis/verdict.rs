@@ -46,13 +46,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         Step { subset: selector.fit(members), rms, max }
     };
     let mut steps = vec![step(&[])];
-    // What does not help readings that it was not fitted to is no cause.
     for &member in competition.members() {
         if let Some(last) = steps.last() {
-            let next = step(&[last.subset.members.as_slice(), &[member]].concat());
-            if next.rms < settings.helps * last.rms {
-                steps.push(next);
-            }
+            steps.push(step(&[last.subset.members.as_slice(), &[member]].concat()));
         }
     }
     let freedom = selector.projection.freedom;
@@ -67,10 +63,6 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     let [before, after] = [before, after].map(|variance| variance / (noise * noise) - 1.0);
     let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
     let is_significant = before > limit || steps.len() > 1;
-    if before > 0.0 && (before - after.max(0.0)) / before < settings.named {
-        // Most of the gap stays: what was found is not the cause.
-        steps.truncate(1);
-    }
     let verdict = match steps.len() {
         1 if is_significant => Verdict::Unexplained,
         1 => Verdict::NoGap,
@@ -84,13 +76,14 @@ fn is_explained(before: f64, after: f64, limit: f64, settings: &VerdictSettings)
     after <= limit || after < settings.near && after / before.max(1e-9) < settings.explained
 }
 
-/// The verdict where the noise is not known: autocorrelated residuals are not explained. `chance` is the probability over
-/// all tests below which they are.
+/// The verdict where the noise is not known: what the causes leave cannot show that nothing is left, and autocorrelated
+/// residuals show a gap. `chance` is the probability over all tests below which they are autocorrelated.
 pub fn without_noise(verdict: Verdict, tests: &[Autocorrelation], chance: f64) -> Verdict {
     let is_autocorrelated = tests.iter().any(|test| test.p < chance / tests.len() as f64);
     match verdict {
         Verdict::NoGap if is_autocorrelated => Verdict::Unexplained,
-        Verdict::Explained if is_autocorrelated => Verdict::PartlyExplained,
+        Verdict::NoGap => Verdict::Undecided,
+        Verdict::Explained => Verdict::PartlyExplained,
         other => other,
     }
 }

@@ -95,6 +95,10 @@ codes! {
     NoiseDisagrees "noise-disagrees",
     /// Readings of one configuration share an error, and intervals count it.
     DependentReadings "dependent-readings",
+    /// Configurations or loads lie outside the range in which the effects of a description were found.
+    OutsideValidity "outside-validity",
+    /// Terms that belong to a session are not written into the robot.
+    OfTheSession "of-the-session",
 }
 
 impl Code {

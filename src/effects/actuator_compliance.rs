@@ -1,6 +1,6 @@
 //! `actuator-compliance`: axial spring of a ball screw, so that the joint's stiffness changes with the pose.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct ActuatorCompliance;
 impl Effect for ActuatorCompliance {
     fn name(&self) -> &'static str {
         "actuator-compliance"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

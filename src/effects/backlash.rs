@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    Change, Changes, Condition, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
     NonlinearValue, Site, SiteKind, Survey,
 };
 
@@ -36,6 +36,13 @@ impl Effect for Backlash {
         "backlash"
     }
 
+    fn family(&self, nonlinear: &Nonlinear) -> Family {
+        match nonlinear.values()[..] {
+            [NonlinearValue::Choice(LOAD), ..] => Family::Elastic,
+            _ => Family::History,
+        }
+    }
+
     fn sits_at(&self) -> SiteKind {
         SiteKind::Joint
     }
@@ -63,7 +70,7 @@ impl Effect for Backlash {
         }
         if let Some(&load) = survey.greatest_load.get(site.variable).filter(|load| **load > 0.0) {
             let by_load = (&BY, NonlinearValue::Choice(LOAD));
-            let at = |share: f64| Nonlinear::new([by_load, (&CHANGES_AT, NonlinearValue::Real(share * load))]);
+            let at = |share: f64| Nonlinear::new([by_load.clone(), (&CHANGES_AT, NonlinearValue::Real(share * load))]);
             candidates.extend(SHARES.map(at));
         }
         candidates

@@ -1,6 +1,6 @@
 //! `base-compliance`: the pedestal tilts and sinks under load.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct BaseCompliance;
 impl Effect for BaseCompliance {
     fn name(&self) -> &'static str {
         "base-compliance"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -1,6 +1,6 @@
 //! `bearing-compliance`: tilt and radial compliance across a joint's axis.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct BearingCompliance;
 impl Effect for BearingCompliance {
     fn name(&self) -> &'static str {
         "bearing-compliance"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

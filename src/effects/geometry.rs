@@ -1,6 +1,6 @@
 //! `geometry`: constant Khalil-Kleinfinger parameters of a frame off nominal.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct Geometry;
 impl Effect for Geometry {
     fn name(&self) -> &'static str {
         "geometry"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Geometry
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
+    Change, Changes, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
 };
 
 static HARMONICS: NonlinearParameter = NonlinearParameter {
@@ -26,6 +26,10 @@ pub struct GravityCompensator;
 impl Effect for GravityCompensator {
     fn name(&self) -> &'static str {
         "gravity-compensator"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -1,7 +1,7 @@
 //! `joint-compliance`: torsional spring about a joint's axis.
 
 use crate::description::robot::Motion;
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -10,6 +10,10 @@ pub struct JointCompliance;
 impl Effect for JointCompliance {
     fn name(&self) -> &'static str {
         "joint-compliance"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -1,7 +1,7 @@
 //! `joint-offset`: the encoder zero of a joint.
 
 use crate::description::robot::Motion;
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -10,6 +10,10 @@ pub struct JointOffset;
 impl Effect for JointOffset {
     fn name(&self) -> &'static str {
         "joint-offset"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Geometry
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
+    Change, Changes, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
 };
 
 static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
@@ -25,6 +25,10 @@ pub struct JointStiffening;
 impl Effect for JointStiffening {
     fn name(&self) -> &'static str {
         "joint-stiffening"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -1,6 +1,6 @@
 //! `link-compliance`: a link bends or twists as a beam.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct LinkCompliance;
 impl Effect for LinkCompliance {
     fn name(&self) -> &'static str {
         "link-compliance"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

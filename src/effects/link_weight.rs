@@ -1,6 +1,6 @@
 //! `link-weight`: mass or centre of mass of a link off nominal.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
 use crate::parameter::Slot;
 
 /// See the module.
@@ -9,6 +9,10 @@ pub struct LinkWeight;
 impl Effect for LinkWeight {
     fn name(&self) -> &'static str {
         "link-weight"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -9,6 +9,7 @@ mod backlash;
 mod base_compliance;
 mod bearing_compliance;
 mod frame_drift;
+mod free_form;
 mod gear_ratio;
 mod geometry;
 mod gravity_compensator;
@@ -28,8 +29,8 @@ mod transmission_error;
 use std::sync::Arc;
 
 pub use crate::model::{
-    Catalogue, Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Nonlinear, NonlinearKind,
-    NonlinearParameter, NonlinearValue, ReadingContext, Site, SiteKind, Survey,
+    Catalogue, Change, Changes, Condition, Driver, Effect, EffectEntry, EffectParameter, Family, Nonlinear,
+    NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site, SiteKind, Survey,
 };
 
 impl Catalogue {
@@ -55,6 +56,7 @@ impl Catalogue {
             Arc::new(thermal_expansion::ThermalExpansion),
             Arc::new(frame_drift::FrameDrift),
             Arc::new(instrument_scale::InstrumentScale),
+            Arc::new(free_form::FreeForm),
             Arc::new(outliers::Outliers),
         ])
     }

@@ -1,6 +1,6 @@
 //! `outliers`: single readings that are wrong.
 
-use crate::model::{Effect, Model, Nonlinear, Site, SiteKind, Survey};
+use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind, Survey};
 
 /// See the module.
 pub struct Outliers;
@@ -8,6 +8,10 @@ pub struct Outliers;
 impl Effect for Outliers {
     fn name(&self) -> &'static str {
         "outliers"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Gross
     }
 
     fn sits_at(&self) -> SiteKind {

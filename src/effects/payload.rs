@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
+    Change, Changes, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
 };
 use crate::parameter::Slot;
 
@@ -26,6 +26,10 @@ pub struct Payload;
 impl Effect for Payload {
     fn name(&self) -> &'static str {
         "payload"
+    }
+
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        Family::Elastic
     }
 
     fn sits_at(&self) -> SiteKind {

@@ -30,6 +30,14 @@ pub struct LoadedRobot {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+impl LoadedRobot {
+    /// A warning where configurations (rad, m) or wrenches (N, N.m) lie outside the range in which the effects of the
+    /// description were found.
+    pub fn outside<'a>(&self, states: impl Iterator<Item = (&'a [f64], &'a [f64; 6])>) -> Option<Diagnostic> {
+        self.raw.validity.as_ref()?.outside(&self.model.variable_names(), states)
+    }
+}
+
 impl Reader {
     /// Reads a robot by bundled name, or from a `.yaml` or `.urdf` file.
     ///

@@ -20,8 +20,8 @@ pub use arrangement::Arrangement;
 pub use bounds::contradictions;
 pub use build::build;
 pub use effect::{
-    Change, Changes, Condition, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site,
-    SiteKind, Survey,
+    Change, Changes, Condition, Driver, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    ReadingContext, Site, SiteKind, Survey,
 };
 pub use fault::Fault;
 pub use loops::{LoopGroup, LoopPlan, Stage};
@@ -95,6 +95,20 @@ pub trait Effect: Send + Sync {
     /// Whether it is the measurement that is wrong, and not the robot: nothing that a command could correct.
     fn is_of_the_measurement(&self) -> bool {
         self.sits_at() == SiteKind::Instrument
+    }
+    /// What kind of thing it is, with these nonlinear values; by default by what it reads and where it sits.
+    fn family(&self, _nonlinear: &Nonlinear) -> Family {
+        match (self.reads().first(), self.sits_at()) {
+            (Some(Condition::Time), _) => Family::Time,
+            (Some(Condition::Temperature), _) => Family::Temperature,
+            (Some(Condition::Approach | Condition::LastMove), _) => Family::History,
+            (None, SiteKind::Instrument) => Family::Instrument,
+            (None, _) => Family::Kinematic,
+        }
+    }
+    /// Whether its parameters are the amounts of a free curve, each of which can be left out alone.
+    fn is_free_form(&self) -> bool {
+        false
     }
     /// Conditions of a reading that it depends on.
     fn reads(&self) -> &'static [Condition] {

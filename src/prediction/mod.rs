@@ -5,6 +5,7 @@
 
 mod batch;
 mod columns;
+mod drivers;
 mod effects;
 mod error;
 mod holding;

@@ -1,5 +1,6 @@
 //! What a campaign offers to effects: loads on joints (N.m or N), times, temperatures, sides of approach.
 
+use super::drivers::DriverValues;
 use super::error::PredictionError;
 use super::terms::measured_frames;
 use crate::description::campaign::{Campaign, Reading};
@@ -19,6 +20,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     let (mut state, mut loads) = (mechanics.state(), plan.loads());
     let variables = model.variables.len();
     let is_difference = campaign.observes.is_difference();
+    let mut drivers = DriverValues::new(campaign, variables);
     let mut survey =
         Survey { greatest_load: vec![0.0; variables], greatest_own_load: vec![0.0; variables], ..Survey::default() };
     for (index, reading) in campaign.readings.iter().enumerate() {
@@ -29,6 +31,7 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
             plan.place(&mechanics, &mut state, &mut loads);
         }
         plan.load(&state, &mechanics.point(&state, reading, &reading.wrench), &mut loads);
+        drivers.note(campaign, index, &loads.total, &loads.own);
         for (variable, (load, own)) in loads.total.iter().zip(&loads.own).enumerate() {
             let shown = load - if is_difference { *own } else { 0.0 };
             survey.greatest_load[variable] = survey.greatest_load[variable].max(shown.abs());
@@ -53,5 +56,6 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
     survey.is_difference = is_difference;
+    survey.knots = drivers.knots();
     Ok(survey)
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::plots::bars;
 use super::table::Screen;
 use crate::description::raw::RawAmount;
-use crate::diagnosis::{Autocorrelation, CauseParameter, EffectAtSite, Verdict};
+use crate::diagnosis::{Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, Level, Stability, Verdict};
 use crate::results::{Cause, Diagnosis, Location, NextPose, Rejected};
 
 /// Most outliers listed.
@@ -40,6 +40,7 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let all: Vec<String> = found.structure.iter().map(one).collect();
         let _ = writeln!(out, "correlation left between neighbours: {}", all.join(", "));
     }
+    out += &open(found);
     out.push('\n');
     if !found.rejected.is_empty() {
         let _ = writeln!(out, "all readings, by degree of freedom: {:.4} mm with no effect", found.with_none);
@@ -82,7 +83,17 @@ fn named(found: &Diagnosis, cause: &Cause) -> String {
     let count = found.outliers.len();
     match cause.effect.as_str() {
         "outliers" => format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" }),
-        effect => format!("{effect} at {}", cause.site),
+        _ => certain(cause),
+    }
+}
+
+/// A cause as far as it is certain.
+fn certain(cause: &Cause) -> String {
+    let follows = cause.follows.as_ref().map_or(String::new(), |follows| format!(" with {follows}"));
+    match cause.level {
+        Level::Law => format!("{} at {}", cause.effect, cause.site),
+        Level::Site => format!("something at {} that goes{follows}, its law unknown", cause.site),
+        Level::Family => format!("something {} (site and law unknown)", cause.family.name()),
     }
 }
 
@@ -91,10 +102,24 @@ fn cause(number: usize, cause: &Cause) -> String {
         [Some(low), Some(high)] => format!(" ({:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
         _ => String::new(),
     };
-    let probability = cause.probability.map_or(String::new(), |probability| format!("; probability {probability:.2}"));
-    let mut out = format!("{number}. {} at {}\n", cause.effect, cause.site);
+    let mut out = match cause.effect.as_str() {
+        "outliers" => format!("{number}. outliers at {}\n", cause.site),
+        _ => format!("{number}. {}\n", certain(cause)),
+    };
     let (before, after, less) = (cause.rms_before, cause.rms_after, 100.0 * cause.shrinkage);
-    let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}{probability}");
+    let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}");
+    if let Some(Stability { family, site, law }) = cause.stability {
+        let shown = |share: f64| format!("{:.0} %", 100.0 * share);
+        let law = if cause.level == Level::Law { format!(", law {}", shown(law)) } else { String::new() };
+        let (family, site) = (shown(family), shown(site));
+        let _ = writeln!(out, "   stability family {family}, site {site}{law} of half-samples choose it");
+    }
+    for implied in &cause.implies {
+        let _ = writeln!(out, "   implies   {implied}");
+    }
+    if let Some(curve) = &cause.curve {
+        let _ = writeln!(out, "   curve     {}", curve_text(curve));
+    }
     let _ = writeln!(out, "   pattern   {}", cause.signature);
     for p in &cause.parameters {
         let CauseParameter { name, unit, value, ci95 } = p;
@@ -102,6 +127,7 @@ fn cause(number: usize, cause: &Cause) -> String {
         let value = match value {
             RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
             RawAmount::Number(value) => format!("{value:+.4e}"),
+            RawAmount::Numbers(_) => continue,
             RawAmount::Name(word) => word.clone(),
         };
         let _ = writeln!(out, "   {name:<9} {value}{width}");
@@ -112,6 +138,39 @@ fn cause(number: usize, cause: &Cause) -> String {
         let _ = writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", "));
     }
     let _ = writeln!(out, "   to do     {}\n", cause.remedy);
+    out
+}
+
+/// A free curve: amounts with their bands in mrad or um at what it follows.
+fn curve_text(curve: &Curve) -> String {
+    let degrees = curve.unit == "rad";
+    let at = |x: f64| if degrees { format!("{:.0} deg", x.to_degrees()) } else { format!("{x:.3} {}", curve.unit) };
+    let one =
+        |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), 1e3 * amount, 1e3 * band);
+    let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
+    format!("(amounts x 1e-3) {}", all.join("; "))
+}
+
+/// What stays open, what was excluded, and what could not be tried.
+fn open(found: &Diagnosis) -> String {
+    let mut out = String::new();
+    let rest = &found.rest;
+    if let (Some(site), Some(follows)) = (&rest.site, &rest.follows)
+        && found.verdict != Verdict::NoGap
+        && found.verdict != Verdict::Explained
+    {
+        let _ = writeln!(out, "open: {:.4} mm above the noise; most of it at {site}, going with {follows}", rest.rms);
+    }
+    for Excluded { effect, site, by } in &found.excluded {
+        let _ = writeln!(out, "excluded: {effect} at {site}: {by}");
+    }
+    if !found.not_tried.is_empty() {
+        let all: Vec<String> = found.not_tried.iter().map(|one| format!("{} ({})", one.effect, one.needs)).collect();
+        let _ = writeln!(out, "not tried, for what is missing: {}", all.join("; "));
+    }
+    if found.noise.source == "leftover" {
+        out += "the noise is not known: it is taken from what the causes leave, and cannot show that nothing is left\n";
+    }
     out
 }
 

@@ -14,7 +14,7 @@ use crate::results::{BodySummary, RobotSummary};
 fn switched_on(entry: &RawEffect) -> Option<String> {
     let shown = |(name, value): (&String, &RawAmount)| match value {
         RawAmount::Number(value) => format!("{name}={value:e}"),
-        RawAmount::Name(value) => format!("{name}={value}"),
+        RawAmount::Name(_) | RawAmount::Numbers(_) => format!("{name}={value}"),
     };
     let amounts: Vec<String> = entry.parameters.iter().map(shown).collect();
     let site = entry.site.as_ref().map_or(String::new(), |site| format!("@{site}"));

@@ -5,8 +5,10 @@ use serde::Serialize;
 
 use super::units::mm;
 use crate::diagnosis::{
-    self, Autocorrelation, CauseParameter, EffectAtSite, ExcessCompliance, LookAlikes, NoiseSource, SiteShare, Verdict,
+    self, Autocorrelation, CauseParameter, Curve, EffectAtSite, ExcessCompliance, Excluded, Level, LookAlikes,
+    NoiseSource, NotTried, Rest, SiteShare, Stability, Verdict,
 };
+use crate::effects::Family;
 use crate::model::Model;
 
 /// The gap that calibration leaves on readings that were not fitted, mm; where outliers are a cause, `rms` and `max` are those
@@ -67,6 +69,17 @@ pub struct Cause {
     pub shrinkage: f64,
     pub shrinkage_ci95: [Option<f64>; 2],
     pub indistinguishable_from: Vec<EffectAtSite>,
+    pub family: Family,
+    /// How much is certain: `law`, `site` or `family`.
+    pub level: Level,
+    /// What it follows; `None` of constants.
+    pub follows: Option<String>,
+    /// Frequencies over half-samples of configurations.
+    pub stability: Option<Stability>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
+    /// What the amounts mean on the machine.
+    pub implies: Vec<String>,
     pub signature: &'static str,
     pub remedy: &'static str,
 }
@@ -101,6 +114,15 @@ pub struct NextPose {
     pub sigmas: f64,
 }
 
+/// The noise that the gap is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Noise {
+    /// Root mean square position error by noise alone, mm.
+    pub value: f64,
+    /// `stated`, `repeats` or `leftover`: what the model itself leaves.
+    pub source: &'static str,
+}
+
 /// How figures came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Notes {
@@ -126,6 +148,13 @@ pub struct Diagnosis {
     pub outliers: Vec<usize>,
     /// Where these stand: file and line.
     pub outliers_at: Vec<String>,
+    /// Effects that could not compete, and what they need.
+    pub not_tried: Vec<NotTried>,
+    /// What other measurements exclude.
+    pub excluded: Vec<Excluded>,
+    pub noise: Noise,
+    /// What all causes leave, mm.
+    pub rest: Rest,
     /// Number of hypotheses compared.
     pub hypotheses: usize,
     pub notes: Notes,
@@ -196,6 +225,17 @@ impl Diagnosis {
             look_alikes: found.look_alikes.clone(),
             outliers: found.outliers.clone(),
             outliers_at: found.outliers_at.clone(),
+            not_tried: found.not_tried.clone(),
+            excluded: found.excluded.clone(),
+            noise: Noise {
+                value: mm(gap.noise),
+                source: match found.noise_source {
+                    NoiseSource::Stated => "stated",
+                    NoiseSource::Repeated => "repeats",
+                    NoiseSource::Residual => "leftover",
+                },
+            },
+            rest: Rest { rms: mm(found.rest.rms), ..found.rest.clone() },
             hypotheses: found.hypotheses,
             notes: Notes {
                 noise: match found.noise_source {
@@ -221,6 +261,12 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
         shrinkage: cause.shrinkage.value,
         shrinkage_ci95: ends(cause.shrinkage.ci95),
         indistinguishable_from: cause.rivals.clone(),
+        family: cause.family,
+        level: cause.level,
+        follows: cause.follows.clone(),
+        stability: cause.stability,
+        curve: cause.curve.clone(),
+        implies: cause.implies.clone(),
         signature: cause.signature,
         remedy: cause.remedy,
     }

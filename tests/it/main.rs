@@ -25,6 +25,7 @@ mod estimation;
 mod evidence;
 mod examples;
 mod figures;
+mod free_form;
 mod fuzzing;
 mod fuzzy;
 mod generated;

@@ -23,7 +23,7 @@ pub fn model_of(yaml: &str) -> Model {
 /// Switches an effect on as an entry of a description does.
 pub fn switch_on(model: &mut Model, effect: &str, site: &str, parameters: &[(&str, f64)]) {
     let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), (*value).into())).collect();
-    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters };
+    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters, ..RawEffect::default() };
     let entry = model.resolve_effect(&raw).expect("an effect of this robot");
     model.switch_on(entry);
 }

@@ -53,6 +53,10 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let values = model.registry.nominal();
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
+    let corrected = outcome.points.iter().zip(&path.campaign.readings);
+    let corrected = corrected.filter_map(|(point, reading)| Some((point.as_ref().ok()?, reading)));
+    let states = corrected.map(|(point, reading)| (point.corrected.joints.as_slice(), &reading.wrench));
+    diagnostics.extend(loaded.outside(states));
     let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let poses: Vec<Option<[f64; 6]>> = outcome
         .points

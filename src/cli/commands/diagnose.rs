@@ -8,9 +8,11 @@ use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::diagnosis::{Settings, diagnose};
-use crate::diagnostic::Diagnostic;
-use crate::model::with_values;
+use crate::description::raw::{RawApplied, RawRobot, RawValidity};
+use crate::diagnosis::{Diagnosis, Settings, diagnose};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::effects::Family;
+use crate::model::{Model, with_values};
 use crate::observation::Purpose;
 use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
 use crate::render::diagnosis as render;
@@ -52,7 +54,10 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     }
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        raw.effects.extend(found.entries().map(|entry| entry.raw(model)));
+        let of_the_session = applied(&mut raw, model, &found);
+        if !raw.effects.is_empty() {
+            raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
+        }
         let refused = unusable(&raw, session, &Expected { campaign, residual: None, fitted: (model, &found.values) })?;
         if refused.is_some() {
             output.text += &format!("\nnot written: {}\n", path.display());
@@ -60,8 +65,37 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         }
         let (text, diagnostics) = written(&raw, path)?;
         output.diagnostics.extend(diagnostics);
+        output.diagnostics.extend(of_the_session);
         output.text += &format!("\ndescription as diagnosed: {}\n", path.display());
         output.files.push((path.clone(), text));
     }
     Ok(output)
+}
+
+/// Writes the causes into a description, with what each was tied with. What belongs to the session, and not to the robot,
+/// is left out, and said.
+fn applied(raw: &mut RawRobot, model: &Model, found: &Diagnosis) -> Vec<Diagnostic> {
+    let mut left_out = Vec::new();
+    for cause in &found.causes {
+        for entry in &cause.entries {
+            let own = format!("{}@{}", entry.effect.name(), entry.site.name);
+            if entry.effect.is_of_the_measurement() || cause.family == Family::Time {
+                let message = format!("{own} belongs to this session, and is not written into the robot");
+                left_out.push(
+                    Diagnostic::warning(message)
+                        .code(Code::OfTheSession)
+                        .remedy("write it under `effects` by hand to keep it"),
+                );
+                continue;
+            }
+            let mut written = entry.raw(model);
+            if !cause.rivals.is_empty() {
+                let others = cause.rivals.iter().map(|rival| format!("{}@{}", rival.effect, rival.site));
+                let tied = std::iter::once(own.clone()).chain(others).collect();
+                written.applied = Some(RawApplied { member: Some(own), tied });
+            }
+            raw.effects.push(written);
+        }
+    }
+    left_out
 }

@@ -40,6 +40,9 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
         (None, None) => return Err(Error::input("no configuration", "give --joints or --table")),
     };
     linear(&loaded.model, command.equilibrium)?;
+    let wrench = load.unwrap_or_default();
+    let outside = loaded.outside(configurations.iter().map(|q| (q.as_slice(), &wrench)));
+    loaded.diagnostics.extend(outside);
     if command.equilibrium && load.is_none() && !command.weight {
         return Err(Error::input("--equilibrium: nothing loads the robot", "give --wrench or --weight"));
     }

@@ -25,5 +25,7 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
         output.text += &format!("residuals, a reading a row: {}\n", path.display());
     }
     output.diagnostics = loaded.diagnostics;
+    let states = (0..campaign.readings.len()).map(|k| (campaign.configuration(k), &campaign.readings[k].wrench));
+    output.diagnostics.extend(loaded.robot.outside(states));
     Ok(output)
 }

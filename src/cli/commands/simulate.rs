@@ -212,7 +212,8 @@ fn effect(model: &Model, text: &str) -> Result<EffectEntry, Error> {
         let value = value.parse::<f64>().map_or_else(|_| value.into(), RawAmount::from);
         parameters.insert(key.trim().to_string(), value);
     }
-    let raw = RawEffect { effect: Some(name.trim().into()), site: Some(site.into()), parameters };
+    let raw =
+        RawEffect { effect: Some(name.trim().into()), site: Some(site.into()), parameters, ..RawEffect::default() };
     let entry = model.resolve_effect(&raw).map_err(|fault| refused(fault.diagnostic))?;
     match entry.doubt(model) {
         Some(doubt) if entry.amounts.is_empty() => Err(refused(doubt)),

@@ -20,6 +20,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let model = &loaded.model;
     let q = joints(model, &loaded.raw.units, &command.joints)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
+    let outside = loaded.outside(std::iter::once((q.as_slice(), &load.unwrap_or_default())));
     let geometry = Geometry::nominal(model)?;
     let mut placements = Placements::default();
     geometry.place(&q, &mut placements)?;
@@ -72,6 +73,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::stiffness(&found, session.terminal.screen), &found)?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
+    output.diagnostics.extend(outside);
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.diagnostics.extend(fuzzy::doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)

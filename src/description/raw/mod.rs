@@ -108,6 +108,8 @@ raw! {
         springs: IndexMap<String, RawSpring>,
         /// Effects that have been switched on.
         effects: Vec<RawEffect>,
+        /// The range in which these were found, SI whatever the units.
+        validity: Option<RawValidity>,
         /// Takagi-Sugeno compliance of the tool, in place of what gives above or added to it.
         fuzzy: Option<RawFuzzy>,
         /// Which parameters are free in calibration, how far they may be off.
@@ -124,6 +126,46 @@ raw! {
         site: Option<String>,
         /// Its parameters: amounts in SI, and what it is not linear in by name or number.
         parameters: IndexMap<String, RawAmount>,
+        /// What a free curve goes with: `q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `session-time`, `temperature`.
+        follows: Option<String>,
+        /// A free curve of a joint.
+        curve: Option<RawCurve>,
+        /// Which of several effects that the readings could not tell apart this is.
+        applied: Option<RawApplied>,
+    }
+}
+
+raw! {
+    /// A free curve: a natural cubic spline, constant beyond its ends.
+    pub struct RawCurve {
+        /// Increasing values of what it follows, SI.
+        at: Vec<f64>,
+        /// Amounts there, rad or m.
+        amount: Vec<f64>,
+    }
+}
+
+raw! {
+    /// An effect that a diagnosis wrote in place of others which did as well.
+    pub struct RawApplied {
+        /// The effect written, `effect@site`.
+        member: Option<String>,
+        /// All that could not be told apart, itself included.
+        tied: Vec<String>,
+    }
+}
+
+raw! {
+    /// The range in which the effects of a description were found; outside it they are extrapolated.
+    pub struct RawValidity {
+        /// Least and greatest value of each variable, rad or m.
+        joints: IndexMap<String, [f64; 2]>,
+        /// Least and greatest size of the applied force, N, and of the moment, N.m.
+        loads: IndexMap<String, [f64; 2]>,
+        /// From and to, s.
+        time: Option<[f64; 2]>,
+        /// From and to, as the campaign had it.
+        temperature: Option<[f64; 2]>,
     }
 }
 
@@ -134,6 +176,8 @@ raw! {
 pub enum RawAmount {
     /// A number, SI.
     Number(f64),
+    /// Numbers, SI.
+    Numbers(Vec<f64>),
     /// A word.
     Name(String),
 }
@@ -143,7 +187,7 @@ impl RawAmount {
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(value) => Some(*value),
-            Self::Name(_) => None,
+            Self::Numbers(_) | Self::Name(_) => None,
         }
     }
 }
@@ -164,6 +208,7 @@ impl std::fmt::Display for RawAmount {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Number(value) => write!(f, "{value}"),
+            Self::Numbers(values) => write!(f, "{values:?}"),
             Self::Name(name) => f.write_str(name),
         }
     }

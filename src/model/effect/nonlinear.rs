@@ -4,6 +4,9 @@
 //! time or an alternative is not: the effect declares it as a [`NonlinearParameter`], offers several values to the
 //! diagnosis, and an entry of a description states one. Numbers are SI unless the declaration says otherwise.
 
+use std::sync::Arc;
+
+use super::driver::Driver;
 use crate::description::raw::RawAmount;
 
 /// Declaration of a nonlinear parameter.
@@ -37,10 +40,14 @@ pub enum NonlinearKind {
     Count(usize),
     /// An actuated variable, by its name; or by its place among the variables, counted from 0.
     Variable,
+    /// What a curve follows ([`Driver`]).
+    Driver,
+    /// Increasing values of what a curve follows, two or more.
+    Knots,
 }
 
 /// Value of a nonlinear parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum NonlinearValue {
     /// The word chosen.
     Choice(&'static str),
@@ -50,6 +57,10 @@ pub enum NonlinearValue {
     Count(usize),
     /// An actuated variable, by its index.
     Variable(usize),
+    /// What a curve follows.
+    Driver(Driver),
+    /// Where a curve has its amounts, SI.
+    Knots(Arc<[f64]>),
 }
 
 impl NonlinearParameter {
@@ -72,6 +83,11 @@ impl NonlinearParameter {
             (NonlinearKind::Variable, RawAmount::Name(name)) => {
                 variables.iter().position(|known| known == name).map(NonlinearValue::Variable)
             }
+            (NonlinearKind::Driver, RawAmount::Name(name)) => Driver::read(name, variables).map(NonlinearValue::Driver),
+            (NonlinearKind::Knots, RawAmount::Numbers(at)) => {
+                let increases = at.len() > 1 && at.windows(2).all(|pair| pair[0] < pair[1]);
+                increases.then(|| NonlinearValue::Knots(at.as_slice().into()))
+            }
             _ => None,
         };
         value.ok_or_else(|| match self.kind {
@@ -79,6 +95,8 @@ impl NonlinearParameter {
             NonlinearKind::Real { unit, .. } => format!("write a number ({unit})"),
             NonlinearKind::Count(most) => format!("write a whole number from 1 to {most}"),
             NonlinearKind::Variable => format!("write one of the variables: {}", variables.join(", ")),
+            NonlinearKind::Driver => format!("write one of: {}", Driver::all(variables).join(", ")),
+            NonlinearKind::Knots => "write two or more increasing numbers, SI".into(),
         })
     }
 }
@@ -95,7 +113,7 @@ impl Nonlinear {
 
     /// The values alone, in order.
     pub fn values(&self) -> Vec<NonlinearValue> {
-        self.0.iter().map(|(_, value)| *value).collect()
+        self.0.iter().map(|(_, value)| value.clone()).collect()
     }
 
     /// The number of the parameter that can be refined, if there is one.
@@ -125,6 +143,8 @@ impl Nonlinear {
                 _ => "",
             };
             let value = match *value {
+                NonlinearValue::Driver(driver) => RawAmount::Name(driver.written(variables)),
+                NonlinearValue::Knots(ref at) => RawAmount::Numbers(at.to_vec()),
                 NonlinearValue::Choice(word) => RawAmount::Name(word.into()),
                 NonlinearValue::Real(value) => RawAmount::Number(value),
                 NonlinearValue::Count(count) => RawAmount::Number(count as f64),

@@ -4,6 +4,7 @@
 
 use nalgebra::Vector3;
 
+use super::driver::Driver;
 use super::site::Site;
 use crate::parameter::Slot;
 
@@ -77,6 +78,21 @@ impl ReadingContext<'_> {
     }
 }
 
+impl ReadingContext<'_> {
+    /// What a curve follows, SI; `None` where it is not known.
+    pub fn driver(&self, driver: Driver) -> Option<f64> {
+        match driver {
+            Driver::Angle(variable) => self.q.get(variable).copied(),
+            Driver::OwnLoad(variable) => self.own_load.get(variable).copied(),
+            Driver::Load(variable) => self.load.get(variable).copied(),
+            Driver::LastMove(variable) => self.last_move.get(variable).copied(),
+            Driver::Time => self.time,
+            Driver::SessionTime => self.session_time,
+            Driver::Temperature => self.temperature,
+        }
+    }
+}
+
 /// What a campaign offers, for effects to choose by which nonlinear values to try.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Survey {
@@ -92,6 +108,8 @@ pub struct Survey {
     pub sides: Vec<bool>,
     /// Variables whose last moves are known, by an order that the campaign gives, and not always the same.
     pub moves: Vec<bool>,
+    /// Knots of free curves of what varies enough: quantiles of its values in the readings, SI.
+    pub knots: Vec<(Driver, Vec<f64>)>,
     /// Whether a wrench is applied.
     pub loaded: bool,
     /// Readings are differences.

@@ -6,9 +6,9 @@
 use indexmap::IndexMap;
 
 use super::site::{Site, SiteKind};
-use super::tags::named_choices;
+use super::tags::{as_curve, named_choices, with_curve};
 use super::{Nonlinear, NonlinearParameter, NonlinearValue};
-use crate::description::raw::{JointKind, RawAmount, RawEffect};
+use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::Diagnostic;
 use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Frame, Model, SwitchedOn};
@@ -19,11 +19,12 @@ impl EffectEntry {
     pub fn raw(&self, model: &Model) -> RawEffect {
         let amounts = self.amounts.iter().map(|(symbol, value)| (symbol.clone(), RawAmount::Number(*value)));
         let nonlinear = self.nonlinear.written(&model.variable_names());
-        RawEffect {
+        as_curve(RawEffect {
             effect: Some(self.effect.name().into()),
             site: Some(self.site.name.clone()),
             parameters: amounts.chain(nonlinear.into_iter().map(|(name, _, value)| (name.into(), value))).collect(),
-        }
+            ..RawEffect::default()
+        })
     }
 
     /// A warning where the entry has no amount, or one that makes a parameter negative that cannot be.
@@ -135,7 +136,14 @@ impl Model {
     /// # Errors
     /// An unknown effect, site or parameter, or a value that cannot be; the path is relative to the entry.
     pub fn resolve_effect(&self, raw: &RawEffect) -> Result<EffectEntry, Fault> {
-        let raw = &named_choices(raw);
+        if let Some(RawCurve { at, amount }) = &raw.curve
+            && at.len() != amount.len()
+        {
+            let message = format!("a curve with {} amounts at {} values", amount.len(), at.len());
+            let diagnostic = Diagnostic::error(message).remedy("give one of `amount` for each of `at`");
+            return Err(Fault::new(&["curve"], diagnostic));
+        }
+        let raw = &with_curve(&named_choices(raw));
         let lacks = |message: String| Fault::new(&[], Diagnostic::error(message));
         let name = raw.effect.as_deref().ok_or_else(|| lacks("an effect lacks its name, `effect`".into()))?;
         let Some(effect) = self.catalogue.get(name) else {
@@ -182,7 +190,11 @@ impl Model {
         let fault = |key: &str, message: String, remedy: String| {
             Fault::new(&["parameters", key], Diagnostic::error(message).remedy(remedy))
         };
-        let finite = |value: &RawAmount| !matches!(value, RawAmount::Number(value) if !value.is_finite());
+        let finite = |value: &RawAmount| match value {
+            RawAmount::Number(value) => value.is_finite(),
+            RawAmount::Numbers(values) => values.iter().all(|value| value.is_finite()),
+            RawAmount::Name(_) => true,
+        };
         if let Some((key, value)) = given.iter().find(|(_, value)| !finite(value)) {
             let message = format!("`{value}` where a finite number is needed");
             return Err(Fault::new(&["parameters", key], Diagnostic::error(message)));
@@ -195,11 +207,11 @@ impl Model {
             if !parameter.only_with.is_none_or(chosen) {
                 continue;
             }
-            let value = match (given.get(parameter.name), parameter.default) {
+            let value = match (given.get(parameter.name), &parameter.default) {
                 (Some(stated), _) => parameter.read(stated, &self.variable_names()).map_err(|remedy| {
                     fault(parameter.name, format!("`{}: {stated}` of `{name}`", parameter.name), remedy)
                 })?,
-                (None, Some(default)) => default,
+                (None, Some(default)) => default.clone(),
                 (None, None) => {
                     let message = format!("`{name}` lacks `{}`", parameter.name);
                     let diagnostic = Diagnostic::error(message).remedy(format!("give {}", parameter.meaning));
@@ -217,7 +229,7 @@ impl Model {
                 (Some(_), RawAmount::Number(value)) => {
                     amounts.insert(key.clone(), *value);
                 }
-                (Some(known), RawAmount::Name(_)) => {
+                (Some(known), RawAmount::Name(_) | RawAmount::Numbers(_)) => {
                     let message = format!("`{key}: {value}` of `{name}`");
                     return Err(fault(key, message, format!("write a number ({})", known.unit)));
                 }

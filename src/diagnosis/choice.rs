@@ -1,0 +1,169 @@
+//! The choice of causes: those that explain best together, and those that help readings that were not fitted, compared; then
+//! what can be claimed of each.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::claims::{Claim, claims};
+use super::flips::chances;
+use super::forward::{Forward, least};
+use super::free_errors::FreeErrors;
+use super::held_out::{Beside, HeldOut, paired};
+use super::level::Level;
+use super::linear_problem::LinearProblem;
+use super::projection::Subset;
+use super::rivals::rivals;
+use super::selection::Selector;
+use super::settings::Settings;
+use super::stability::stability;
+use crate::description::campaign::Campaign;
+
+/// Claims, and the subsets on the way to their hypotheses. `found` are the causes by the information criterion, `problem`
+/// and `campaign` hold the readings that are fitted, `noise` is over their sigmas.
+pub fn choice(
+    settings: &Settings,
+    problem: &LinearProblem,
+    campaign: &Campaign,
+    found: &[usize],
+    noise: Option<f64>,
+    free_errors: Option<&FreeErrors>,
+) -> (Vec<Claim>, Vec<Subset>) {
+    let selector = Selector::new(problem, &settings.selection);
+    let folds = HeldOut::new(problem, &dealt(problem, settings));
+    let known = noise.map_or(0.0, |noise| noise * noise * problem.rows() as f64);
+    let forward =
+        Forward { problem, selector: &selector, folds: &folds, settings: &settings.claims, noise: known, sigma: noise };
+    // A search over subsets finds causes that hide one another. It is trusted where it leaves nothing but noise that is
+    // known: where something stays that no hypothesis has, it would fit that.
+    let causes: Vec<Vec<usize>> = match is_noise(&selector, &selector.fit(found), noise, settings) {
+        true => found.iter().map(|&member| vec![member]).collect(),
+        false => forward.chosen(settings.selection.most),
+    };
+    let members = causes.concat();
+    let fit = selector.fit(&members);
+    let sharp = is_noise(&selector, &fit, noise, settings).then(|| {
+        let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
+        rivals(&selector, &fit, per_pose, &settings.rivals)
+    });
+    let blocks = blocks(problem, campaign, settings);
+    let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
+    let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
+    let mut found: Vec<Claim> = Vec::new();
+    for (entry, cause) in causes.iter().enumerate() {
+        // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
+        let beside: Vec<usize> = match sharp {
+            Some(_) => members.iter().copied().filter(|member| !cause.contains(member)).collect(),
+            None => causes[..entry].concat(),
+        };
+        let own = match cause[..] {
+            [one] => members.iter().position(|&member| member == one),
+            _ => None,
+        };
+        let own = own.zip(sharp.as_ref()).map(|(at, all)| all[at].as_slice());
+        found.extend(claims(&forward, cause, &beside, own, (&blocks, free_errors, left)));
+    }
+    // Two causes may be claimed by the same curve.
+    let mut claims: Vec<Claim> = Vec::new();
+    for claim in found {
+        if !claims.iter().any(|known| known.hypothesis == claim.hypothesis) {
+            claims.push(claim);
+        }
+    }
+    for _ in 0..settings.claims.curves {
+        let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+        match curve(&forward, &taken, settings) {
+            Some(found) => claims.push(found),
+            None => break,
+        }
+    }
+    let mut path = vec![selector.fit(&[])];
+    let mut taken: Vec<usize> = Vec::new();
+    for claim in &claims {
+        taken.push(claim.hypothesis);
+        path.push(selector.fit(&taken));
+    }
+    (claims, path)
+}
+
+/// A free curve at a site that the causes named leave, where its site is certain.
+fn curve(forward: &Forward, taken: &[usize], settings: &Settings) -> Option<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let gains = forward.selector.gains(taken);
+    let is_possible = |&h: &usize| hypotheses[h].is_free() && gains[h].directions > 0 && !taken.contains(&h);
+    let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
+    let sets: Vec<Vec<usize>> = candidates.iter().map(|&h| vec![h]).collect();
+    let beside = Beside::new(&forward.selector.projection, taken, &sets);
+    let losses = forward.folds.losses(&beside);
+    let best = least(&losses)?;
+    if !forward.is_worth(&losses.base, &losses.beside[best]) {
+        return None;
+    }
+    let chance = chances(forward.problem, &beside, settings.claims.flips, settings.seed);
+    let near = |&at: &usize| paired(&losses.beside[at], &losses.beside[best]).t < settings.claims.paired_t;
+    let site = &hypotheses[candidates[best]].site.name;
+    let is_certain = (0..candidates.len()).filter(near).all(|at| hypotheses[candidates[at]].site.name == *site);
+    (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
+        hypothesis: candidates[best],
+        level: Level::Site,
+        rivals: Vec::new(),
+        of_free: None,
+        elsewhere: None,
+        stability: stability(forward.problem, &beside, &candidates, best, (settings.claims.halves, settings.seed)),
+    })
+}
+
+/// Whether a fit leaves no more than the noise, which is known.
+fn is_noise(selector: &Selector, fit: &Subset, noise: Option<f64>, settings: &Settings) -> bool {
+    let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
+    let verdict = &settings.verdict;
+    let limit = verdict.excess_sigmas * (2.0 / freedom).sqrt() + verdict.excess_floor;
+    // Much below it the noise is not what was stated.
+    let is_near = |ratio: f64| ratio < 1.0 + limit && ratio > 1.0 / (1.0 + limit).powi(2);
+    noise.is_some_and(|noise| is_near(fit.squares / freedom / (noise * noise)))
+}
+
+/// A fold for each configuration.
+fn dealt(problem: &LinearProblem, settings: &Settings) -> Vec<Option<usize>> {
+    let mut order: Vec<usize> = (0..problem.poses().len()).collect();
+    order.shuffle(&mut ChaCha8Rng::seed_from_u64(settings.seed));
+    let mut fold = vec![None; order.len()];
+    order.into_iter().enumerate().for_each(|(k, pose)| fold[pose] = Some(k % settings.folds));
+    fold
+}
+
+/// Sets of configurations that are left out whole: both ends of the range of each variable, of the time and of the
+/// temperature; each load and each session where there are several.
+fn blocks(problem: &LinearProblem, campaign: &Campaign, settings: &Settings) -> Vec<HeldOut> {
+    let poses = problem.poses();
+    let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);
+    // Constraints are no readings.
+    let reading: Vec<Option<usize>> =
+        poses.iter().map(|pose| first(pose).filter(|reading| *reading < campaign.readings.len())).collect();
+    let ends = |value: &dyn Fn(usize) -> Option<f64>| {
+        let of = |pose: usize| Some((value(reading[pose]?)?, pose));
+        let mut order: Vec<(f64, usize)> = (0..poses.len()).filter_map(of).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let count = (settings.claims.outer * order.len() as f64).round() as usize;
+        let varies = order.first().zip(order.last()).is_some_and(|(low, high)| high.0 > low.0);
+        let mut fold = vec![None; poses.len()];
+        order.iter().take(count).for_each(|(_, pose)| fold[*pose] = Some(0));
+        order.iter().rev().take(count).for_each(|(_, pose)| fold[*pose] = Some(1));
+        varies.then(|| HeldOut::new(problem, &fold))
+    };
+    let conditions = &campaign.conditions;
+    let variables = (0..campaign.variables)
+        .filter_map(|variable| ends(&|reading| campaign.configuration(reading).get(variable).copied()));
+    let noted = [&conditions.time, &conditions.temperature].into_iter().flatten();
+    let noted = noted.filter_map(|all| ends(&|reading| all.get(reading).copied()));
+    let mut all: Vec<HeldOut> = variables.chain(noted).collect();
+    let mut sessions: Vec<_> = campaign.readings.iter().map(|reading| reading.session).collect();
+    sessions.sort_unstable();
+    sessions.dedup();
+    if sessions.len() > 1 {
+        let of = |reading: usize| sessions.iter().position(|own| *own == campaign.readings[reading].session);
+        let fold: Vec<Option<usize>> = reading.iter().map(|reading| of((*reading)?)).collect();
+        all.push(HeldOut::new(problem, &fold));
+    }
+    all
+}

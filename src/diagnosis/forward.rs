@@ -1,0 +1,157 @@
+//! Causes chosen by what they leave of readings that were not fitted, one at a time.
+//!
+//! The compliances of all joints, and the lags of all joints, are one cause: they enter together, and those without an
+//! effect of their own leave again.
+
+use nalgebra::DVector;
+
+use super::flips::chances;
+use super::held_out::{Beside, HeldOut, Losses, paired};
+use super::hypothesis::Hypothesis;
+use super::linear_problem::LinearProblem;
+use super::selection::Selector;
+use super::settings::ClaimSettings;
+use crate::effects::{Family, SiteKind};
+use crate::math::least_squares;
+
+/// Chooses among the hypotheses of a problem.
+pub struct Forward<'a> {
+    pub problem: &'a LinearProblem,
+    pub selector: &'a Selector<'a>,
+    pub folds: &'a HeldOut,
+    pub settings: &'a ClaimSettings,
+    /// Sum of squares of the noise, where that is known; else 0.
+    pub noise: f64,
+    /// The noise over the sigmas, where it is known.
+    pub sigma: Option<f64>,
+}
+
+impl Forward<'_> {
+    /// The causes, in the order in which they entered: each one hypothesis, or those of several joints.
+    pub fn chosen(&self, most: usize) -> Vec<Vec<usize>> {
+        let mut causes: Vec<Vec<usize>> = Vec::new();
+        for _ in 0..most {
+            let members = causes.concat();
+            let candidates = self.candidates(&members);
+            let beside = Beside::new(&self.selector.projection, &members, &candidates);
+            let losses = self.folds.losses(&beside);
+            let Some(best) = least(&losses) else { break };
+            if !self.is_worth(&losses.base, &losses.beside[best])
+                || self.is_chance(&members, &candidates[best], || {
+                    chances(self.problem, &beside, self.settings.flips, self.settings.seed)[best]
+                })
+            {
+                break;
+            }
+            let mut all = [members.as_slice(), &candidates[best]].concat();
+            self.prune(&mut all, members.len());
+            causes.push(all.split_off(members.len()));
+        }
+        causes
+    }
+
+    /// Whether a cause could be chance: by the noise where that is known, else by flipped signs.
+    fn is_chance(&self, members: &[usize], cause: &[usize], by_flips: impl Fn() -> f64) -> bool {
+        match self.sigma {
+            Some(_) => {
+                let [before, after] =
+                    [members.to_vec(), [members, cause].concat()].map(|members| self.selector.fit(&members));
+                !self.selector.is_worth(&before, &after, self.sigma)
+            }
+            None => by_flips() >= self.settings.chance,
+        }
+    }
+
+    /// Held-out losses of candidates beside members.
+    pub fn losses(&self, members: &[usize], candidates: &[Vec<usize>]) -> Losses {
+        self.folds.losses(&Beside::new(&self.selector.projection, members, candidates))
+    }
+
+    /// Leaves out members from a position on that are not worth having beside the others, the least one first.
+    pub fn prune(&self, members: &mut Vec<usize>, from: usize) {
+        while members.len() > from.max(1) {
+            let without = |at: usize| -> Vec<usize> {
+                let mut others = members.clone();
+                others.remove(at);
+                others
+            };
+            let worth = |at: usize| {
+                let losses = self.losses(&without(at), &[vec![members[at]]]);
+                let gain = paired(&losses.base, &losses.beside[0]);
+                (gain.sum, self.is_worth(&losses.base, &losses.beside[0]))
+            };
+            let worths: Vec<(f64, bool)> = (from..members.len()).map(worth).collect();
+            let poor = worths.iter().enumerate().filter(|(_, (_, is_worth))| !is_worth);
+            let Some((at, _)) = poor.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { return };
+            members.remove(from + at);
+        }
+    }
+
+    /// Whether what a cause takes away is certain, and enough of what is left above the noise to speak of.
+    pub fn is_worth(&self, before: &[f64], after: &[f64]) -> bool {
+        let gain = paired(before, after);
+        let gap = (before.iter().sum::<f64>() - self.noise).max(0.0);
+        gain.t > self.settings.paired_t && gain.sum > self.settings.least_share * gap
+    }
+
+    /// Hypotheses with a law that can stand beside the members, and all joints together.
+    fn candidates(&self, members: &[usize]) -> Vec<Vec<usize>> {
+        let hypotheses = &self.problem.hypotheses;
+        let gains = self.selector.gains(members);
+        let single = |h: usize| gains[h].directions > 0 && !hypotheses[h].is_free() && self.is_open(members, h);
+        let singles = (0..hypotheses.len()).filter(|&h| single(h)).map(|h| vec![h]);
+        singles.chain(self.of_all_joints(members)).collect()
+    }
+
+    fn is_open(&self, members: &[usize], h: usize) -> bool {
+        !members.iter().any(|&m| self.selector.excludes(m, h))
+    }
+
+    /// For each effect whose like at all joints is one cause: those of its hypotheses that can stand beside the members.
+    pub fn of_all_joints(&self, members: &[usize]) -> Vec<Vec<usize>> {
+        let hypotheses = &self.problem.hypotheses;
+        let mut effects: Vec<(&str, Vec<usize>)> = Vec::new();
+        for (h, hypothesis) in hypotheses.iter().enumerate().filter(|(_, hypothesis)| is_of_all_joints(hypothesis)) {
+            if !self.is_open(members, h) {
+                continue;
+            }
+            match effects.iter_mut().find(|(name, _)| *name == hypothesis.effect.name()) {
+                Some((_, joints)) => joints.push(h),
+                None => effects.push((hypothesis.effect.name(), vec![h])),
+            }
+        }
+        let possible = effects.into_iter().map(|(_, joints)| self.possible(members, joints));
+        possible.filter(|joints| joints.len() > 1).collect()
+    }
+
+    /// Those of the compliances that are positive when they are fitted together.
+    fn possible(&self, members: &[usize], mut joints: Vec<usize>) -> Vec<usize> {
+        while joints.iter().any(|&h| self.problem.hypotheses[h].is_positive) {
+            let design = self.problem.design(&[members, &joints].concat());
+            let x: DVector<f64> = least_squares(&design, &self.problem.residual);
+            let first = x.len() - joints.len();
+            let amounts = joints.iter().enumerate().filter(|(_, h)| self.problem.hypotheses[**h].is_positive);
+            let worst = amounts.map(|(k, &h)| (k, x[first + k] / self.problem.hypotheses[h].parameters[0].scale));
+            match worst.filter(|(_, amount)| *amount <= 0.0).min_by(|a, b| a.1.total_cmp(&b.1)) {
+                Some((k, _)) => joints.remove(k),
+                None => break,
+            };
+        }
+        joints
+    }
+}
+
+/// Whether the like of it at all joints is one cause: one amount, elastic or of the last move.
+fn is_of_all_joints(hypothesis: &Hypothesis) -> bool {
+    hypothesis.site.kind == SiteKind::Joint
+        && hypothesis.variants == 1
+        && hypothesis.parameters.len() == 1
+        && matches!(hypothesis.family(), Family::Elastic | Family::History)
+        && !hypothesis.is_free()
+}
+
+/// The candidate that leaves least.
+pub fn least(losses: &Losses) -> Option<usize> {
+    let sums = losses.beside.iter().map(|own| own.iter().sum::<f64>()).enumerate();
+    sums.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+}

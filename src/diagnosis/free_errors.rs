@@ -1,0 +1,87 @@
+//! Errors that are free in every configuration: how much of a residual each site could carry.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::linear_problem::LinearProblem;
+use super::probe::probes;
+use crate::description::campaign::Campaign;
+use crate::math::{orthonormal, project_off};
+use crate::model::Model;
+use crate::prediction::{PredictionError, effect_columns};
+
+/// Rows of a configuration from which on a rigid motion of the tool is seen whole.
+const RIGID: usize = 6;
+
+/// Squares of one configuration under one load.
+pub struct Squares {
+    /// Taken up by the free error, less those of noise and of chance.
+    pub carried: f64,
+    /// Above the noise.
+    pub total: f64,
+}
+
+/// Squares that free errors at the sites carry in every configuration under one load.
+pub struct FreeErrors<'a> {
+    problem: &'a LinearProblem,
+    names: Vec<(String, usize)>,
+    columns: (Vec<f64>, usize),
+    blocks: Vec<Vec<usize>>,
+}
+
+impl<'a> FreeErrors<'a> {
+    /// Probes at all sites, for the readings of a campaign at calibrated `values`; `problem` holds these readings.
+    ///
+    /// # Errors
+    /// A configuration that cannot be assembled.
+    pub fn new(
+        model: &Model,
+        campaign: &Campaign,
+        values: &[f64],
+        problem: &'a LinearProblem,
+    ) -> Result<Self, PredictionError> {
+        let terms = probes(model);
+        let names = terms.iter().map(|term| (term.site.name.clone(), term.parameters.len())).collect();
+        let columns = effect_columns(model, campaign, values, terms)?;
+        // Constraints are no readings, and carry no load.
+        let load = |row: usize| campaign.readings.get(problem.reading[row]).map(|reading| reading.wrench);
+        let rows: Vec<usize> = (0..problem.rows()).collect();
+        let is_one = |a: &usize, b: &usize| problem.pose[*a] == problem.pose[*b] && load(*a) == load(*b);
+        let blocks = rows.chunk_by(is_one).map(<[usize]>::to_vec).collect();
+        Ok(Self { problem, names, columns, blocks })
+    }
+
+    /// By site: the squares of a residual in each block. `noise` is over the sigmas.
+    pub fn squares(&self, residual: &DVector<f64>, noise: f64) -> impl Iterator<Item = (&str, Vec<Squares>)> {
+        let (all, width) = &self.columns;
+        let mut first = 0;
+        self.names.iter().map(move |(site, count)| {
+            let start = first;
+            first += count;
+            let of = |rows: &Vec<usize>| {
+                let column = |i: usize, k: usize| all[rows[i] * width + start + k] / self.problem.sigmas[rows[i]];
+                squares(&DMatrix::from_fn(rows.len(), *count, column), &residual.select_rows(rows), noise)
+            };
+            (site.as_str(), self.blocks.iter().map(of).collect())
+        })
+    }
+
+    /// Squares above the noise that a free error at one site carries; `None` where there is no such site, or where too few
+    /// rows of a configuration tell it from other motions.
+    pub fn carried(&self, site: &str, residual: &DVector<f64>, noise: f64) -> Option<f64> {
+        if self.blocks.iter().any(|rows| rows.len() < RIGID) {
+            return None;
+        }
+        let found = self.squares(residual, noise).find(|(own, _)| *own == site)?;
+        Some(found.1.iter().map(|own| own.carried).sum())
+    }
+}
+
+fn squares(columns: &DMatrix<f64>, residual: &DVector<f64>, noise: f64) -> Squares {
+    let basis = orthonormal(columns, None);
+    let (rows, directions, variance) = (residual.len(), basis.ncols() as f64, noise * noise);
+    let taken = residual.norm_squared() - project_off(residual, &basis).norm_squared();
+    let total = residual.norm_squared() - rows as f64 * variance;
+    // What as many directions would carry of any motion of the tool, which has six.
+    let chance = directions / rows.clamp(1, RIGID) as f64;
+    Squares { carried: (taken - directions * variance - chance * total) / (1.0 - chance).max(0.1), total }
+}

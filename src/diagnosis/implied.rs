@@ -1,0 +1,43 @@
+//! What the amounts of a cause mean on the machine: stiffnesses in words, and the curve of a free form.
+
+use super::hypothesis::Hypothesis;
+use super::linear_fit::FittedParameter;
+use super::result::Curve;
+use crate::effects::{Driver, Family, NonlinearValue};
+
+/// What the amounts imply, in words with figures.
+pub fn implied(hypothesis: &Hypothesis, fitted: &[FittedParameter], values: &[f64]) -> Vec<String> {
+    if hypothesis.family() != Family::Elastic || hypothesis.constants.len() != fitted.len() {
+        return Vec::new();
+    }
+    let of = |(parameter, slot): (&FittedParameter, &usize)| {
+        // What a cause changes adds to what the description has.
+        let compliance = values.get(*slot).copied().unwrap_or_default() + parameter.value;
+        let (size, unit) = match parameter.unit {
+            "rad/(N.m)" => (1e-3 / compliance, "kN.m/rad"),
+            "m/N" => (1e-6 / compliance, "N/um"),
+            _ => return None,
+        };
+        (compliance > 0.0).then(|| format!("{}: a stiffness of {size:.3} {unit}", parameter.name))
+    };
+    fitted.iter().zip(&hypothesis.constants).filter_map(of).collect()
+}
+
+/// The curve of a free form at a joint; `None` of anything else.
+pub fn curve(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> Option<Curve> {
+    let values = hypothesis.nonlinear.values();
+    let [NonlinearValue::Driver(driver), NonlinearValue::Knots(at)] = &values[..] else { return None };
+    let amount = |k: usize| fitted.iter().find(|parameter| parameter.name == format!("k{k}"));
+    if (1..=at.len()).all(|k| amount(k).is_none()) {
+        return None;
+    }
+    let of = |value: fn(&FittedParameter) -> f64| (1..=at.len()).map(move |k| amount(k).map_or(0.0, value));
+    let mut amounts: Vec<f64> = of(|own| own.value).collect();
+    // An amount that was left out is a constant which is calibrated anyway.
+    if fitted.len() < at.len() {
+        let mean = amounts.iter().sum::<f64>() / amounts.len() as f64;
+        amounts.iter_mut().for_each(|amount| *amount -= mean);
+    }
+    let unit = Driver::unit(*driver);
+    Some(Curve { at: at.to_vec(), amount: amounts, band: of(|own| own.ci95).collect(), unit })
+}

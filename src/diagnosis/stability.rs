@@ -1,0 +1,47 @@
+//! How often the same cause wins when half of the configurations choose it and the other half judges.
+//!
+//! Source: Shah and Samworth, *Variable selection with error control: another look at stability selection*, J. R. Stat.
+//! Soc. B 75, 2013 (complementary pairs).
+
+use rand::seq::SliceRandom;
+
+use super::held_out::{Beside, HeldOut};
+use super::level::Stability;
+use super::linear_problem::LinearProblem;
+use crate::simulation::generator;
+
+/// Stability of the hypothesis `own` (by its place among `candidates`), from complementary halves of the configurations.
+pub fn stability(
+    problem: &LinearProblem,
+    beside: &Beside,
+    candidates: &[usize],
+    own: usize,
+    (pairs, seed): (usize, u64),
+) -> Stability {
+    let hypotheses = &problem.hypotheses;
+    let poses = problem.poses().len();
+    let (mut counts, mut draws) = ([0_usize; 3], 0);
+    for pair in 0..pairs {
+        let mut order: Vec<usize> = (0..poses).collect();
+        order.shuffle(&mut generator(seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
+        let mut half = vec![None; poses];
+        order.iter().enumerate().for_each(|(k, &pose)| half[pose] = Some(usize::from(2 * k >= poses)));
+        let losses = HeldOut::new(problem, &half).losses(beside);
+        for side in 0..2 {
+            let loss = |at: usize| -> f64 {
+                (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| losses.beside[at][pose]).sum()
+            };
+            let Some(best) = (0..candidates.len()).min_by(|&a, &b| loss(a).total_cmp(&loss(b))) else { continue };
+            let [one, other] = [own, best].map(|at| &hypotheses[candidates[at]]);
+            let same_family = one.family() == other.family();
+            let same_site = same_family && one.site.name == other.site.name;
+            counts[0] += usize::from(same_family);
+            counts[1] += usize::from(same_site);
+            counts[2] += usize::from(same_site && one.is_same(other));
+            draws += 1;
+        }
+    }
+    // Laplace's rule of succession, which never says certain.
+    let [family, site, law] = counts.map(|count| (count as f64 + 1.0) / (draws as f64 + 2.0));
+    Stability { family, site, law }
+}

@@ -1,0 +1,141 @@
+//! `free-form`: a curve of what a joint, the base or the tool follows, its law not known.
+//!
+//! A natural cubic spline through amounts at knots. It says where something happens and what it goes with, and no more.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::math::NaturalSpline;
+use crate::model::{
+    Change, Changes, Driver, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
+};
+
+static FOLLOWS: NonlinearParameter = NonlinearParameter {
+    name: "follows",
+    kind: NonlinearKind::Driver,
+    default: None,
+    only_with: None,
+    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`)",
+};
+static AT: NonlinearParameter = NonlinearParameter {
+    name: "at",
+    kind: NonlinearKind::Knots,
+    default: None,
+    only_with: None,
+    meaning: "`at`: increasing values of what the curve follows, SI",
+};
+
+/// Components of a body that moves: along and about the axes of the measurement frame.
+const BODY: [(&str, &str); 6] = [("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"), ("ry", "rad"), ("rz", "rad")];
+/// Common size of an amount, rad or m.
+const SCALE: f64 = 3e-4;
+
+/// See the module.
+pub struct FreeForm;
+
+impl Effect for FreeForm {
+    fn name(&self) -> &'static str {
+        "free-form"
+    }
+
+    fn family(&self, nonlinear: &Nonlinear) -> Family {
+        match law(nonlinear) {
+            Some((Driver::Angle(_), _)) | None => Family::Kinematic,
+            Some((Driver::OwnLoad(_) | Driver::Load(_), _)) => Family::Elastic,
+            Some((Driver::LastMove(_), _)) => Family::History,
+            Some((Driver::Time | Driver::SessionTime, _)) => Family::Time,
+            Some((Driver::Temperature, _)) => Family::Temperature,
+        }
+    }
+
+    fn is_free_form(&self) -> bool {
+        true
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn sites(&self, model: &Model) -> Vec<Site> {
+        [SiteKind::Joint, SiteKind::Base, SiteKind::Tool].into_iter().flat_map(|kind| model.sites(kind)).collect()
+    }
+
+    fn signature(&self) -> &'static str {
+        "a curve at one site whose law is not known"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "compensate by the curve within the range where it was found; measure there more densely to find its law"
+    }
+
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&FOLLOWS, &AT]
+    }
+
+    /// Every driver of every joint; of base and tool time and temperature. A difference of two readings shows loads alone.
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let is_possible = |driver: Driver| match (site.kind, driver) {
+            (SiteKind::Joint, Driver::OwnLoad(v)) => v == site.variable && !survey.is_difference && survey.loaded,
+            (SiteKind::Joint, Driver::Load(v)) => v == site.variable,
+            (SiteKind::Joint, Driver::LastMove(v)) => v == site.variable && !survey.is_difference,
+            (SiteKind::Joint, _) => !survey.is_difference,
+            (_, Driver::Time | Driver::SessionTime | Driver::Temperature) => !survey.is_difference,
+            _ => false,
+        };
+        let of = |(driver, at): &(Driver, Vec<f64>)| {
+            let (driver, at) = (NonlinearValue::Driver(*driver), NonlinearValue::Knots(at.as_slice().into()));
+            Nonlinear::new([(&FOLLOWS, driver), (&AT, at)])
+        };
+        survey.knots.iter().filter(|(driver, _)| is_possible(*driver)).map(of).collect()
+    }
+
+    fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        let Some((_, knots)) = law(nonlinear) else { return Vec::new() };
+        if site.kind == SiteKind::Joint {
+            let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
+            let unit = if turns { "rad" } else { "m" };
+            return (1..=knots.len()).map(|k| EffectParameter::new(format!("k{k}"), unit, SCALE)).collect();
+        }
+        let of = |k: usize| BODY.map(|(symbol, unit)| EffectParameter::new(format!("{symbol}{k}"), unit, SCALE));
+        (1..=knots.len()).flat_map(of).collect()
+    }
+
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let Some((driver, knots)) = law(nonlinear) else { return Arc::new(|_, _| {}) };
+        let Some(spline) = NaturalSpline::new(&knots) else { return Arc::new(|_, _| {}) };
+        let (variable, is_joint) = (site.variable, site.kind == SiteKind::Joint);
+        Arc::new(move |context, out| {
+            let Some(value) = context.driver(driver) else { return };
+            if !is_joint {
+                spline.weights(value, |knot, weight| {
+                    for k in 0..3 {
+                        let axis = Vector3::ith(k, weight);
+                        let arm = context.position - context.base;
+                        out.push((6 * knot + k, Change::Point(axis, Vector3::zeros())));
+                        out.push((6 * knot + k + 3, Change::Point(axis.cross(&arm), axis)));
+                    }
+                });
+            } else if let Driver::Load(of) = driver {
+                spline.weights(value, |knot, weight| out.push((knot, Change::Deflection(variable, weight))));
+                if context.is_difference {
+                    let before = context.own_load.get(of).copied().unwrap_or_default();
+                    spline.weights(before, |knot, weight| out.push((knot, Change::Deflection(variable, -weight))));
+                }
+            } else if let Driver::OwnLoad(_) = driver {
+                spline.weights(value, |knot, weight| out.push((knot, Change::Deflection(variable, weight))));
+            } else {
+                spline.weights(value, |knot, weight| out.push((knot, Change::Joint(variable, weight))));
+            }
+        })
+    }
+}
+
+/// What the curve follows, and its knots.
+fn law(nonlinear: &Nonlinear) -> Option<(Driver, Arc<[f64]>)> {
+    match &nonlinear.values()[..] {
+        [NonlinearValue::Driver(driver), NonlinearValue::Knots(knots)] => Some((*driver, knots.clone())),
+        _ => None,
+    }
+}

@@ -1,0 +1,72 @@
+//! Values of what free curves follow over the readings of a campaign, and the knots that curves of them have.
+
+use crate::description::campaign::Campaign;
+use crate::model::Driver;
+
+/// Configurations for each knot, so that a curve is determined several times over; knots at least and at most. Few knots
+/// show a shape, and do not follow noise.
+const CONFIGURATIONS_PER_KNOT: usize = 12;
+const KNOTS: [usize; 2] = [4, 7];
+/// Values that differ by less than this share of their range count once.
+const SAME: f64 = 1e-3;
+
+/// Values of every driver that a campaign has, by reading.
+pub(super) struct DriverValues {
+    configurations: usize,
+    values: Vec<(Driver, Vec<f64>)>,
+}
+
+impl DriverValues {
+    /// Drivers of which a campaign may have values; last moves only where the order of its readings is known.
+    pub fn new(campaign: &Campaign, variables: usize) -> Self {
+        let conditions = &campaign.conditions;
+        let mut drivers: Vec<Driver> = Vec::new();
+        for variable in 0..variables {
+            drivers.extend([Driver::Angle(variable), Driver::OwnLoad(variable), Driver::Load(variable)]);
+            drivers.extend(conditions.is_ordered.then_some(Driver::LastMove(variable)));
+        }
+        drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
+        drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));
+        drivers.extend(conditions.temperature.as_ref().map(|_| Driver::Temperature));
+        let configurations = campaign.configurations().into_iter().max().map_or(0, |last| last + 1);
+        Self { configurations, values: drivers.into_iter().map(|driver| (driver, Vec::new())).collect() }
+    }
+
+    /// Notes the values of a reading.
+    pub fn note(&mut self, campaign: &Campaign, index: usize, load: &[f64], own_load: &[f64]) {
+        let conditions = &campaign.conditions;
+        let of = |all: &Option<Vec<f64>>| all.as_ref().and_then(|all| all.get(index)).copied();
+        for (driver, values) in &mut self.values {
+            let value = match *driver {
+                Driver::Angle(variable) => campaign.configuration(index).get(variable).copied(),
+                Driver::OwnLoad(variable) => own_load.get(variable).copied(),
+                Driver::Load(variable) => load.get(variable).copied(),
+                Driver::LastMove(variable) => {
+                    conditions.last_move.get(variable).and_then(|all| all.get(index)).copied()
+                }
+                Driver::Time => of(&conditions.time),
+                Driver::SessionTime => of(&conditions.session_time),
+                Driver::Temperature => of(&conditions.temperature),
+            };
+            values.extend(value.filter(|value| value.is_finite()));
+        }
+    }
+
+    /// Knots at quantiles, of the drivers that have enough different values.
+    pub fn knots(self) -> Vec<(Driver, Vec<f64>)> {
+        let count = (self.configurations / CONFIGURATIONS_PER_KNOT).clamp(KNOTS[0], KNOTS[1]);
+        let of = |(driver, values): (Driver, Vec<f64>)| Some((driver, quantiles(values, count)?));
+        self.values.into_iter().filter_map(of).collect()
+    }
+}
+
+/// Values at so many equal shares of the readings, ends included; `None` where too few differ.
+fn quantiles(mut values: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    values.sort_by(f64::total_cmp);
+    let range = values.last()? - values.first()?;
+    values.dedup_by(|a, b| *a - *b <= SAME * range);
+    let last = values.len().checked_sub(1)?;
+    let mut knots: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
+    knots.dedup_by(|a, b| *a - *b <= SAME * range);
+    (range > 0.0 && knots.len() >= KNOTS[0]).then_some(knots)
+}

@@ -1,0 +1,133 @@
+//! Free curves: declared, predicted, read back, refused.
+
+use elastogeo::description::raw::{RawAmount, RawCurve, RawEffect, RawValidity};
+use elastogeo::files::load_robot;
+use elastogeo::math::NaturalSpline;
+use elastogeo::observation::POSE;
+use elastogeo::prediction::{Linearised, Predictor};
+use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
+
+use super::cli::run;
+
+fn entry(follows: &str, at: &[f64], amount: &[f64]) -> RawEffect {
+    RawEffect {
+        effect: Some("free-form".into()),
+        site: Some("joint:3".into()),
+        follows: Some(follows.into()),
+        curve: Some(RawCurve { at: at.to_vec(), amount: amount.to_vec() }),
+        ..RawEffect::default()
+    }
+}
+
+/// Knots 0, 1, 2 with 0, 1, 0: the only second derivative M solves (2/3) M = -2, so that the middle of the first half is
+/// 1/2 - (1/2 - 1/8) M / 6 = 0.6875. A straight line is reproduced; beyond the ends the value stays.
+#[test]
+fn a_natural_spline_has_its_textbook_values() {
+    let value = |at: &[f64], amounts: &[f64], x: f64| {
+        let spline = NaturalSpline::new(at).expect("increasing");
+        let mut sum = 0.0;
+        spline.weights(x, |k, weight| sum += weight * amounts[k]);
+        sum
+    };
+    assert!((value(&[0.0, 1.0, 2.0], &[0.0, 1.0, 0.0], 0.5) - 0.6875).abs() < 1e-15);
+    let knots = [-1.0, 0.5, 0.75, 3.0];
+    let line = knots.map(|x| 2.0 - 3.0 * x);
+    for x in [-1.0, -0.3, 0.6, 2.9] {
+        assert!((value(&knots, &line, x) - (2.0 - 3.0 * x)).abs() < 1e-14);
+    }
+    assert_eq!(value(&knots, &line, 7.0), value(&knots, &line, 3.0));
+    assert!(NaturalSpline::new(&[0.0, 0.0]).is_none());
+}
+
+/// A curve that follows the joint's own angle moves readings as a joint that stands elsewhere by the curve.
+#[test]
+fn a_curve_predicts_what_a_displaced_joint_shows() {
+    let model = load_robot("universal-ur5").expect("a robot").model;
+    let (at, amounts) = ([-3.0, -1.0, 1.0, 3.0], [1e-6, -2e-6, 3e-6, 1e-6]);
+    let mut with = model.clone();
+    with.switch_on(model.resolve_effect(&entry("q3", &at, &amounts)).expect("an effect"));
+    let geometry = elastogeo::kinematics::Geometry::nominal(&model).expect("a model");
+    let mut random = generator(3);
+    let configurations = draw_configurations(&geometry, 20, 0.8, &mut random).expect("configurations");
+    let plan = Plan {
+        configurations,
+        markers: vec![None],
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes: POSE,
+        sigma: 1e-12,
+        sigma_orientation: 1e-12,
+        estimate: [false; 2],
+    };
+    let campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("simulated");
+    let mut displaced = campaign.clone();
+    let spline = NaturalSpline::new(&at).expect("increasing");
+    for q in displaced.joints.chunks_exact_mut(6) {
+        let angle = q[2];
+        spline.weights(angle, |k, weight| q[2] += weight * amounts[k]);
+    }
+    let residual = |model: &elastogeo::model::Model, campaign: &elastogeo::description::campaign::Campaign| {
+        let mut out = Linearised::default();
+        let predictor = Predictor::new(model, campaign, Vec::new()).expect("a predictor");
+        predictor.linearise(&model.registry.nominal(), false, &mut out).expect("predicted");
+        out.residual
+    };
+    let (found, expected) = (residual(&with, &campaign), residual(&model, &displaced));
+    let greatest = expected.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    assert!(greatest > 1e-7, "{greatest}");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+    }
+}
+
+#[test]
+fn a_curve_is_written_as_it_was_read() {
+    let model = load_robot("universal-ur5").expect("a robot").model;
+    for follows in ["q1", "own-load.q3", "load.q3", "move.q3", "time", "session-time", "temperature"] {
+        let raw = entry(follows, &[-1.0, 0.0, 2.0], &[1e-4, 0.0, -1e-4]);
+        assert_eq!(model.resolve_effect(&raw).expect("an effect").raw(&model), raw);
+    }
+}
+
+#[test]
+fn curves_that_cannot_be_are_refused() {
+    let model = load_robot("universal-ur5").expect("a robot").model;
+    let message = |raw: &RawEffect| model.resolve_effect(raw).expect_err("refused").diagnostic.message;
+    assert!(message(&entry("q3", &[0.0, 1.0], &[1e-4])).contains("1 amounts at 2 values"));
+    assert!(message(&entry("q3", &[1.0, 0.0], &[1e-4, 0.0])).contains("`at: [1.0, 0.0]`"));
+    assert!(message(&entry("q9", &[0.0, 1.0], &[1e-4, 0.0])).contains("`follows: q9`"));
+    assert!(message(&entry("q3", &[0.0, f64::INFINITY], &[1e-4, 0.0])).contains("finite"));
+    let mut without = entry("q3", &[0.0, 1.0], &[1e-4, 0.0]);
+    without.follows = None;
+    assert!(message(&without).contains("lacks `follows`"));
+    let mut word = entry("q3", &[0.0, 1.0], &[1e-4, 0.0]);
+    word.parameters.insert("k1".into(), RawAmount::from("much"));
+    word.curve = None;
+    assert!(message(&word).contains("lacks `at`"));
+}
+
+/// Commands outside the range in which effects were found say so; inside they do not.
+#[test]
+fn commands_heed_the_range_of_validity() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("robot.yaml");
+    let mut raw = load_robot("universal-ur5").expect("a robot").raw;
+    raw.validity = Some(RawValidity {
+        joints: [("q1".to_string(), [-0.5, 0.5])].into_iter().collect(),
+        loads: [("force".to_string(), [0.0, 50.0])].into_iter().collect(),
+        ..RawValidity::default()
+    });
+    std::fs::write(&path, elastogeo::description::yaml::write(&raw).expect("YAML")).expect("written");
+    let said = |joints: &str, wrench: &str| {
+        let arguments = ["pose", "robot.yaml", "--joints", joints, "--wrench", wrench, "--format", "json"];
+        let ran = run(folder.path(), &arguments);
+        let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+        let all = found["diagnostics"].as_array().expect("a list").clone();
+        all.into_iter().filter(|one| one["code"] == "outside-validity").map(|one| one["message"].to_string()).collect()
+    };
+    let none: Vec<String> = said("0.1,0,0,0,0,0", "0,0,-40");
+    assert!(none.is_empty(), "{none:?}");
+    let both: Vec<String> = said("80,0,0,0,0,0", "0,0,-90");
+    assert!(both.len() == 1 && both[0].contains("q1, force"), "{both:?}");
+}
