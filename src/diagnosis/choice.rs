@@ -1,11 +1,11 @@
-//! The choice of causes: those that explain best together, and those that help readings that were not fitted, compared; then
-//! what can be claimed of each.
+//! The choice of causes: those that explain best together where they leave nothing but noise, else those that help readings
+//! that were not fitted; then what can be claimed of each.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::claims::{Claim, claims};
+use super::claims::{Claim, Tests, claims};
 use super::flips::chances;
 use super::forward::{Forward, least};
 use super::free_errors::FreeErrors;
@@ -27,7 +27,7 @@ pub fn choice(
     campaign: &Campaign,
     found: &[usize],
     noise: Option<f64>,
-    free_errors: Option<&FreeErrors>,
+    free_errors: &FreeErrors,
 ) -> (Vec<Claim>, Vec<Subset>) {
     let selector = Selector::new(problem, &settings.selection);
     let folds = HeldOut::new(problem, &dealt(problem, settings));
@@ -49,6 +49,7 @@ pub fn choice(
     let blocks = blocks(problem, campaign, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
+    let tests = Tests { blocks: &blocks, free_errors, noise: left };
     let mut found: Vec<Claim> = Vec::new();
     for (entry, cause) in causes.iter().enumerate() {
         // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
@@ -61,7 +62,7 @@ pub fn choice(
             _ => None,
         };
         let own = own.zip(sharp.as_ref()).map(|(at, all)| all[at].as_slice());
-        found.extend(claims(&forward, cause, &beside, own, (&blocks, free_errors, left)));
+        found.extend(claims(&forward, cause, &beside, own, &tests));
     }
     // Two causes may be claimed by the same curve.
     let mut claims: Vec<Claim> = Vec::new();
@@ -133,7 +134,7 @@ fn dealt(problem: &LinearProblem, settings: &Settings) -> Vec<Option<usize>> {
 }
 
 /// Sets of configurations that are left out whole: both ends of the range of each variable, of the time and of the
-/// temperature; each load and each session where there are several.
+/// temperature; each session where there are several.
 fn blocks(problem: &LinearProblem, campaign: &Campaign, settings: &Settings) -> Vec<HeldOut> {
     let poses = problem.poses();
     let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);

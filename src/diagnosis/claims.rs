@@ -36,15 +36,25 @@ pub struct Claim {
     pub stability: Stability,
 }
 
+/// What a law is tested with.
+pub struct Tests<'a> {
+    /// Configurations that are left out whole.
+    pub blocks: &'a [HeldOut],
+    /// Errors that are free in every configuration.
+    pub free_errors: &'a FreeErrors<'a>,
+    /// The noise over the sigmas of the rows.
+    pub noise: f64,
+}
+
 /// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being the causes beside it.
-/// `sharp` are its rivals by the information criterion, where what is left is noise as it was stated. `blocks` are sets of
-/// configurations that are left out whole, with free errors of the sites and the noise over the sigmas. None where nothing can be claimed.
+/// `sharp` are its rivals by the information criterion, where what is left is noise as it was stated. Empty where nothing can
+/// be claimed.
 pub fn claims(
     forward: &Forward,
     cause: &[usize],
     others: &[usize],
     sharp: Option<&[Rival]>,
-    (blocks, free_errors, noise): (&[HeldOut], Option<&FreeErrors>, f64),
+    tests: &Tests,
 ) -> Vec<Claim> {
     let (hypotheses, settings) = (&forward.problem.hypotheses, forward.settings);
     let gains = forward.selector.gains(others);
@@ -57,16 +67,8 @@ pub fn claims(
     let sets: Vec<Vec<usize>> = std::iter::once(cause.to_vec()).chain(singles).chain(joints).collect();
     let beside = Beside::new(&forward.selector.projection, others, &sets);
     let losses = forward.folds.losses(&beside);
-    let compared = Compared {
-        forward,
-        sets: &sets,
-        beside: &beside,
-        losses: &losses,
-        blocks,
-        free_errors,
-        noise,
-        is_sharp: sharp.is_some(),
-    };
+    let compared =
+        Compared { forward, sets: &sets, beside: &beside, losses: &losses, tests, is_sharp: sharp.is_some() };
     let first = |at: usize| &hypotheses[sets[at][0]];
     let is_tied = |at: usize| match sharp {
         Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
@@ -101,10 +103,7 @@ struct Compared<'a> {
     sets: &'a [Vec<usize>],
     beside: &'a Beside<'a>,
     losses: &'a Losses,
-    blocks: &'a [HeldOut],
-    free_errors: Option<&'a FreeErrors<'a>>,
-    /// Over the sigmas.
-    noise: f64,
+    tests: &'a Tests<'a>,
     /// Whether the causes leave nothing but noise that is known.
     is_sharp: bool,
 }
@@ -209,7 +208,7 @@ impl Compared<'_> {
         }
         let before = project_off(&self.forward.problem.residual, &self.beside.basis);
         let taken = self.beside.candidates[at].tr_mul(&before).norm_squared();
-        let carried = self.free_errors?.carried(&self.hypothesis(at).site.name, &before, self.noise)?;
+        let carried = self.tests.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
         (carried > 0.0).then(|| taken / carried)
     }
 
@@ -238,7 +237,7 @@ impl Compared<'_> {
         let own_only = self.beside.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;
-        for block in self.blocks {
+        for block in self.tests.blocks {
             let left_out = block.losses(&own_only);
             let poses: Vec<usize> = (0..left_out.base.len()).filter(|&pose| left_out.base[pose] > 0.0).collect();
             let there: Vec<f64> = poses.iter().map(|&pose| left_out.base[pose] - left_out.beside[0][pose]).collect();
@@ -247,7 +246,7 @@ impl Compared<'_> {
             let whole: f64 = random.iter().sum();
             let least: Vec<f64> = random.iter().map(|gain| settings.elsewhere * gain).collect();
             // Where most of the gain is left out, or the noise alone takes as much of it, what stays determines no law.
-            let by_noise = self.noise.powi(2) * block.added_variance(self.beside, at);
+            let by_noise = self.tests.noise.powi(2) * block.added_variance(self.beside, at);
             if whole > 0.0 && whole < settings.left_out * gain && by_noise < settings.left_out * whole {
                 let share = there.iter().sum::<f64>() / whole;
                 let share = if paired(&least, &there).t > settings.paired_t { share } else { share.max(1.0) };

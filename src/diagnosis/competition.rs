@@ -92,7 +92,7 @@ impl Competition {
         let fitted = campaign.select(|i, _| !held_out.get(i).copied().unwrap_or(false));
         let training = all.without(&unused);
         let free_errors = FreeErrors::new(model, &fitted, &values, &training)?;
-        let (claims, path) = choice(settings, &training, &fitted, &found, noise, Some(&free_errors));
+        let (claims, path) = choice(settings, &training, &fitted, &found, noise, &free_errors);
         let problem = all.without(outliers);
         Ok(Self {
             campaign,

@@ -45,7 +45,12 @@ impl Forward<'_> {
             }
             let mut all = [members.as_slice(), &candidates[best]].concat();
             self.prune(&mut all, members.len());
-            causes.push(all.split_off(members.len()));
+            let cause = all.split_off(members.len());
+            // Joints that are worth having together only, none by itself, are no cause.
+            if cause.is_empty() {
+                break;
+            }
+            causes.push(cause);
         }
         causes
     }
