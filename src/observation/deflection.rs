@@ -8,6 +8,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, ValueColumn, XYZ, rows_of};
+use super::pose::{rotation, rows};
 use crate::math::rotation_vector;
 
 pub(super) struct Deflection;
@@ -65,17 +66,6 @@ impl Observation for Deflection {
     }
 }
 
-/// Displacement and rotation vector one after the other.
-fn six(displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Rows {
-    let mut rows = rows_of(displacement);
-    rows[3..].copy_from_slice(rotation.as_slice());
-    rows
-}
-
-fn rotation(rows: &Rows) -> Rotation3<f64> {
-    Rotation3::new(Vector3::from_column_slice(&rows[3..]))
-}
-
 impl Observation for DeflectionPose {
     fn name(&self) -> &'static str {
         "deflection-pose"
@@ -98,20 +88,20 @@ impl Observation for DeflectionPose {
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {
-        six(&point.displacement, &point.turned)
+        rows(&point.displacement, &point.turned)
     }
 
     fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
         let moved = Vector3::from_column_slice(&measured[..3]) - point.displacement;
-        six(&moved, &rotation_vector(&(rotation(measured) * Rotation3::new(point.turned).inverse())))
+        rows(&moved, &rotation_vector(&(rotation(measured) * Rotation3::new(point.turned).inverse())))
     }
 
     fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
-        six(&by.deflection.displacement, &by.deflection.rotation)
+        rows(&by.deflection.displacement, &by.deflection.rotation)
     }
 
     fn sigmas(&self, noise: &Noise) -> Rows {
-        six(&noise.position.into(), &Vector3::repeat(noise.orientation))
+        rows(&noise.position.into(), &Vector3::repeat(noise.orientation))
     }
 
     /// Deflections of one point share the unloaded reading.

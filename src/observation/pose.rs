@@ -18,11 +18,13 @@ const COLUMNS: [ValueColumn; 6] = [
     ValueColumn::angle("rz"),
 ];
 
-fn rows(position: &Vector3<f64>, rotation: &Vector3<f64>) -> Rows {
+/// Position or displacement, and rotation vector, one after the other.
+pub(super) fn rows(position: &Vector3<f64>, rotation: &Vector3<f64>) -> Rows {
     [position.x, position.y, position.z, rotation.x, rotation.y, rotation.z]
 }
 
-fn rotation(measured: &Rows) -> Rotation3<f64> {
+/// The rotation of such rows.
+pub(super) fn rotation(measured: &Rows) -> Rotation3<f64> {
     Rotation3::new(Vector3::from_column_slice(&measured[3..]))
 }
 
