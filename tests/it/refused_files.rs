@@ -125,6 +125,19 @@ fn lists_of_points_are_refused_where_they_could_mean_something_else() {
         std::fs::write(folder.path().join("c.yaml"), &campaign).expect("written");
         refused(folder.path(), &("list.txt", from, to), expected);
     }
+    // A collection is a session where that is said, and its name one of sessions.
+    let by_collection = campaign.replace("{pose: name,", "{session: collection, pose: name,");
+    let folder = files(("list.txt", "lab\ttip\tb", "lab 2\ttip\tb"));
+    std::fs::write(folder.path().join("c.yaml"), &by_collection).expect("written");
+    refused(
+        folder.path(),
+        &("list.txt", "lab", "lab 2"),
+        &["list.txt:3:1", "`lab 2` is no name of a session", "letters, digits"],
+    );
+    let folder = files(("list.txt", "lab\ttip\tb", "lab2\ttip\tb"));
+    std::fs::write(folder.path().join("c.yaml"), by_collection).expect("written");
+    let ran = run(folder.path(), &["residuals", "arm.yaml", "c.yaml"]);
+    assert!(ran.status == 0 && ran.out.contains("session lab2"), "{}{}", ran.out, ran.err);
     let folder = files(("list.txt", "//", "//"));
     std::fs::write(folder.path().join("c.yaml"), &campaign).expect("written");
     let ran = run(folder.path(), &["residuals", "arm.yaml", "c.yaml"]);

@@ -67,6 +67,32 @@ fn joints_are_joined_by_name() {
 }
 
 #[test]
+fn joints_are_joined_by_session_and_name_where_both_name_sessions() {
+    let expected = [text("pose"), text("session"), column("x", Unit::Length(Length::Millimetre), true)];
+    let angles = [text("pose"), text("session"), column("q1", DEGREES, true)];
+    let joined = |points: &str, joints: &str, how| {
+        let read = |file, bytes: &str, expected: &[ExpectedColumn]| {
+            read_with(file, bytes, expected, &of_campaign()).expect("read")
+        };
+        read("points.csv", points, &expected).with_joints(read("joints.csv", joints, &angles), how)
+    };
+    let joints = "session,pose,q1\nfriday,a,30\nmonday,a,10\nmonday,b,20\n";
+    let table = joined("session,pose,x\nmonday,b,1\nmonday,a,2\nfriday,a,3\n", joints, None).expect("joined");
+    assert_eq!(table.numbers("q1"), Some(&[20.0, 10.0, 30.0][..]));
+    let lacking = told(&joined("session,pose,x\nfriday,b,1\n", joints, None).expect_err("refused"));
+    let expected_words = "points.csv:2:8: error: the pose `b` of session `friday` has readings";
+    assert!(lacking.contains(expected_words) && lacking.lines().count() == 1, "{lacking}");
+    let twice = "session,pose,q1\nmonday,a,1\nmonday,a,2\n";
+    let twice = told(&joined("session,pose,x\nmonday,a,1\n", twice, None).expect_err("refused"));
+    assert!(
+        twice.contains("joints.csv:3:8: error: the pose `a` of session `monday` has two rows of joints"),
+        "{twice}"
+    );
+    let both = joined("session,pose,x\nmonday,a,1\n", "session,pose,q1\nmonday,a,1\n", Some(Join::Order));
+    assert!(told(&both.expect_err("refused")).contains("the column `session` is in"));
+}
+
+#[test]
 fn joints_are_joined_by_order_where_names_are_lacking() {
     let table = readings("x\n1\n2\n").with_joints(joints("pose,q1\na,10\nb,20\n"), None).unwrap();
     assert_eq!(table.numbers("q1"), Some(&[10.0, 20.0][..]));

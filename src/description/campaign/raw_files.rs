@@ -51,6 +51,12 @@ pub struct RawPoints {
     /// The field that names the marker.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker: Option<PointField>,
+    /// The field that names the session.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<PointField>,
+    /// The field that names the station of the instrument.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub station: Option<PointField>,
     /// The fields of a line in order, where they are not collection, group, name, x, y, z or the last of these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<String>,
@@ -58,9 +64,9 @@ pub struct RawPoints {
 
 impl From<&RawPoints> for Points {
     fn from(raw: &RawPoints) -> Self {
-        let pose = Some(("pose", raw.pose.unwrap_or(PointField::Name)));
-        let named = pose.into_iter().chain(raw.marker.map(|field| ("marker", field)));
-        let columns = named.map(|(ours, field)| (ours.to_owned(), field.name())).collect();
+        let pose = Some(raw.pose.unwrap_or(PointField::Name));
+        let all = [("pose", pose), ("marker", raw.marker), ("session", raw.session), ("station", raw.station)];
+        let columns = all.into_iter().filter_map(|(ours, field)| Some((ours.to_owned(), field?.name()))).collect();
         Self { columns, fields: raw.fields.clone() }
     }
 }

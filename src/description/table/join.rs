@@ -1,7 +1,7 @@
 //! Two tables of one campaign as one: the readings, and the joints of their configurations, joined by the names of the poses
 //! or by order.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;
@@ -12,6 +12,8 @@ use crate::diagnostic::{Code, Diagnostic};
 
 /// The column that names configurations.
 const POSE: &str = "pose";
+/// The column that names sessions, in each of which a pose may have joints of its own.
+const SESSION: &str = "session";
 
 /// Most faults of one kind shown.
 const MOST_SHOWN: usize = 20;
@@ -21,7 +23,7 @@ const MOST_SHOWN: usize = 20;
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Join {
-    /// By the names in the column `pose` of both.
+    /// By the names in the column `pose` of both; and in `session`, where both have it.
     Name,
     /// The first row to the first; where the readings name their poses and repeat them, the first name to the first row.
     Order,
@@ -37,7 +39,7 @@ impl Table {
     pub fn with_joints(mut self, joints: Self, how: Option<Join>) -> Result<Self, Vec<Diagnostic>> {
         let both = self.texts.contains_key(POSE) && joints.texts.contains_key(POSE);
         let how = how.unwrap_or(if both { Join::Name } else { Join::Order });
-        let mut faults = in_both(&self, &joints);
+        let mut faults = in_both(&self, &joints, how);
         let rows = match how {
             Join::Name => by_name(&self, &joints, &mut faults),
             Join::Order => by_order(&self, &joints).map_err(|fault| faults.push(fault)).ok(),
@@ -59,9 +61,10 @@ impl Table {
     }
 }
 
-/// Columns that both have, but for the names of poses.
-fn in_both(readings: &Table, joints: &Table) -> Vec<Diagnostic> {
-    let both = readings.fields.keys().filter(|name| *name != POSE && joints.fields.contains_key(*name));
+/// Columns that both have, but for those by which they are joined.
+fn in_both(readings: &Table, joints: &Table, how: Join) -> Vec<Diagnostic> {
+    let joins = |name: &str| name == POSE || (name == SESSION && how == Join::Name);
+    let both = readings.fields.keys().filter(|name| !joins(name) && joints.fields.contains_key(*name));
     let fault = |name: &String| {
         let message = format!("the column `{name}` is in `{}` and in `{}`", readings.file, joints.file);
         let diagnostic = Diagnostic::error(message).code(Code::Duplicate).at(readings.place(0, name));
@@ -84,28 +87,42 @@ fn by_name(readings: &Table, joints: &Table, faults: &mut Vec<Diagnostic>) -> Op
     };
     let (wanted, known) = (named(readings), named(joints));
     let (wanted, known) = (wanted?, known?);
-    let mut rows: HashMap<&str, usize> = HashMap::new();
+    // By session, where both name it.
+    let sessions = readings.texts.get(SESSION).zip(joints.texts.get(SESSION));
+    let key = |names: &TextColumn, session: Option<&TextColumn>, row: usize| {
+        let session = session.and_then(|names| names.get(row)).unwrap_or_default();
+        Some((session.to_owned(), names.get(row)?.to_owned()))
+    };
+    let mut rows: HashMap<(String, String), usize> = HashMap::new();
     for row in 0..joints.row_count() {
-        let Some(name) = known.get(row) else { continue };
-        let Some(first) = rows.insert(name, row) else { continue };
-        if faults.len() < MOST_SHOWN {
-            let message = format!("the pose `{name}` has two rows of joints");
+        let Some(named) = key(&known, sessions.map(|(_, joints)| joints), row) else { continue };
+        let first = *rows.entry(named.clone()).or_insert(row);
+        if first != row && faults.len() < MOST_SHOWN {
+            let message = format!("{} has two rows of joints", shown(&named));
             let diagnostic = Diagnostic::error(message).code(Code::Duplicate).at(joints.place(row, POSE));
             let diagnostic = diagnostic.related(joints.place(first, POSE), "first given here");
             faults.push(diagnostic.remedy("keep one of them, or rename the pose and its readings"));
         }
-        rows.insert(name, first);
     }
-    let by_name: Vec<Option<usize>> = wanted.texts.iter().map(|name| rows.get(name.as_str()).copied()).collect();
-    for (name, _) in wanted.texts.iter().zip(&by_name).filter(|(_, row)| row.is_none()).take(MOST_SHOWN) {
-        let row = (0..readings.row_count()).find(|row| wanted.get(*row) == Some(name.as_str())).unwrap_or(0);
-        let message = format!("the pose `{name}` has readings, and `{}` has no joints of it", joints.file);
-        let diagnostic = Diagnostic::error(message).at(readings.place(row, POSE));
-        let known = known.texts.iter().map(String::as_str);
-        faults.push(diagnostic.suggest(name, known).code(Code::Missing));
+    let mut lacking = HashSet::new();
+    let mut joined = Vec::with_capacity(readings.row_count());
+    for row in 0..readings.row_count() {
+        let named = key(&wanted, sessions.map(|(readings, _)| readings), row)?;
+        let found = rows.get(&named).copied();
+        joined.extend(found);
+        if found.is_none() && lacking.len() < MOST_SHOWN && lacking.insert(named.clone()) {
+            let message = format!("{} has readings, and `{}` has no joints of it", shown(&named), joints.file);
+            let diagnostic = Diagnostic::error(message).at(readings.place(row, POSE));
+            let known = known.texts.iter().map(String::as_str).filter(|known| *known != named.1);
+            faults.push(diagnostic.suggest(&named.1, known).code(Code::Missing));
+        }
     }
-    let row_of = |index: &u32| by_name.get(usize::try_from(*index).ok()?).copied().flatten();
-    wanted.rows.iter().map(row_of).collect()
+    Some(joined)
+}
+
+/// A pose by its session, where there is one, and its name.
+fn shown((session, pose): &(String, String)) -> String {
+    if session.is_empty() { format!("the pose `{pose}`") } else { format!("the pose `{pose}` of session `{session}`") }
 }
 
 /// By reading the row of the joints in its place.
