@@ -132,7 +132,7 @@ fn calibrated(
 ) -> Result<(Calibration, bool), CalibrationError> {
     let fitted = |prior: bool| {
         let only = Some(inputs.nuisance.clone());
-        let asked = estimation::Settings { only, prior, ..estimation::Settings::default() };
+        let asked = estimation::Settings { only, prior, second_order: false, ..estimation::Settings::default() };
         calibrate(inputs.model, campaign, held_out, &asked, &mut |_| {})
     };
     let free = fitted(false)?;

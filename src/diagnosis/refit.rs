@@ -41,7 +41,7 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
     if only.is_empty() {
         return None;
     }
-    let asked = Settings { only: Some(only), ..Settings::default() };
+    let asked = Settings { only: Some(only), second_order: false, ..Settings::default() };
     let found = calibrate(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
         .ok()
         .filter(Calibration::converged)?;

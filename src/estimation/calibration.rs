@@ -5,6 +5,7 @@
 
 use super::bounds::bounds_of;
 use super::covariance::Covariance;
+use super::dropped::{Merged, at_solution};
 use super::equivalence::{SpringGroup, moves};
 use super::fit::{Fit, fit};
 use super::problem::{CampaignProblem, LEAST_SIGMA, Prior, row_sigmas};
@@ -22,6 +23,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::{Bounds, Loss, Progress};
 use crate::math::mean_rms_max;
+use crate::math::quantiles::t95;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -53,7 +55,7 @@ pub fn calibrate(
     let (before, _) = task.errors(&task.nominal)?;
     let mut start = task.registered()?;
     let (registration, registered) = task.errors(&start)?;
-    let selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
+    let mut selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
     let found = fit(&problem, &bounds, settings, progress)?;
 
@@ -67,8 +69,18 @@ pub fn calibrate(
     let equivalences = equivalences.collect();
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
+    let open = match settings.second_order {
+        false => Vec::new(),
+        true => {
+            let Selection { predictor, identifiability, .. } = &selection;
+            let Merged { combinations, second_order } =
+                at_solution(predictor, &values, &task.sigmas, &task.held, identifiability)?;
+            selection.identifiability.combinations = combinations;
+            second_order
+        }
+    };
     Ok(Calibration {
-        estimates: task.estimates(&selection, &values, &covariance, &found)?,
+        estimates: task.estimates(&selection, &values, &covariance, &open, &found)?,
         predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
         slots: selection.predictor.slots,
         identifiability: selection.identifiability,
@@ -291,21 +303,31 @@ impl<'a> Task<'a> {
         selection: &Selection,
         values: &[f64],
         covariance: &Covariance,
+        open: &[f64],
         found: &Fit,
     ) -> Result<Vec<Estimate>, CalibrationError> {
         let slots = &selection.predictor.slots;
         let mut last = Linearised::default();
         selection.predictor.linearise(values, true, &mut last)?;
         let moves = moves(&self.fitted, &last.jacobian, slots, values);
-        let ci95 = covariance.ci95();
+        // Of readings and of what dropped parameters leave open, which is as good as known (Welch and Satterthwaite).
+        let width = |k: usize| {
+            let own = covariance.matrix[(k, k)].max(0.0).sqrt();
+            let sigma = own.hypot(open.get(k).copied().unwrap_or(0.0));
+            let degrees_of_freedom = covariance.degrees_of_freedom[k] * (sigma / own.max(f64::MIN_POSITIVE)).powi(4);
+            let degrees_of_freedom = degrees_of_freedom.clamp(1.0, f64::MAX);
+            (t95(degrees_of_freedom) * sigma, degrees_of_freedom)
+        };
         let estimate = |(column, (&slot, moves)): (usize, (&Slot, f64))| {
             let position = selection.identifiability.kept.binary_search(&column).ok();
+            let (ci95, degrees_of_freedom) = position.map(width).unzip();
             Estimate {
                 slot,
                 nominal: self.nominal[slot],
                 value: values[slot],
-                ci95: position.map(|k| ci95[k]),
-                degrees_of_freedom: position.map_or(0.0, |k| covariance.degrees_of_freedom[k]),
+                ci95,
+                of_dropped: position.and_then(|k| open.get(k).copied()).filter(|open| *open > 0.0),
+                degrees_of_freedom: degrees_of_freedom.unwrap_or(0.0),
                 at_bound: position.is_some_and(|k| found.at_bound[k]),
                 moves: (self.model.registry[slot].group == Group::Elastic).then_some(moves),
             }

@@ -7,6 +7,7 @@ pub mod fuzzy;
 mod bounds;
 mod calibration;
 pub mod covariance;
+mod dropped;
 mod equivalence;
 mod fit;
 mod placing;

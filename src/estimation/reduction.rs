@@ -86,14 +86,22 @@ pub(super) fn reduced(
     scaling: Scaling,
     criterion: Criterion,
 ) -> Result<Reduction, PredictionError> {
-    let slots = predictor.slots.clone();
+    let identifiability = reduce(&weighted(predictor, values, sigmas)?, &columns(predictor, held), scaling, criterion);
+    Ok(Reduction { slots: predictor.slots.clone(), identifiability })
+}
+
+/// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad).
+pub(super) fn weighted(predictor: &Predictor, values: &[f64], sigmas: &[f64]) -> Result<Vec<f64>, PredictionError> {
     let mut found = Linearised::default();
     predictor.linearise(values, true, &mut found)?;
-    for (row, sigma) in found.jacobian.chunks_mut(slots.len().max(1)).zip(sigmas) {
+    for (row, sigma) in found.jacobian.chunks_mut(predictor.slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }
-    let registry = &predictor.model.registry;
-    let about: Vec<Column> = slots.iter().map(|slot| Column::about(&registry[*slot], held.contains(slot))).collect();
-    let identifiability = reduce(&found.jacobian, &about, scaling, criterion);
-    Ok(Reduction { slots, identifiability })
+    Ok(found.jacobian)
+}
+
+/// What its columns are.
+pub(super) fn columns(predictor: &Predictor, held: &[Slot]) -> Vec<Column> {
+    let about = |slot: &Slot| Column::about(&predictor.model.registry[*slot], held.contains(slot));
+    predictor.slots.iter().map(about).collect()
 }

@@ -67,6 +67,9 @@ pub struct Estimate {
     pub value: f64,
     /// Half width of the 95 % interval; `None` where the reduction dropped it.
     pub ci95: Option<f64>,
+    /// Standard uncertainty within it that is not of the readings: what dropped parameters, as uncertain as their
+    /// tolerances, do to the value in second order. `None` where they do nothing.
+    pub of_dropped: Option<f64>,
     /// Degrees of freedom of its variance, with which the interval is that of Student's t; see
     /// [`super::covariance::Covariance`]. 0 where it was dropped.
     pub degrees_of_freedom: f64,
@@ -82,9 +85,17 @@ impl Estimate {
         self.ci95.is_some()
     }
 
-    /// Standard deviation; `None` where the reduction dropped it.
+    /// Standard uncertainty; `None` where the reduction dropped it.
     pub fn sigma(&self) -> Option<f64> {
         Some(self.ci95? / t95(self.degrees_of_freedom))
+    }
+
+    /// Standard deviation by the readings alone and its degrees of freedom, with which the value of another campaign with the
+    /// same robot is to be compared: what dropped parameters do is the same in both.
+    pub fn repeatability(&self) -> Option<(f64, f64)> {
+        let (sigma, open) = (self.sigma()?, self.of_dropped.unwrap_or(0.0));
+        let part = if open > 0.0 { (1.0 - (open / sigma).powi(2)).max(0.0) } else { 1.0 };
+        Some((sigma * part.sqrt(), self.degrees_of_freedom * part.powi(2)))
     }
 }
 

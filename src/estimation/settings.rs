@@ -115,6 +115,9 @@ pub struct Settings {
     /// When a parameter that is not exactly dependent is dropped. The default keeps what the IR663 paper kept with its 27
     /// poses; a smaller value keeps parameters that noise decides.
     pub criterion: Criterion,
+    /// Whether factors of merged parameters are those at the solution, and intervals count what dropped parameters do in
+    /// second order: one linearisation for each dropped one. To be left out where nobody looks at intervals.
+    pub second_order: bool,
     /// Most iterations; where `None`, [`Scheme::iterations`].
     pub max_iterations: Option<usize>,
     /// [`crate::least_squares::Settings::cost_tolerance`] of the fit. Deflections are hundreds of standard deviations: a
@@ -140,6 +143,7 @@ impl Default for Settings {
             prior: false,
             scaling: Scaling::Norm,
             criterion: Criterion::Relative(DEFAULT_TOLERANCE),
+            second_order: true,
             max_iterations: None,
             cost_tolerance: 1e-12,
             registration: RegistrationSettings::default(),

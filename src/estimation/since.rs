@@ -83,12 +83,12 @@ pub fn comparable(
 pub fn changes(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Change> {
     let change = |estimate: &Estimate| {
         let parameter = &model.registry[estimate.slot];
-        let now = estimate.sigma()?;
+        let (now, degrees_of_freedom) = estimate.repeatability()?;
         let stated = raw.calibration.uncertainties.get(&parameter.name);
         let before = stated.map_or(0.0, |stated| width_in_si(raw, parameter, estimate.nominal, *stated));
         let sigma = now.hypot(before);
         // Welch and Satterthwaite, the earlier deviation as good as known.
-        let degrees_of_freedom = estimate.degrees_of_freedom * (sigma / now).powi(4);
+        let degrees_of_freedom = degrees_of_freedom * (sigma / now).powi(4);
         let (before, now) = (estimate.nominal, estimate.value);
         let mut change = Change { slot: estimate.slot, before, now, sigma, both: stated.is_some(), p: 0.0 };
         change.p = match change.z() {
@@ -109,7 +109,7 @@ pub fn with_uncertainties(raw: &RawRobot, model: &Model, found: &Calibration) ->
     let mut raw = raw.clone();
     for estimate in &found.estimates {
         let parameter = &model.registry[estimate.slot];
-        let Some(sigma) = estimate.sigma().filter(|sigma| sigma.is_finite()) else { continue };
+        let Some((sigma, _)) = estimate.repeatability().filter(|(sigma, _)| sigma.is_finite()) else { continue };
         let width = parameter.shown_width(estimate.value, sigma) / size(&raw, parameter);
         raw.calibration.uncertainties.insert(parameter.name.clone(), width);
     }

@@ -13,7 +13,7 @@
 mod reduce;
 mod sensitivity;
 
-pub use reduce::{Column, reduce};
+pub use reduce::{Column, merged, reduce};
 pub use sensitivity::{Sensitivity, sensitivities};
 
 use serde::{Deserialize, Serialize};

@@ -190,6 +190,17 @@ fn independent(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
     (chosen, left)
 }
 
+/// What each of the columns `kept` of an observation matrix takes over of those that are `dropped`, as
+/// [`Identifiability::combinations`]: for a reduction that was made elsewhere, at other values of the parameters.
+pub fn merged(
+    matrix: &[f64],
+    about: &[Column],
+    kept: &[usize],
+    dropped: &[(usize, Why)],
+) -> Vec<(usize, Vec<(usize, f64)>)> {
+    combine(&Columns::new(matrix, about, Scaling::Norm), kept, dropped)
+}
+
 /// What each kept parameter took over, by least squares of the dropped columns on the kept ones.
 fn combine(columns: &Columns, kept: &[usize], dropped: &[(usize, Why)]) -> Vec<(usize, Vec<(usize, f64)>)> {
     let explained: Vec<usize> =

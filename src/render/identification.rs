@@ -186,6 +186,7 @@ fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {
         _ if p.insensitive == Some(true) => any_value(p),
         (true, _) => "at its bound".to_string(),
         (_, true) => "with its group, below".to_string(),
+        _ if p.is_uncertain_by_dropped() => "+- mostly by dropped ones".to_string(),
         _ => String::new(),
     };
     let shown = |value: f64| number(p.unit, value);

@@ -12,6 +12,7 @@ use super::units::{mm, unit};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{Calibration, Comparison, Estimate};
+use crate::math::quantiles::normal95;
 use crate::model::Model;
 use crate::observation::Observes;
 
@@ -25,6 +26,9 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// Half width of the 95 % interval; `None` where it was dropped.
     pub ci95: Option<f64>,
+    /// Standard uncertainty within it by what dropped parameters do in second order; `None` where that is nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_dropped: Option<f64>,
     /// Whether it was estimated.
     pub identifiable: bool,
     /// Whether it stopped at a bound.
@@ -38,6 +42,13 @@ pub struct ParameterEstimate {
     /// Of a compliance: the least stiffness that fits, and its unit.
     #[serde(skip)]
     pub least_stiffness: Option<(f64, &'static str)>,
+}
+
+impl ParameterEstimate {
+    /// Whether what dropped parameters do in second order is more than half of its variance.
+    pub fn is_uncertain_by_dropped(&self) -> bool {
+        self.of_dropped.zip(self.ci95).is_some_and(|(open, ci95)| normal95() * open > ci95 / 2.0_f64.sqrt())
+    }
 }
 
 /// Errors before and after, of fitted readings and of those held out to check; `None` of no readings.
@@ -227,6 +238,7 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
         nominal: shown(estimate.nominal),
         value: shown(estimate.value),
         ci95: estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size),
+        of_dropped: estimate.of_dropped.map(|open| parameter.shown_width(estimate.value, open) / size),
         identifiable: estimate.identifiable(),
         at_bound: estimate.at_bound,
         moves: estimate.moves.map(mm),

@@ -18,7 +18,7 @@ use crate::figures::recorded;
 use crate::recovery::covered;
 
 /// Campaigns of each kind in the record.
-const SEEDS: u64 = 100;
+const SEEDS: u64 = 200;
 
 /// A robot, what is read of it, and the configurations.
 struct Arm {
@@ -76,8 +76,7 @@ struct Trial {
 /// The campaign of a seed, spoiled; joints `off` (rad) are where the robot stands but not what the campaign says.
 fn made(arm: &Arm, seed: u64, off: f64, spoil: &dyn Fn(&mut Campaign, &mut ChaCha8Rng)) -> (Vec<f64>, Campaign) {
     let mut random = generator(seed);
-    // Errors so small that what is second order in them stays below the noise.
-    let truth = draw_errors(&arm.model, 0.1, 0.0, &mut random);
+    let truth = draw_errors(&arm.model, 1.0, 0.0, &mut random);
     let mut plan = arm.plan.clone();
     plan.configurations.iter_mut().flatten().for_each(|q| *q += off * normal(&mut random));
     let mut campaign = simulate(&arm.model, &truth, &plan, &mut generator(1_000_000 + seed)).expect("simulated");

@@ -11,6 +11,7 @@ use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, s
 use rand::RngExt;
 use rayon::prelude::*;
 
+use crate::figures::recorded;
 use crate::literature_stiffness::grid_63;
 use crate::support::bundled;
 
@@ -193,4 +194,46 @@ fn springs_that_readings_do_not_see_stay_where_they_are() {
         assert!(!unseen.identifiable());
         assert!((unseen.value / unseen.nominal).log10().abs() < 5.0, "seed {seed}: {:e}", unseen.value);
     }
+}
+
+/// Truth at a bound, which half of the campaigns run into: intervals of all springs still hold it as often as stated.
+#[test]
+fn intervals_hold_at_active_bounds() {
+    let model = load_robot("kuka-kr270").expect("bundled").model;
+    let geometry = Geometry::nominal(&model).expect("assembled");
+    let markers: Vec<Option<usize>> = (0..3).map(Some).collect();
+    let wrenches =
+        [[0.0, 0.0, -2500.0], [0.0, 2500.0, 0.0], [2500.0, 0.0, 0.0]].map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0]);
+    let configurations = draw_configurations(&geometry, 12, 0.9, &mut generator(273)).expect("drawn");
+    let plan = deflections(configurations, markers, wrenches.to_vec(), 30e-6);
+    let names = &KR270[..6];
+    let held: Vec<Vec<[bool; 2]>> = (0..200)
+        .into_par_iter()
+        .map(|seed| {
+            let mut random = generator(seed);
+            let truth = draw_errors(&model, 0.0, 0.5, &mut random);
+            let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+            let mut bounded = model.clone();
+            for name in ["joint2.kar", "joint4.kar"] {
+                let slot = model.registry.slot(name).expect("a parameter");
+                bounded.registry.all_mut()[slot].bounds[0] = truth[slot];
+            }
+            let found = fitted(&bounded, &campaign);
+            assert!(found.converged(), "{seed}: {}", found.ending);
+            let of = |name: &&str| {
+                let estimate = estimate(&model, &found, name);
+                let away = (estimate.value - truth[estimate.slot]).abs();
+                [estimate.ci95.is_some_and(|ci95| away <= ci95), estimate.at_bound]
+            };
+            names.iter().map(of).collect()
+        })
+        .collect();
+    let share = |k: usize, of: usize| held.iter().filter(|held| held[k][of]).count() as f64 / held.len() as f64;
+    let line = |(k, name): (usize, &&str)| format!("{name}: {:.3}, at its bound {:.3}", share(k, 0), share(k, 1));
+    let all = (0..names.len()).map(|k| share(k, 0)).sum::<f64>() / names.len() as f64;
+    let mut lines: Vec<String> = names.iter().enumerate().map(line).collect();
+    lines.push(format!("all: {all:.3}"));
+    recorded("coverage-bounds", "cargo test intervals_hold_at_active_bounds", &lines);
+    assert!((0.93..=0.97).contains(&all), "{lines:?}");
+    assert!((share(1, 1) - 0.5).abs() < 0.15, "the bound is not active in half of them: {lines:?}");
 }
