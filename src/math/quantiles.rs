@@ -14,11 +14,21 @@ pub fn normal95() -> f64 {
     *QUANTILE
 }
 
+/// Degrees of freedom from which the quantile of Student's t is that of the normal distribution with three terms of its
+/// expansion (Abramowitz and Stegun, 26.7.5), right to 1e-11. The library's inversion of the incomplete beta function is wrong by
+/// 1e-4 at 1e6 of them, and never ends at 1e8.
+const MANY: f64 = 1e3;
+
 /// Half width of the two-sided 95 % interval of Student's t: the standard deviation is estimated with so many degrees of
 /// freedom. Infinite where none is left (0 or fewer, or not a number); that of a normal variable for infinitely many.
 pub fn t95(degrees_of_freedom: f64) -> f64 {
-    if degrees_of_freedom == f64::INFINITY {
-        return normal95();
+    if degrees_of_freedom > MANY {
+        let (z, n) = (normal95(), degrees_of_freedom);
+        let of = |coefficients: [f64; 4]| coefficients.iter().fold(0.0, |sum, c| sum * z * z + c) * z;
+        return z
+            + of([0.0, 0.0, 1.0, 1.0]) / (4.0 * n)
+            + of([0.0, 5.0, 16.0, 3.0]) / (96.0 * n * n)
+            + of([3.0, 19.0, 17.0, -15.0]) / (384.0 * n * n * n);
     }
     let known = StudentsT::new(0.0, 1.0, degrees_of_freedom).ok().filter(|_| degrees_of_freedom.is_finite());
     known.map_or(f64::INFINITY, |t| t.inverse_cdf(UPPER))

@@ -33,12 +33,18 @@ fn tails_and_quantiles_of_what_is_not_finite() {
     }
     assert!(f_tail(f64::MAX, 6.0, 1e4) < 1e-300);
     // F with 1 and d degrees is the square of Student's t: the tail at its 97.5 % point is 5 %.
-    for degrees in [1.0, 2.5, 7.0, 300.0] {
+    for degrees in [1.0, 2.5, 7.0, 300.0, 1e3, 1.001e3, 1e5] {
         assert!((f_tail(t95(degrees).powi(2), 1.0, degrees) - 0.05).abs() < 1e-9, "{degrees}");
     }
     // P(F > x) with 2 and 2 degrees is 1 / (1 + x).
     assert!((f_tail(3.0, 2.0, 2.0) - 0.25).abs() < 1e-12);
     assert_eq!(t95(f64::INFINITY), normal95());
+    // However many, there is an answer.
+    let mut before = t95(1.0);
+    for degrees in (1..300).map(|k| 10.0_f64.powi(k)) {
+        assert!(t95(degrees) <= before && t95(degrees) >= normal95(), "{degrees}");
+        before = t95(degrees);
+    }
     assert_eq!([t95(0.0), t95(-1.0), t95(f64::NAN)], [f64::INFINITY; 3]);
 }
 
