@@ -5,8 +5,11 @@ use crate::observation::FAMILY;
 /// Columns of the applied wrench: force and moment, base axes.
 pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
+/// The column, and the key of an entry, that says where the wrench is applied.
+pub const LOAD_POINT: &str = "load_point";
+
 /// What a table says of a reading besides joints, wrench and values.
-const ABOUT: [&str; 12] = [
+const ABOUT: [&str; 13] = [
     "pose",
     "marker",
     "set",
@@ -17,6 +20,7 @@ const ABOUT: [&str; 12] = [
     "station",
     "contact",
     "payload",
+    LOAD_POINT,
     "sigma",
     "U95",
 ];

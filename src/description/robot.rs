@@ -7,7 +7,7 @@ use super::elastic::Elastic;
 pub use super::frame::{Constants, Frame, FrameIndex, Motion, branches};
 use super::fuzzy::Input;
 use super::parameters::{self, symbols};
-use super::raw::{LoopKind, Meet, RawEffect};
+use super::raw::{JointKind, LoopKind, Meet, RawEffect};
 use crate::parameter::Kind;
 
 /// Symbols of a frame's constants, in the order of their transforms.
@@ -172,5 +172,13 @@ impl Robot {
     /// Index of a frame by name.
     pub fn frame(&self, name: &str) -> Option<FrameIndex> {
         self.frames.iter().position(|frame| frame.name == name)
+    }
+
+    /// The body of a frame: the frame to which it is fixed.
+    pub fn body(&self, mut frame: FrameIndex) -> FrameIndex {
+        while frame != 0 && self.frames[frame].joint == JointKind::Fixed {
+            frame = self.frames[frame].antecedent;
+        }
+        frame
     }
 }

@@ -188,7 +188,7 @@ fn tables(
     let (mut tables, mut rows) = (Vec::new(), 0);
     let files = table_files(raw, place, document, diagnostics);
     // With a fault in what says how the files are read, their faults would be echoes.
-    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts"].into_iter();
+    let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads"].into_iter();
     let is_readable = keys.all(|key| !document.holds_fault(&[key]));
     for file in files {
         let entry = raw.completed(file.entry);

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use super::columns::{Columns, ReadingRows, elastic};
 use super::error::PredictionError;
+use super::measured_loads::LoadMotions;
 use super::reading::{Predicted, ReadingAt, by_column};
-use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared};
+use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared, measured_frames};
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 use crate::observation::{MOST_ROWS, Rows, Twist};
@@ -152,6 +153,8 @@ struct Batch<'a> {
     mechanics: Mechanics<'a>,
     columns: Columns,
     terms: Terms,
+    /// Where loads of joints were measured.
+    load_motions: Option<LoadMotions>,
     /// Amounts of the terms' parameters.
     amounts: Vec<f64>,
     /// Columns of asked parameters that are amounts, and which of the terms' columns each is.
@@ -177,6 +180,10 @@ struct Workspace {
     state: State,
     terms: TermWorkspace,
     twists: FrameTwists,
+    /// Motions of the frames by joints whose loads were measured.
+    by_loads: FrameTwists,
+    /// What they turn in the reading at hand.
+    turned: Vector3<f64>,
 }
 
 impl<'a> Batch<'a> {
@@ -190,11 +197,23 @@ impl<'a> Batch<'a> {
         let moves_deflection = of.moves_deflection && mechanics.deflects();
         let columns = Columns::new(&mechanics, of.campaign, slots, moves_deflection);
         let terms = Terms::new(&mechanics, of.campaign, terms);
+        let load_motions = LoadMotions::new(&mechanics, of.campaign, measured_frames(of.model, of.campaign), slots);
         let amount_of = |slot: Slot| amount_slots.iter().position(|own| *own == Some(slot));
         let by_amount = slots.iter().enumerate().filter_map(|(column, &slot)| Some((column, amount_of(slot)?)));
         let by_amount = by_amount.collect();
         let (campaign, blocks, width) = (of.campaign, of.blocks.as_slice(), slots.len());
-        Ok(Self { campaign, blocks, mechanics, columns, terms, amounts, by_amount, moves_deflection, width })
+        Ok(Self {
+            campaign,
+            blocks,
+            mechanics,
+            columns,
+            terms,
+            load_motions,
+            amounts,
+            by_amount,
+            moves_deflection,
+            width,
+        })
     }
 
     fn tasks<'t>(&'t self, out: &'t mut Linearised) -> Vec<Task<'t>> {
@@ -215,8 +234,13 @@ impl<'a> Batch<'a> {
     }
 
     fn run(&self, task: Task) -> Result<(), PredictionError> {
-        let mut workspace =
-            Workspace { state: self.mechanics.state(), terms: self.terms.workspace(), twists: self.columns.twists() };
+        let mut workspace = Workspace {
+            state: self.mechanics.state(),
+            terms: self.terms.workspace(),
+            twists: self.columns.twists(),
+            by_loads: self.load_motions.as_ref().map(LoadMotions::twists).unwrap_or_default(),
+            turned: Vector3::zeros(),
+        };
         let Task { blocks, mut residual, mut jacobian, predicted } = task;
         let readings = blocks.iter().flat_map(|block| block.clone().map(move |index| (index, index == block.start)));
         for ((index, is_first), value) in readings.zip(predicted) {
@@ -242,11 +266,14 @@ impl<'a> Batch<'a> {
 
     /// Places the configuration of a reading.
     fn place(&self, index: usize, workspace: &mut Workspace) -> Result<(), PredictionError> {
-        let Workspace { state, terms, twists } = workspace;
+        let Workspace { state, terms, twists, by_loads, .. } = workspace;
         let placed = self.mechanics.place(self.campaign.configuration(index), state);
         placed.map_err(|source| PredictionError::at(self.campaign, index, source))?;
         if self.terms.columns > 0 {
             self.terms.place(&self.mechanics, state, terms);
+        }
+        if let Some(motions) = &self.load_motions {
+            motions.evaluate(&self.mechanics, state, by_loads);
         }
         if self.width > 0 {
             self.columns.evaluate(&self.mechanics, state, twists);
@@ -255,7 +282,7 @@ impl<'a> Batch<'a> {
     }
 
     fn predict(&self, index: usize, workspace: &mut Workspace) -> Result<(LoadedPoint, Predicted), PredictionError> {
-        let Workspace { state, terms, .. } = workspace;
+        let Workspace { state, terms, by_loads, turned, .. } = workspace;
         let reading = &self.campaign.readings[index];
         let point = self.mechanics.point(state, reading, &reading.wrench);
         let at = self.reading(index, state, &point);
@@ -263,6 +290,9 @@ impl<'a> Batch<'a> {
         if self.terms.columns > 0 {
             self.terms.evaluate(&at, terms);
             predicted.add(&terms.columns, &self.amounts);
+        }
+        if let Some(motions) = &self.load_motions {
+            *turned = motions.add(&at, by_loads, &mut predicted);
         }
         if predicted.point.position().norm().is_finite() {
             Ok((point, predicted))
@@ -284,10 +314,13 @@ impl<'a> Batch<'a> {
         workspace: &mut Workspace,
         rows: &mut [f64],
     ) {
-        let Workspace { state, terms, twists } = workspace;
+        let Workspace { state, terms, twists, by_loads, turned } = workspace;
         let at = self.reading(index, state, point);
         let observes = self.campaign.readings[index].observes;
         let mut rows = ReadingRows { observes, scale: at.scale(), width: self.width, rows };
+        if let Some(motions) = &self.load_motions {
+            motions.differentiate(&at, by_loads, predicted, turned, &mut rows);
+        }
         if self.moves_deflection {
             self.columns.by_frames(&at, twists, predicted, &mut rows);
             self.columns.by_motion(&self.mechanics, state, point, twists, predicted, &mut rows);

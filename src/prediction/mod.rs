@@ -9,6 +9,7 @@ mod drivers;
 mod effects;
 mod error;
 mod holding;
+mod measured_loads;
 mod reading;
 mod single;
 mod survey;

@@ -90,8 +90,14 @@ impl Predicted {
         for (column, amount) in columns.iter().zip(amounts) {
             (0..6).for_each(|k| sum[k] += column[k] * amount);
         }
-        self.point.displacement += Vector3::new(sum[0], sum[1], sum[2]);
-        let turn = Rotation3::new(Vector3::new(sum[3], sum[4], sum[5]));
+        let [x, y, z, rx, ry, rz] = sum;
+        self.move_by(&Twist::new(Vector3::new(x, y, z), Vector3::new(rx, ry, rz)));
+    }
+
+    /// Displaces the point and turns its body, measurement frame.
+    pub fn move_by(&mut self, by: &Twist) {
+        let turn = Rotation3::new(by.rotation);
+        self.point.displacement += by.displacement;
         self.point.turned = rotation_vector(&(turn * Rotation3::new(self.point.turned)));
         self.point.orientation = turn * self.point.orientation;
         self.point.body = turn * self.point.body;

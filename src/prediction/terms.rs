@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
+use super::measured_loads::MeasuredLoads;
 use super::reading::ReadingAt;
 use crate::description::campaign::Campaign;
 use crate::kinematics::shift;
@@ -57,6 +58,7 @@ pub(super) struct Terms {
     first: Vec<usize>,
     is_difference: bool,
     loads: JointLoadPlan,
+    measured: MeasuredLoads,
     /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
     variables: usize,
@@ -93,7 +95,8 @@ impl Terms {
             |term: &Term| campaign.conditions.site_temperatures.get_index_of(&model.frames[term.site.frame].name);
         let site_temperature = terms.iter().map(own_temperature).collect();
         let is_difference = campaign.observes.is_difference();
-        Self { terms, columns, first, is_difference, loads, slots, variables, site_temperature }
+        let measured = MeasuredLoads::new(model, campaign);
+        Self { terms, columns, first, is_difference, loads, measured, slots, variables, site_temperature }
     }
 
     /// Workspace for one thread.
@@ -116,6 +119,8 @@ impl Terms {
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
         let TermWorkspace { loads, side, last_move, changes, columns } = out;
         self.loads.load(at.state, at.point, loads);
+        let JointLoads { total, joint_rate, .. } = loads;
+        self.measured.replace(at, total, joint_rate);
         let conditions = &at.campaign.conditions;
         for (variable, side) in side.iter_mut().enumerate() {
             *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);

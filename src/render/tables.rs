@@ -46,6 +46,11 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
             error.map_or_else(String::new, |error| format!("{error:.9}"))
         });
     }
+    if readings.iter().any(|reading| reading.load_error.is_some()) {
+        sheet.column("error.load", |row| {
+            readings[row].load_error.map_or_else(String::new, |error| format!("{error:.9}"))
+        });
+    }
     sheet.column("error", |row| format!("{:.9}", readings[row].error.iter().map(|e| e * e).sum::<f64>().sqrt()));
     sheet.file(file, 0..readings.len())
 }

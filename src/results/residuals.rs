@@ -25,6 +25,9 @@ pub struct ReadingResidual {
     /// Rotation vector, of poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_error_deg: Option<Vec<f64>>,
+    /// Of a torque or force, N.m or N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_error: Option<f64>,
 }
 
 /// What `residuals` finds.
@@ -82,8 +85,9 @@ impl DescriptionResiduals {
                     error: residual[..lengths(reading)].iter().map(|v| mm(*v)).collect(),
                     orientation_error_deg: residual
                         .get(lengths(reading)..)
-                        .filter(|own| !own.is_empty())
+                        .filter(|own| !own.is_empty() && reading.observes.by_variable().is_none())
                         .map(|own| own.iter().map(|v| deg(*v)).collect()),
+                    load_error: reading.observes.by_variable().and(residual.first().copied()),
                 })
                 .collect(),
         }

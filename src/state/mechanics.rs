@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::frame_twists::{FrameTwistPlan, FrameTwists};
-use crate::description::campaign::{InSession, Payload, Reading};
+use crate::description::campaign::{InSession, LoadPoint, Payload, Reading};
 use crate::description::robot::FrameIndex;
 use crate::elastics::{
     ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Shares, Statics, at_point, shares,
@@ -85,8 +85,8 @@ pub struct LoadedPoint {
     pub force: Vector3<f64>,
     /// N.m.
     pub moment: Vector3<f64>,
-    /// Of the force, the weight that the tool carries, N, and where it acts from the point, m.
-    carried: (Vector3<f64>, Vector3<f64>),
+    /// Of the force, what acts elsewhere, N, and where from the point, m: the weight that the tool carries, the applied force.
+    carried: [(Vector3<f64>, Vector3<f64>); 2],
     port: usize,
 }
 
@@ -105,6 +105,8 @@ pub struct PointOf {
     pub session: InSession,
     /// What the tool carries.
     pub payload: Option<Payload>,
+    /// Where the wrench is applied.
+    pub load_point: LoadPoint,
 }
 
 impl From<Option<usize>> for PointOf {
@@ -115,7 +117,8 @@ impl From<Option<usize>> for PointOf {
 
 impl From<&Reading> for PointOf {
     fn from(reading: &Reading) -> Self {
-        Self { marker: reading.marker, session: reading.session, payload: reading.payload }
+        let Reading { marker, session, payload, load_point, .. } = *reading;
+        Self { marker, session, payload, load_point }
     }
 }
 
@@ -241,20 +244,33 @@ impl<'m> Mechanics<'m> {
 
     /// A marker (none: the tool centre point) at the placed configuration under a wrench (N and N.m, base axes).
     pub fn point(&self, state: &State, of: impl Into<PointOf>, wrench: &[f64; 6]) -> LoadedPoint {
-        let PointOf { marker, session, payload } = of.into();
+        let PointOf { marker, session, payload, load_point } = of.into();
         let model = self.geometry.model;
-        let frame = marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
-        let at = BodyPoint { frame, point: self.geometry.point(model.point_slot(marker, session)).coords };
+        let of_marker = |marker: Option<usize>| {
+            let frame = marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+            BodyPoint { frame, point: self.geometry.point(model.point_slot(marker, session)).coords }
+        };
+        let at = of_marker(marker);
         let position = at.place(&state.placements.frames);
         let (mut force, mut moment) =
             (Vector3::new(wrench[0], wrench[1], wrench[2]), Vector3::new(wrench[3], wrench[4], wrench[5]));
-        let mut carried = (Vector3::zeros(), Vector3::zeros());
+        let mut carried = [(Vector3::zeros(), Vector3::zeros()); 2];
+        let applied = match load_point {
+            LoadPoint::Measured => None,
+            LoadPoint::Marker(marker) => Some(of_marker(marker)),
+            LoadPoint::Frame(frame) => Some(BodyPoint { frame, point: Vector3::zeros() }),
+        };
+        if let Some(applied) = applied {
+            let arm = applied.place(&state.placements.frames) - position;
+            carried[1] = (force, arm);
+            moment += arm.cross(&force);
+        }
         if let Some(Payload { mass, com, frame }) = payload {
             let weight = mass * model.structure.gravity;
             let arm = BodyPoint { frame, point: com }.place(&state.placements.frames) - position;
             force += weight;
             moment += arm.cross(&weight);
-            carried = (weight, arm);
+            carried[0] = (weight, arm);
         }
         LoadedPoint {
             marker,
@@ -322,16 +338,14 @@ impl<'m> Mechanics<'m> {
             };
         }
         let response = &state.responses[point.port];
-        // What the tool carries turns with its body, and stays where the point alone moves in it.
-        let (weight, arm) = point.carried;
-        let swung = match motion {
-            Some(motion) => {
-                let column = motion.twists.of(point.at.frame)[motion.column];
-                Vector3::new(column[3], column[4], column[5]).cross(&arm)
-            }
-            None => -moved,
-        };
-        let turned = moved.cross(&point.force) + swung.cross(&weight);
+        // What acts elsewhere on the tool turns with its body, and stays where the point alone moves in it.
+        let turn = motion.map(|motion| {
+            let column = motion.twists.of(point.at.frame)[motion.column];
+            Vector3::new(column[3], column[4], column[5])
+        });
+        let swung = |arm: &Vector3<f64>| turn.map_or(-moved, |turn| turn.cross(arm));
+        let elsewhere: Vector3<f64> = point.carried.iter().map(|(force, arm)| swung(arm).cross(force)).sum();
+        let turned = moved.cross(&point.force) + elsewhere;
         change += response.compliance * spatial(&Vector3::zeros(), &Vector3::zeros(), &turned);
         let turn = self.deflection(state, point).rotation;
         let change = twist_at(&change, &point.position);

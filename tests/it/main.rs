@@ -41,6 +41,7 @@ mod literature_more_garbow_hillstrom;
 mod literature_nist;
 mod literature_stiffness;
 mod loaded;
+mod measured_loads;
 mod mistakes;
 mod noise;
 mod numerics;

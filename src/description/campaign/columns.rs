@@ -1,15 +1,15 @@
 //! Columns that files of measurements may have, under our names.
 
-use super::WRENCH;
-use super::raw::{JointSource, RawCampaign, RawEntry};
+use super::raw::{JointSource, LoadSource, RawCampaign, RawEntry};
 use super::source::Source;
 use super::stated::NOISE_COLUMNS;
 use super::torques::torque_columns;
+use super::{LOAD_POINT, WRENCH};
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::description::units::Unit;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{Observes, POSITION, ValueColumn};
+use crate::observation::{Observes, POSITION, TORQUE, ValueColumn};
 use crate::parameter::Kind;
 
 /// Kinds of readings that each row of a file holds.
@@ -86,7 +86,11 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         columns.extend(observes.target_column().map(text));
         columns.extend(torque_columns(raw, entry, robot, observes));
     }
+    if raw.loads.joints == LoadSource::Measured {
+        columns.extend(torque_columns(raw, entry, robot, TORQUE));
+    }
     columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text));
+    columns.push(text(LOAD_POINT));
     let wrench = WRENCH.into_iter().zip(units.of_wrench());
     columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit), false)));
     columns.push(text("set"));

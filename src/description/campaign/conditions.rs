@@ -52,6 +52,11 @@ pub struct Conditions {
     /// By variable: the other value where files give both, the commanded one of readings at recorded joints or the reverse,
     /// rad and m.
     pub other_joints: Vec<Option<Vec<f64>>>,
+    /// By variable: what its sensor of torques showed, N.m or N, where that loads the joint instead of what the description
+    /// says; NaN where it is not known.
+    pub torques: Vec<Option<Vec<f64>>>,
+    /// By variable, where torques are given: the load that the description puts on its joint, N.m or N.
+    pub described_loads: Vec<Vec<f64>>,
     /// By variable: by how much it moved from the configuration before, rad and m; NaN where that is unknown. Empty where
     /// no order is known.
     pub last_move: Vec<Vec<f64>>,
@@ -84,7 +89,8 @@ impl Conditions {
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let approach = self.approach.iter_mut().flatten();
         let given = self.temperature.iter_mut().chain(&mut self.time).chain(approach);
-        let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move);
+        let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
+        let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move).chain(loads);
         given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)
     }
 

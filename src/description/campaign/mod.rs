@@ -16,6 +16,8 @@ mod raw_targets;
 mod read;
 mod read_targets;
 mod references;
+mod row;
+mod row_loads;
 mod rows;
 mod sessions;
 mod source;
@@ -40,7 +42,7 @@ pub use sessions::{InSession, Sessions, Sharing};
 pub use targets::{Between, Constraint, Target, TargetValue};
 pub use write::csv;
 
-pub use super::columns::WRENCH;
+pub use super::columns::{LOAD_POINT, WRENCH};
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.
@@ -111,8 +113,10 @@ pub struct Reading {
     pub target: usize,
     /// Its session, and whose base, tool and scale it has.
     pub session: InSession,
-    /// Force and torque applied on the tool at the marker, base axes.
+    /// Force and torque applied on the tool, base axes.
     pub wrench: [f64; 6],
+    /// Where they are applied.
+    pub load_point: LoadPoint,
     /// Of a torque: the load with which the motor holds its joint by the description, N.m or N.
     pub load: f64,
     /// What the tool carries.
@@ -130,6 +134,18 @@ pub struct Payload {
     pub com: Vector3<f64>,
     /// The frame, one of the tool's body.
     pub frame: FrameIndex,
+}
+
+/// Where a wrench is applied.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LoadPoint {
+    /// At the measured point.
+    #[default]
+    Measured,
+    /// At a marker of the same body; `None` is the tool centre point.
+    Marker(Option<usize>),
+    /// At the origin of a frame of the same body.
+    Frame(FrameIndex),
 }
 
 impl Reading {
@@ -192,6 +208,12 @@ impl Campaign {
         }
     }
 
+    /// The sensor of a variable's torque, by index in [`Campaign::targets`].
+    pub fn sensor_of(&self, observes: &Observes, variable: &str) -> Option<usize> {
+        let own = |target: &Target| Some(target.column) == observes.by_variable() && target.member.0 == variable;
+        self.targets.iter().position(own)
+    }
+
     /// Whether readings are differences with and without load: then own weight and the base drop out.
     pub fn is_difference(&self) -> bool {
         self.observes.is_difference()
@@ -241,6 +263,7 @@ impl Campaign {
             target: 0,
             session: InSession::default(),
             wrench: [0.0; 6],
+            load_point: LoadPoint::default(),
             load: 0.0,
             payload: None,
             check: None,

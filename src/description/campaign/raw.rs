@@ -65,6 +65,9 @@ pub struct RawCampaign {
     /// Sensors of joint torques, by variable: gain 1 and offset 0 where nothing is said.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     pub torques: IndexMap<String, RawTorque>,
+    /// What loads the joints.
+    #[serde(skip_serializing_if = "RawLoads::is_described")]
+    pub loads: RawLoads,
     /// Which joint values the model is evaluated at, where files hold both `commanded.<variable>` and
     /// `recorded.<variable>`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -126,6 +129,33 @@ impl RawEstimate {
     pub fn of([base, tool]: [bool; 2]) -> Self {
         let sharing = |is_unknown: bool| RawSharing(is_unknown.then_some(Sharing::All));
         Self { base: sharing(base), tool: sharing(tool), scale: sharing(false) }
+    }
+}
+
+/// What loads the robot in the readings.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct RawLoads {
+    /// Where the loads come from under which joints deflect.
+    pub joints: LoadSource,
+}
+
+/// Where loads of joints come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadSource {
+    /// The description: masses, payloads, wrench, springs.
+    #[default]
+    Described,
+    /// The columns `torque.<variable>`, where a file has them.
+    Measured,
+}
+
+impl RawLoads {
+    fn is_described(&self) -> bool {
+        *self == Self::default()
     }
 }
 

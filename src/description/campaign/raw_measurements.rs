@@ -39,6 +39,10 @@ pub struct RawEntry {
     /// What the tool carries in these readings; a column `payload` says it row by row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<String>,
+    /// Where the wrenches of these readings are applied: a marker, `TCP` or a frame of the tool's body, else the measured
+    /// point; a column `load_point` says it row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_point: Option<String>,
     /// Units of this file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<Units>,

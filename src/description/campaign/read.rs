@@ -12,7 +12,6 @@ use super::torques;
 use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
 use nalgebra::Vector3;
 
-use crate::description::raw::JointKind;
 use crate::description::resolve::{GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::Table;
@@ -127,12 +126,6 @@ fn payloads(
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(String, Payload)> {
-    let body = |mut frame: usize| {
-        while frame != 0 && robot.frames[frame].joint == JointKind::Fixed {
-            frame = robot.frames[frame].antecedent;
-        }
-        frame
-    };
     let mut payloads = Vec::new();
     for (name, payload) in &raw.payloads {
         let mut fault = |key: &str, message: String, remedy: &str| {
@@ -152,7 +145,7 @@ fn payloads(
             );
         }
         match frame {
-            Some(frame) if body(frame) == body(robot.tool.frame) => {
+            Some(frame) if robot.body(frame) == robot.body(robot.tool.frame) => {
                 payloads.push((name.clone(), Payload { mass, com, frame }));
             }
             Some(_) => fault(

@@ -7,80 +7,18 @@ use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
 use super::faults::LEAST_NOISE;
 use super::order::order_readings;
-use super::raw::{RawCampaign, RawEntry};
+use super::raw::{LoadSource, RawCampaign, RawEntry};
+use super::row::{Faults, MOST_SHOWN, Row};
+use super::row_loads::{load_point, payload, wrench};
 use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
-use super::targets::Target;
-use super::{Campaign, InSession, Payload, Reading, WRENCH, noise_of};
+use super::{Campaign, InSession, Reading, noise_of};
 use crate::description::resolve::GREATEST;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::description::units::Units;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::Diagnostic;
 use crate::observation::{MOST_ROWS, Noise, Observes, Rows, ValueColumn};
-
-/// Most faults shown of one table.
-const MOST_SHOWN: usize = 20;
-
-/// A row of a table.
-struct Row<'a> {
-    table: &'a Table,
-    row: usize,
-    units: Units,
-}
-
-impl Row<'_> {
-    /// A number; zero where the table has no such column, which is then not required.
-    fn number(&self, column: &str) -> f64 {
-        self.table.numbers(column).and_then(|all| all.get(self.row)).copied().unwrap_or(0.0)
-    }
-
-    /// A number, where the table has the column.
-    fn given(&self, column: &str) -> Option<f64> {
-        self.table.numbers(column)?.get(self.row).copied()
-    }
-
-    /// The number in the order of measurement.
-    fn order(&self) -> Option<i64> {
-        self.given("order").filter(|number| number.is_finite()).map(|number| number.round() as i64)
-    }
-
-    fn text(&self, column: &str) -> Option<&str> {
-        self.table.texts(column)?.get(self.row)
-    }
-
-    fn place(&self, column: &str) -> Option<Place> {
-        self.table.place(self.row, column)
-    }
-}
-
-/// Faults of one table.
-#[derive(Default)]
-struct Faults {
-    shown: Vec<Diagnostic>,
-    count: usize,
-}
-
-impl Faults {
-    fn push(&mut self, diagnostic: Diagnostic) {
-        self.count += 1;
-        if self.count <= MOST_SHOWN {
-            self.shown.push(diagnostic);
-        }
-    }
-
-    fn unknown<'n>(&mut self, row: &Row, column: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
-        let diagnostic = Diagnostic::error(format!("unknown {column} `{name}`")).at(row.place(column));
-        self.push(diagnostic.suggest(name, valid));
-    }
-
-    fn check_size(&mut self, row: &Row, column: &str, value: f64) {
-        if value.abs() > GREATEST {
-            let diagnostic = Diagnostic::error(format!("column `{column}`: no robot measures so much"));
-            self.push(diagnostic.remedy("check the value and `units:`").at(row.place(column)));
-        }
-    }
-}
 
 /// The set of a configuration, as its first row gives it.
 #[derive(Clone, Copy)]
@@ -121,17 +59,19 @@ impl<'a> RowReader<'a> {
             let row = Row { table, row: index, units };
             let check = set(&row, &mut faults);
             let session = in_session(&row, entry, campaign, &mut faults);
+            let marker = self.marker(&row, &mut faults);
             let blank = Reading {
                 row: number,
                 line: table.line(index).unwrap_or_default(),
                 pose: self.pose(&row, (session, number), check, campaign, &mut faults),
                 observes: campaign.observes,
-                marker: self.marker(&row, &mut faults),
+                marker,
                 measured: [0.0; MOST_ROWS],
                 noise: noise(&row, entry, &mut faults),
                 target: 0,
                 session,
                 wrench: wrench(&row, &mut faults),
+                load_point: load_point(&row, entry, self.robot, marker, &mut faults),
                 load: 0.0,
                 payload: payload(&row, entry, campaign, &mut faults),
                 check,
@@ -198,8 +138,7 @@ impl<'a> RowReader<'a> {
             faults.check_size(row, &column, value * factor);
             let mut measured = [0.0; MOST_ROWS];
             measured[0] = value * factor;
-            let own = |target: &Target| target.column == prefix && target.member.0 == variable.name;
-            let target = campaign.targets.iter().position(own).unwrap_or(0);
+            let target = campaign.sensor_of(&observes, &variable.name).unwrap_or(0);
             campaign.readings.push(Reading { observes, target, measured, ..blank });
         }
     }
@@ -279,10 +218,17 @@ impl<'a> RowReader<'a> {
         let count = self.robot.variables.len();
         conditions.approach.resize(count, None);
         conditions.other_joints.resize(count, None);
+        if self.raw.loads.joints == LoadSource::Measured {
+            conditions.torques.resize(count, None);
+        }
         for (k, variable) in self.robot.variables.iter().enumerate() {
             append(&mut conditions.approach[k], &format!("approach.{}", variable.name), 1.0);
             for column in other_columns(self.raw, &variable.name) {
                 append(&mut conditions.other_joints[k], &column, units.of(variable.kind()));
+            }
+            if let Some(torques) = conditions.torques.get_mut(k) {
+                let factor = if variable.is_angle { units.torque.factor() } else { units.force.factor() };
+                append(torques, &format!("torque.{}", variable.name), factor);
             }
         }
         for frame in &self.robot.frames {
@@ -313,12 +259,6 @@ fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
         faults.check_size(row, column.name, *value);
     }
     measured
-}
-
-fn wrench(row: &Row, faults: &mut Faults) -> [f64; 6] {
-    WRENCH.iter().for_each(|column| faults.check_size(row, column, row.number(column)));
-    let [force, torque] = [row.units.force.factor(), row.units.torque.factor()];
-    std::array::from_fn(|k| row.number(WRENCH[k]) * if k < 3 { force } else { torque })
 }
 
 /// The set that a row gives: whether it is to check.
@@ -371,17 +311,6 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
         noise.is_stated = true;
     }
     noise
-}
-
-/// What the tool carries in a row: as its column says, else as its file's entry says.
-fn payload(row: &Row, entry: &RawEntry, campaign: &Campaign, faults: &mut Faults) -> Option<Payload> {
-    let name = row.text("payload").or(entry.payload.as_deref()).filter(|name| *name != "none")?;
-    let found = campaign.payloads.iter().find(|(known, _)| known == name);
-    if found.is_none() {
-        let known = campaign.payloads.iter().map(|(known, _)| known.as_str());
-        faults.unknown(row, "payload", name, known.chain(["none"]));
-    }
-    found.map(|(_, payload)| *payload)
 }
 
 /// Session and station of a row.

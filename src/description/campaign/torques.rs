@@ -1,13 +1,13 @@
 //! Torques of the joints: the columns that files may have, and gain and offset of each sensor as values of targets.
 
-use super::raw::{OrUnknown, RawCampaign, RawEntry, RawTorque};
+use super::raw::{LoadSource, OrUnknown, RawCampaign, RawEntry, RawTorque};
 use super::source::Source;
 use super::targets::{Target, TargetValue};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
 use crate::description::table::{ColumnKind, ExpectedColumn};
 use crate::diagnostic::Diagnostic;
-use crate::observation::Observes;
+use crate::observation::{Observes, TORQUE};
 use crate::parameter::Kind;
 
 fn column(prefix: &str, variable: &Variable) -> String {
@@ -33,7 +33,9 @@ pub(super) fn torque_columns(
 
 /// Gain and offset of each variable's sensor.
 pub(super) fn sensors(raw: &RawCampaign, robot: &Robot, kinds: &[Observes]) -> Vec<Target> {
-    let Some(prefix) = kinds.iter().find_map(|kind| kind.by_variable()) else { return Vec::new() };
+    let is_load = raw.loads.joints == LoadSource::Measured;
+    let prefix = kinds.iter().find_map(|kind| kind.by_variable()).or(TORQUE.by_variable().filter(|_| is_load));
+    let Some(prefix) = prefix else { return Vec::new() };
     let target = |variable: &Variable| {
         let owner = column(prefix, variable);
         let own = raw.torques.get(&variable.name).copied().unwrap_or_default();
@@ -76,6 +78,7 @@ pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locat
             faults.push(diagnostic.at(locate(&["torques", name, "gain"])).remedy("correct it, or write `unknown`"));
         }
     }
+    faults.extend(faults_of_loads(raw, robot, sources, locate));
     for source in sources {
         let Some(prefix) = source.kinds.iter().find_map(|kind| kind.by_variable()) else { continue };
         if robot.variables.iter().all(|variable| !source.table.has(&column(prefix, variable))) {
@@ -86,4 +89,25 @@ pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locat
         }
     }
     faults
+}
+
+/// Measured loads without a measurement, or of readings that hold only what a wrench adds.
+fn faults_of_loads(raw: &RawCampaign, robot: &Robot, sources: &[Source], locate: Locate) -> Option<Diagnostic> {
+    if raw.loads.joints != LoadSource::Measured {
+        return None;
+    }
+    let fault = |message: &str| Diagnostic::error(format!("`loads: {{joints: measured}}`: {message}"));
+    let at = || locate(&["loads", "joints"]);
+    if let Some(kind) = sources.iter().flat_map(|source| &source.kinds).find(|kind| kind.is_difference()) {
+        let message = format!("a {} holds only what the wrench adds, and torques hold all", kind.name());
+        return Some(fault(&message).at(at()).remedy("give loaded and unloaded readings as positions"));
+    }
+    let prefix = TORQUE.by_variable()?;
+    let has = |variable: &Variable| sources.iter().any(|source| source.table.has(&column(prefix, variable)));
+    if sources.is_empty() || robot.variables.iter().any(has) {
+        return None;
+    }
+    let wanted: Vec<String> = robot.variables.iter().map(|variable| column(prefix, variable)).collect();
+    let remedy = format!("name at least one of {}, in the file or under `columns:`", wanted.join(", "));
+    Some(fault("no file has a column of torques").at(at()).remedy(remedy))
 }

@@ -1,0 +1,61 @@
+//! What loads the robot in a row: the wrench and where it acts, and what the tool carries.
+
+use super::raw::RawEntry;
+use super::row::{Faults, Row};
+use super::{Campaign, LOAD_POINT, LoadPoint, Payload, WRENCH};
+use crate::description::robot::Robot;
+use crate::diagnostic::Diagnostic;
+
+/// Force and moment of a row, N and N.m.
+pub fn wrench(row: &Row, faults: &mut Faults) -> [f64; 6] {
+    WRENCH.iter().for_each(|column| faults.check_size(row, column, row.number(column)));
+    let [force, torque] = [row.units.force.factor(), row.units.torque.factor()];
+    std::array::from_fn(|k| row.number(WRENCH[k]) * if k < 3 { force } else { torque })
+}
+
+/// Where the wrench of a row is applied: at a marker or frame of the measured point's body.
+pub fn load_point(
+    row: &Row,
+    entry: &RawEntry,
+    robot: &Robot,
+    measured: Option<usize>,
+    faults: &mut Faults,
+) -> LoadPoint {
+    let Some(name) = row.text(LOAD_POINT).or(entry.load_point.as_deref()) else { return LoadPoint::Measured };
+    let Robot { markers, frames, tool, .. } = robot;
+    let frame_of = |marker: Option<usize>| marker.map_or(tool.frame, |marker| markers[marker].frame);
+    let found = match name {
+        "TCP" | "tcp" | "tool" => Some((LoadPoint::Marker(None), tool.frame)),
+        name => {
+            let marker = markers.iter().position(|marker| marker.name == name).map(Some);
+            let frame = || frames.iter().position(|frame| frame.name == name);
+            let of_marker = marker.map(|marker| (LoadPoint::Marker(marker), frame_of(marker)));
+            of_marker.or_else(|| frame().map(|frame| (LoadPoint::Frame(frame), frame)))
+        }
+    };
+    let place = || row.place(if row.text(LOAD_POINT).is_some() { LOAD_POINT } else { "" });
+    let Some((point, frame)) = found else {
+        let known = markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
+        let known = known.chain(frames.iter().map(|frame| frame.name.as_str()));
+        let diagnostic = Diagnostic::error(format!("`{LOAD_POINT}`: no marker or frame is called `{name}`"));
+        faults.push(diagnostic.suggest(name, known).at(place()));
+        return LoadPoint::Measured;
+    };
+    if robot.body(frame) != robot.body(frame_of(measured)) {
+        let message = format!("`{LOAD_POINT}`: `{name}` is not on the body of the measured point");
+        let remedy = "name a marker or a frame that is fixed to it: what loads another body is no wrench of the tool";
+        faults.push(Diagnostic::error(message).at(place()).remedy(remedy));
+    }
+    point
+}
+
+/// What the tool carries in a row: as its column says, else as its file's entry says.
+pub fn payload(row: &Row, entry: &RawEntry, campaign: &Campaign, faults: &mut Faults) -> Option<Payload> {
+    let name = row.text("payload").or(entry.payload.as_deref()).filter(|name| *name != "none")?;
+    let found = campaign.payloads.iter().find(|(known, _)| known == name);
+    if found.is_none() {
+        let known = campaign.payloads.iter().map(|(known, _)| known.as_str());
+        faults.unknown(row, "payload", name, known.chain(["none"]));
+    }
+    found.map(|(_, payload)| *payload)
+}
