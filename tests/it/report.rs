@@ -4,8 +4,18 @@ use serde_json::Value;
 
 use crate::cli::run;
 
-const SECTIONS: [&str; 9] =
-    ["waterfall", "arrows", "patterns", "distribution", "parameters", "conditioning", "effects", "stiffness", "next"];
+const SECTIONS: [&str; 10] = [
+    "waterfall",
+    "arrows",
+    "parts",
+    "patterns",
+    "distribution",
+    "parameters",
+    "conditioning",
+    "effects",
+    "stiffness",
+    "next",
+];
 
 fn parsed(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
@@ -81,6 +91,42 @@ fn reports_of_bundled_campaigns_are_whole_and_say_what_the_commands_say() {
         let rms = json["diagnose"]["gap"]["noise"].as_f64().expect("noise");
         assert!(answer.contains(&format!("{rms:.4} mm")), "{answer}");
     }
+}
+
+#[test]
+fn sessions_and_files_have_their_figures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let made = ["simulate", "universal-ur5", "--poses", "40", "--seed", "1", "--unknown-base", "--unknown-tool"];
+    let made = run(folder.path(), &[&made[..], &["--sessions", "monday,friday", "--into", "both"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let truth = parsed(&std::fs::read_to_string(folder.path().join("both/truth.json")).expect("the truth"));
+    let base = |session: &str| truth["parameters"][format!("base@{session}.x")]["true"].as_f64().expect("a place");
+    assert!((base("monday") - base("friday")).abs() > 1e-3, "{truth}");
+    let ran = run(folder.path(), &["report", "both", "--output", "r.html", "--json", "r.json"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let html = std::fs::read_to_string(folder.path().join("r.html")).expect("a report");
+    let json = parsed(&std::fs::read_to_string(folder.path().join("r.json")).expect("its data"));
+    let parts = json["identify"]["parts"].as_array().expect("a list");
+    for (part, name) in [("session", "monday"), ("session", "friday")] {
+        let at = parts.iter().position(|own| own["part"] == part && own["name"] == name).expect("a part");
+        assert!(html.contains(&format!("<td>{part}</td><td><code>{}</code>", name.replace('/', "&#x2f;"))), "{name}");
+        let all = figures(&html);
+        let path = format!("/identify/parts/{at}/rms");
+        let told = all.iter().find(|(own, ..)| *own == path).map(|(_, value, ..)| *value);
+        assert_eq!(told, parts[at]["rms"].as_f64(), "{path}");
+    }
+    // Each session's base is found where it was put, and one for both would not do.
+    let all = json["identify"]["parameters"].as_array().expect("a list");
+    let found = |name: &str| all.iter().find(|own| own["name"] == name).and_then(|own| own["value"].as_f64());
+    for session in ["monday", "friday"] {
+        let found = found(&format!("base@{session}.x")).expect("estimated");
+        assert!((found - 1e3 * base(session)).abs() < 20.0, "{session}: {found} {}", base(session));
+    }
+    let rms = json["identify"]["residuals"]["check_after"]["rms"].as_f64().expect("a figure");
+    assert!(rms < 0.1, "{rms}");
+    assert!(html.contains("colours: monday blue, friday orange"), "no chart of the readings");
+    assert!(html.contains("data-path=\"/identify/worst/0/error\""), "no worst reading");
+    assert!(!html.contains("class=\"fault\""));
 }
 
 #[test]

@@ -58,6 +58,10 @@ pub struct Simulate {
     /// Move markers at random by millimetres and declare them unknown.
     #[arg(long)]
     pub unknown_tool: bool,
+    /// Names of sessions, in each of which an equal run of the configurations is read: with --unknown-base and --unknown-tool
+    /// base and tool are others in each, and declared unknown per session.
+    #[arg(long, value_delimiter = ',', value_name = "NAME,..", conflicts_with = "process")]
+    pub sessions: Vec<String>,
     /// Share of each variable's limits from which configurations are drawn.
     #[arg(long, default_value_t = 0.8)]
     pub share: f64,

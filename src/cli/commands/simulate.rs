@@ -19,6 +19,7 @@ use crate::cli::args::Simulate;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{known_parameters, ranges, wrench};
+use crate::description::campaign::{Campaign, InSession, Sessions, Sharing};
 use crate::description::raw::{RawAmount, RawEffect};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::effects::EffectEntry;
@@ -43,18 +44,9 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     let mut random = generator(seed);
     let mut values = draw_errors(model, command.errors, command.elastic_errors, &mut random);
     set_errors(&loaded, &command.set, &mut values)?;
-    if command.unknown_base {
-        for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
-            values[model.base + k] += size * (2.0 * random.random::<f64>() - 1.0);
-        }
-    }
     let markers = markers(&loaded, &command.markers)?;
-    if command.unknown_tool {
-        let points = markers.iter().map(|marker| marker.map_or(model.tool.1, |m| model.markers[m].slot));
-        for slot in points.flat_map(|slot| slot..slot + 3) {
-            let draw: f64 = StandardNormal.sample(&mut random);
-            values[slot] += 2e-3 * draw;
-        }
+    if command.sessions.is_empty() {
+        set_up(command, model, &markers, InSession::default(), &mut values, &mut random);
     }
     let geometry = Geometry::new(model, &values)?;
     if let Some(file) = &command.process {
@@ -87,11 +79,68 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
         blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
     }
-    let campaign = carry_out(model, &values, &plan, blank, &mut random)?;
+    if !command.sessions.is_empty() {
+        share_out(command, &mut blank)?;
+        loaded.model = loaded.model.arranged(&blank);
+        values.extend_from_slice(&loaded.model.registry.nominal()[values.len()..]);
+        for session in 0..command.sessions.len() {
+            let of = InSession { session, station: 0 };
+            set_up(command, &loaded.model, &plan.markers, of, &mut values, &mut random);
+        }
+    }
+    let campaign = carry_out(&loaded.model, &values, &plan, blank, &mut random)?;
     let mut output =
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, None, &mut random)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+/// Puts base and markers somewhere, as far as they are unknown.
+fn set_up(
+    command: &Simulate,
+    model: &Model,
+    markers: &[Option<usize>],
+    of: InSession,
+    values: &mut [f64],
+    random: &mut ChaCha8Rng,
+) {
+    if command.unknown_base {
+        for (k, size) in [0.5, 0.5, 0.5, 0.3, 0.3, 0.3].into_iter().enumerate() {
+            values[model.base_slot(of) + k] += size * (2.0 * random.random::<f64>() - 1.0);
+        }
+    }
+    if command.unknown_tool {
+        let points = markers.iter().map(|marker| model.point_slot(*marker, of));
+        for slot in points.flat_map(|slot| slot..slot + 3) {
+            let draw: f64 = StandardNormal.sample(random);
+            values[slot] += 2e-3 * draw;
+        }
+    }
+}
+
+/// Shares the configurations out to the sessions, in order.
+fn share_out(command: &Simulate, campaign: &mut Campaign) -> Result<(), Error> {
+    let (names, poses) = (&command.sessions, campaign.poses.len());
+    let is_name =
+        |name: &String| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+    let is_twice = names.iter().enumerate().any(|(k, name)| names[..k].contains(name));
+    if is_twice || !names.iter().all(is_name) || names.len() > poses {
+        return Err(Error::input(
+            format!("--sessions {}", names.join(",")),
+            "give different names of letters, digits, `_` and `-`, no more than configurations",
+        ));
+    }
+    let sharing = |is_unknown: bool| if is_unknown { Sharing::PerSession } else { Sharing::All };
+    campaign.sessions = Sessions {
+        names: names.clone(),
+        base: sharing(command.unknown_base),
+        tool: sharing(command.unknown_tool),
+        ..Sessions::default()
+    };
+    for reading in &mut campaign.readings {
+        reading.session.session = reading.pose * names.len() / poses;
+    }
+    Ok(())
 }
 
 fn check(command: &Simulate) -> Result<(), Error> {

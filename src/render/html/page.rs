@@ -16,6 +16,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("answer.html", include_str!("templates/answer.html")),
     ("waterfall.html", include_str!("templates/waterfall.html")),
     ("arrows.html", include_str!("templates/arrows.html")),
+    ("parts.html", include_str!("templates/parts.html")),
     ("patterns.html", include_str!("templates/patterns.html")),
     ("distribution.html", include_str!("templates/distribution.html")),
     ("parameters.html", include_str!("templates/parameters.html")),

@@ -9,7 +9,9 @@ use crate::blind::seal as digest;
 use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::commands::schema::file_name;
 use crate::cli::output::Output;
-use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::raw::{
+    Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSharing, RawSigma,
+};
 use crate::description::campaign::{self, Campaign};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
@@ -97,7 +99,11 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
             orientation: (plan.observes.rows() > plan.observes.length_rows() && command.orientation_noise > 0.0)
                 .then_some(command.orientation_noise),
         }),
-        estimate: RawEstimate::of([command.unknown_base, command.unknown_tool]),
+        estimate: RawEstimate {
+            base: RawSharing(command.unknown_base.then_some(campaign.sessions.base)),
+            tool: RawSharing(command.unknown_tool.then_some(campaign.sessions.tool)),
+            ..RawEstimate::default()
+        },
         calibrate: campaign.calibrate.clone(),
         measurements: Some(Measurements::file("measurements.csv")),
         ..RawCampaign::default()

@@ -4,6 +4,7 @@ use kuva::plot::{Histogram, LinePlot, QQPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
+use crate::description::campaign::Reading;
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::results::stage_label;
@@ -18,7 +19,9 @@ pub fn section(review: &Review, page: &Page) -> Option<Section> {
     let stage = review.readings.stages.last()?;
     let readings = || review.campaign.by_reading(&stage.residual, 1);
     let lengths = readings().flat_map(|(of, own)| &own[..of.observes.length_rows()]).map(|v| v * 1e3);
-    let angles = readings().flat_map(|(of, own)| &own[of.observes.length_rows()..]).map(|v| v.to_degrees());
+    let is_angle = |(of, _): &(&Reading, &[f64])| of.observes.by_variable().is_none();
+    let angles =
+        readings().filter(is_angle).flat_map(|(of, own)| &own[of.observes.length_rows()..]).map(|v| v.to_degrees());
     let named = [
         ("error of a coordinate, mm", lengths.collect::<Vec<f64>>()),
         ("error of a rotation component, deg", angles.collect()),

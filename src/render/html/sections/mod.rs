@@ -8,6 +8,7 @@ mod effects;
 mod fuzzy;
 mod next;
 mod parameters;
+mod parts;
 mod patterns;
 mod stiffness;
 mod waterfall;
@@ -21,6 +22,7 @@ pub fn all(review: &Review, report: &Report, page: &Page) -> Vec<Section> {
     let sections = [
         waterfall::section(report, page),
         arrows::section(review, report, page),
+        parts::section(review, report, page),
         patterns::section(review, page),
         distribution::section(review, page),
         parameters::section(report, page),
