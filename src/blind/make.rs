@@ -9,8 +9,8 @@ use super::causes::{known, unknown};
 use super::design::{Bench, Design, normal};
 use super::plant::Plant;
 use super::projection::{Projection, each_shows};
-use super::score::{Truth, TruthCause};
 use super::shapes::Shape;
+use super::truth::{Truth, TruthCause};
 use crate::description::campaign::Campaign;
 use crate::prediction::PredictionError;
 
@@ -27,6 +27,8 @@ pub enum Kind {
     Null,
     /// What no catalogue knows.
     Unknown,
+    /// One effect, then what no catalogue knows.
+    Mixture,
 }
 
 impl Kind {
@@ -38,6 +40,7 @@ impl Kind {
             Self::Triple => "triple",
             Self::Null => "null",
             Self::Unknown => "unknown",
+            Self::Mixture => "mixture",
         }
     }
 
@@ -46,7 +49,7 @@ impl Kind {
         match self {
             Self::Null => 0,
             Self::Single | Self::Unknown => 1,
-            Self::Pair => 2,
+            Self::Pair | Self::Mixture => 2,
             Self::Triple => 3,
         }
     }
@@ -130,6 +133,7 @@ fn drawn_causes<'a>(
         }
         let drawn = match kind {
             Kind::Unknown => unknown(model, is_deflection, random),
+            Kind::Mixture if truth.len() == 1 => unknown(model, is_deflection, random),
             _ => known(model, is_deflection, random),
         };
         let Some((effect, site, shape)) = drawn else { continue };
@@ -150,7 +154,8 @@ fn drawn_causes<'a>(
         left_by_each = together;
         let has_sign = matches!(shape, Shape::Gain | Shape::Scale | Shape::Growth(_));
         let size = if has_sign && random.random() { -size } else { size };
-        truth.push(TruthCause { effect: effect.into(), site, size, gap, shape: format!("{shape:?}") });
+        let (effect, shown) = (effect.into(), format!("{shape:?}"));
+        truth.push(TruthCause { effect, site, size, gap, shape: shown, adds: Vec::new() });
         plant.causes.push((shape, size));
     }
     Ok((plant, truth))

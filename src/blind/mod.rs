@@ -5,18 +5,28 @@
 
 mod causes;
 mod design;
+mod examine;
+mod examined;
 mod loads;
 mod make;
 mod plant;
 mod projection;
+mod reliability;
 mod score;
 mod shapes;
+mod tied;
+mod truth;
 
 pub use design::Design;
+pub use examine::{Answer, Named, examine, without};
+pub use examined::{Examined, LEFT_OUT};
 pub use make::{Drawn, Kind, draw};
 pub use plant::Plant;
-pub use score::{Answer, Class, Examined, Named, Score, Truth, TruthCause, examine, score};
+pub use reliability::{Bin, Rate, Rates, Reliability};
+pub use score::{Class, Score, score};
 pub use shapes::{Shape, Situation};
+pub use tied::Signals;
+pub use truth::{Truth, TruthCause};
 
 use sha2::{Digest, Sha256};
 

@@ -30,7 +30,7 @@ mod stiffness;
 pub mod units;
 mod view;
 
-pub use blind::{BlindScore, ScoredCampaign};
+pub use blind::{BlindScore, LeftOut, ScoredCampaign};
 pub use campaign::{
     AppliedLoads, CampaignCheck, InstrumentNoise, JointRange, NoiseFigure, ReferenceMotion, Sets, StatedNoise,
     ToEstimate,

@@ -1,6 +1,6 @@
 //! Withheld effects: a dozen sealed campaigns, modest floors.
 
-use elastogeo::blind::{Design, Drawn, Kind, draw, examine, score, seal};
+use elastogeo::blind::{Design, Drawn, Kind, Rate, Signals, draw, examine, score, seal, without};
 use elastogeo::files::Reader;
 use elastogeo::simulation::generator;
 use rayon::prelude::*;
@@ -99,6 +99,63 @@ fn the_fixed_set_is_diagnosed_as_recorded() {
         assert_eq!(causes(now, &now["named"]), causes(then, &then["named"]));
         assert_eq!(now["verdict"], then["verdict"]);
     }
+}
+
+#[test]
+fn causes_that_readings_cannot_tell_apart_are_tied() {
+    let robot = Reader::default().robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
+    let design = Design { model: &robot.model, robot: "kuka-kr270", is_deflection: true, poses: 20 };
+    let drawn = |seed| draw(&design, "sealed", Kind::Single, &mut generator(seed)).expect("a campaign");
+    let is_payload = |drawn: &Drawn| drawn.truth.causes[0].effect == "payload";
+    let Drawn { campaign, truth, .. } = (0..200).map(drawn).find(is_payload).expect("a payload");
+    let signals = Signals::new(&robot.model, &campaign, &truth).expect("signals");
+    let is_tied = |effect: &str, site: &str| signals.are_reproduced_by(effect, site).expect("columns");
+    assert!(is_tied("payload", "tool"));
+    // Greater forces and greater lengths are the same in deflections.
+    assert!(is_tied("instrument-scale", "instrument"));
+    assert!(!is_tied("joint-stiffening", "joint:1"));
+    assert!(!is_tied("payload", "joint:1"));
+    let left_out = without(&robot.model, &campaign, "payload").expect("a catalogue");
+    assert!(left_out.catalogue.get("payload").is_none() && robot.model.catalogue.get("payload").is_some());
+    assert!(without(&robot.model, &campaign, "joint-compliance").is_none(), "it is calibrated");
+}
+
+#[test]
+fn names_are_false_only_where_nothing_excuses_them() {
+    let robot = Reader::default().robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
+    let design = Design { model: &robot.model, robot: "kuka-kr270", is_deflection: true, poses: 20 };
+    let Drawn { campaign, fresh, truth } =
+        draw(&design, "sealed", Kind::Single, &mut generator(3)).expect("a campaign");
+    let mut one = examine(&robot.model, &campaign, &fresh, 1).expect("an answer").open(truth);
+    assert!(!one.named.is_empty());
+    one.named.truncate(1);
+    one.named[0].rivals.clear();
+    let (effect, site) = (one.truth.causes[0].effect.clone(), one.truth.causes[0].site.clone());
+    (one.named[0].effect, one.named[0].site) = (effect, site);
+    assert!(one.is_right() && one.is_at_site() && !one.has_false_name() && !one.is_open());
+    one.named[0].effect = "gear-ratio".into();
+    assert!(!one.is_right() && one.has_false_name());
+    one.named[0].tied = true;
+    assert!(!one.has_false_name());
+    // Of what nobody knows, no law is right and a family is.
+    one.truth.kind = "unknown".into();
+    one.named[0].tied = false;
+    assert!(!one.is_right());
+    one.named[0].effect = "family:elastic".into();
+    assert!(one.is_right() && one.is_open());
+    // A curve is open at the right site only.
+    one.named[0].effect = "free-form".into();
+    assert!(one.is_open());
+    one.named[0].site = "nowhere".into();
+    assert!(!one.is_open() && !one.has_false_name());
+}
+
+#[test]
+fn a_rate_has_the_interval_of_wilson() {
+    let rate = Rate::of((0..40).map(|k| k > 1));
+    let [low, high] = rate.ci95;
+    assert!((low - 0.83496).abs() < 1e-5 && (high - 0.98618).abs() < 1e-5, "{rate:?}");
+    assert_eq!(Rate::of(std::iter::empty()).share, None);
 }
 
 #[test]

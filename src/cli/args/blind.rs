@@ -11,7 +11,7 @@ pub enum Blind {
     #[command(after_help = "Examples:\n  elastogeo blind make --count 10 --seed 7 --into sealed")]
     Make(BlindMake),
     /// Diagnose sealed campaigns, then open their truths.
-    #[command(after_help = "Examples:\n  elastogeo blind score sealed")]
+    #[command(after_help = "Examples:\n  elastogeo blind score sealed\n  elastogeo blind score sealed --leave-out")]
     Score(BlindScore),
 }
 
@@ -38,6 +38,9 @@ pub struct BlindMake {
 pub struct BlindScore {
     /// Folder that `blind make` wrote.
     pub folder: PathBuf,
+    /// Diagnose every single one again with its true effect taken out of the catalogue.
+    #[arg(long)]
+    pub leave_out: bool,
 }
 
 /// What sealed campaigns hide.
@@ -53,4 +56,6 @@ pub enum BlindKind {
     Null,
     /// What no catalogue knows.
     Unknown,
+    /// One effect, and what no catalogue knows.
+    Mixture,
 }

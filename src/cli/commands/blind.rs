@@ -1,22 +1,24 @@
 //! `blind`: sealed campaigns, and the score of the diagnosis on them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::simulate::csv;
 use crate::Error;
-use crate::blind::{Design, Drawn, Examined, Kind, Truth, draw, examine, score, seal};
+use crate::blind::{Answer, Design, Drawn, Examined, Kind, Signals, Truth, draw, examine, seal, without};
 use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::files::{LoadedRobot, bundled_robots};
+use crate::files::{LoadedCampaign, LoadedRobot, bundled_robots};
+use crate::model::Model;
 use crate::render::blind::score_text;
-use crate::results;
+use crate::results::BlindScore as Scored;
 use crate::simulation::generator;
 
 pub fn run(command: &Blind, session: &Session) -> Result<Output, Error> {
@@ -43,6 +45,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
                 BlindKind::Triple => Kind::Triple,
                 BlindKind::Null => Kind::Null,
                 BlindKind::Unknown => Kind::Unknown,
+                BlindKind::Mixture => Kind::Mixture,
             };
             let name = format!("sealed-{:03}", k + 1);
             let plan = &plans[k / command.kinds.len() % plans.len()];
@@ -169,10 +172,6 @@ fn units(robot: &LoadedRobot) -> Units {
 }
 
 fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
-    let seed = session.seed();
-    let unreadable = |path: &Path, error: &dyn std::fmt::Display| {
-        Error::input(format!("`{}` cannot be read: {error}", path.display()), "give a folder that `blind make` wrote")
-    };
     let entries = std::fs::read_dir(&command.folder).map_err(|error| unreadable(&command.folder, &error))?;
     let mut folders: Vec<_> =
         entries.flatten().map(|entry| entry.path()).filter(|path| path.join("campaign.yaml").is_file()).collect();
@@ -180,32 +179,94 @@ fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
     if folders.is_empty() {
         return Err(unreadable(&command.folder, &"it holds no campaigns"));
     }
-    let answers: Vec<Result<_, Error>> = folders
-        .par_iter()
-        .map(|folder| {
-            let loaded = session.reader.campaign(&folder.display().to_string(), None)?;
-            let fresh = session.reader.campaign(&folder.join("fresh.yaml").display().to_string(), None)?;
-            let answer = examine(&loaded.robot.model, &loaded.campaign, &fresh.campaign, seed)
-                .map_err(|error| Error::Impossible(format!("`{}`: {error}", folder.display())))?;
-            Ok((answer, loaded.raw.source.unwrap_or_default()))
-        })
-        .collect();
+    let sealed: Vec<Result<_, Error>> =
+        folders.par_iter().map(|folder| Sealed::new(folder, session)?.answered(session)).collect();
     // Only now are the truths opened.
-    let mut all: Vec<Examined> = Vec::new();
-    for (folder, answer) in folders.iter().zip(answers) {
-        let (answer, source) = answer?;
-        let name = folder.file_name().unwrap_or_default();
+    let opened: Vec<Result<_, Error>> =
+        sealed.into_par_iter().map(|sealed| sealed.and_then(|one| one.opened(command, session))).collect();
+    let (mut all, mut left_out) = (Vec::new(), Vec::new());
+    for opened in opened {
+        let (one, without) = opened?;
+        all.push(one);
+        left_out.extend(without);
+    }
+    let scored = Scored::new(all, command.leave_out.then_some(left_out));
+    Output::new(score_text(&scored, session.terminal.screen), &scored)
+}
+
+fn unreadable(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::input(format!("`{}` cannot be read: {error}", path.display()), "give a folder that `blind make` wrote")
+}
+
+/// A sealed campaign with what is needed to score it.
+struct Sealed {
+    folder: PathBuf,
+    loaded: LoadedCampaign,
+    fresh: Campaign,
+}
+
+impl Sealed {
+    fn new(folder: &Path, session: &Session) -> Result<Self, Error> {
+        let read = |name: &str| session.reader.campaign(&folder.join(name).display().to_string(), None);
+        let (loaded, fresh) = (read("campaign.yaml")?, read("fresh.yaml")?.campaign);
+        Ok(Self { folder: folder.into(), loaded, fresh })
+    }
+
+    fn examined(&self, model: &Model, session: &Session) -> Result<Answer, Error> {
+        let answer = examine(model, &self.loaded.campaign, &self.fresh, session.seed());
+        answer.map_err(|error| self.impossible(&error))
+    }
+
+    fn impossible(&self, error: &dyn std::fmt::Display) -> Error {
+        Error::Impossible(format!("`{}`: {error}", self.folder.display()))
+    }
+
+    fn answered(self, session: &Session) -> Result<Answered, Error> {
+        Ok(Answered { answer: self.examined(&self.loaded.robot.model, session)?, sealed: self })
+    }
+
+    /// Compares what is named falsely with the signals of the true causes.
+    fn tied(&self, one: &mut Examined) -> Result<(), Error> {
+        if !one.has_false_name() {
+            return Ok(());
+        }
+        let Sealed { loaded, .. } = self;
+        let signals = Signals::new(&loaded.robot.model, &loaded.campaign, &one.truth);
+        one.compare(&signals.map_err(|error| self.impossible(&error))?).map_err(|error| self.impossible(&error))
+    }
+}
+
+/// A sealed campaign that was diagnosed.
+struct Answered {
+    sealed: Sealed,
+    answer: Answer,
+}
+
+impl Answered {
+    /// Scores the answer, and that without the true effect of a single one where that is asked for.
+    fn opened(self, command: &BlindScore, session: &Session) -> Result<(Examined, Option<Examined>), Error> {
+        let Self { sealed, answer } = self;
+        let name = sealed.folder.file_name().unwrap_or_default();
         let path = command.folder.join("truth").join(Path::new(name).with_extension("json"));
         let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
-        if !source.ends_with(&seal(&text)) {
+        if !sealed.loaded.raw.source.as_ref().is_some_and(|source| source.ends_with(&seal(&text))) {
             return Err(Error::input(
                 format!("`{}` is not the truth that was sealed: its SHA-256 differs", path.display()),
                 "make the campaigns again",
             ));
         }
         let truth: Truth = serde_json::from_str(&text).map_err(|error| unreadable(&path, &error))?;
-        all.push(answer.open(truth));
+        let mut one = answer.open(truth.clone());
+        sealed.tied(&mut one)?;
+        let left_out = match &truth.causes[..] {
+            [cause] if command.leave_out && truth.kind == Kind::Single.name() => {
+                without(&sealed.loaded.robot.model, &sealed.loaded.campaign, &cause.effect)
+            }
+            _ => None,
+        };
+        let Some(model) = left_out else { return Ok((one, None)) };
+        let mut left_out = sealed.examined(&model, session)?.open_left_out(truth);
+        sealed.tied(&mut left_out)?;
+        Ok((one, Some(left_out)))
     }
-    let figures = score(&all);
-    Output::new(score_text(&figures, &all, session.terminal.screen), &results::BlindScore::new(&figures, &all))
 }
