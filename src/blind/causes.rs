@@ -10,13 +10,13 @@ use super::shapes::Shape;
 use crate::model::Model;
 
 /// Effect, site, shape; none where the robot has not what the shape needs.
-type Named = Option<(&'static str, String, Shape)>;
+pub type Drawing = Option<(&'static str, String, Shape)>;
 
 /// A turn, rad.
 const TURN: f64 = std::f64::consts::TAU;
 
 /// An effect of the catalogue at a site, in a shape of its own.
-pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Named {
+pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Drawing {
     let variable = random.random_range(0..model.variables.len());
     let frame = random.random_range(1..model.frames.len());
     let mut draw = Draw { model, random, variable, joint: joint_of(model, variable), frame };
@@ -24,7 +24,7 @@ pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Nam
 }
 
 /// Something that the catalogue does not know.
-pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Named {
+pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Drawing {
     let count = model.variables.len();
     let variable = random.random_range(0..count);
     let kind = random.random_range(0..4);
@@ -95,7 +95,7 @@ impl Draw<'_> {
     }
 
     /// Effects that a load shows, in deflections and in positions under own weight.
-    fn of_load(&mut self, kind: usize) -> Named {
+    fn of_load(&mut self, kind: usize) -> Drawing {
         let (variable, joint, frame) = (self.variable, self.joint, self.frame);
         let at_joint = self.at_joint(joint);
         Some(match kind {
@@ -121,7 +121,7 @@ impl Draw<'_> {
         })
     }
 
-    fn of_deflection(&mut self) -> Named {
+    fn of_deflection(&mut self) -> Drawing {
         match self.within(0.0, 9.0) as usize {
             kind @ 0..=4 => self.of_load(kind),
             5 | 6 if self.is_serial() => Some(self.balancing_spring()),
@@ -151,7 +151,7 @@ impl Draw<'_> {
         ("gravity-compensator", self.at_joint(joint), shape)
     }
 
-    fn of_position(&mut self) -> Named {
+    fn of_position(&mut self) -> Drawing {
         let (model, variable, frame, count) = (self.model, self.variable, self.frame, self.model.variables.len());
         let (at_joint, at_link) = (self.at_joint(self.joint), self.at_link());
         Some(match self.within(0.0, 16.0) as usize {

@@ -6,8 +6,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::calibrated::joint_compliances;
 use crate::description::campaign::{Campaign, Conditions, Reading};
-use crate::effects::Nonlinear;
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
@@ -33,7 +33,7 @@ const TEMPERATURE: [f64; 3] = [20.0, 9.0, 2.0];
 /// A robot and how it is measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Design<'a> {
-    /// The robot; it has markers.
+    /// The robot.
     pub model: &'a Model,
     /// Its name.
     pub robot: &'a str,
@@ -61,12 +61,9 @@ impl<'a> Bench<'a> {
         // What the campaign does not calibrate is as described, so that a null is one.
         let (geometry, elastic) = if design.is_deflection { (0.0, 1.0) } else { (1.0, 0.0) };
         let mut values = draw_errors(model, geometry, elastic, random);
-        if let Some(effect) = model.catalogue.get("joint-compliance") {
-            let of = |site| effect.constants(model, site, &Nonlinear::default());
-            let calibrated: Vec<usize> = model.sites_with_constants(effect.as_ref()).iter().flat_map(of).collect();
-            for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
-                values[slot] = model.registry[slot].nominal;
-            }
+        let calibrated = joint_compliances(model);
+        for slot in model.elastic_slots().into_iter().filter(|slot| !calibrated.contains(slot)) {
+            values[slot] = model.registry[slot].nominal;
         }
         if !design.is_deflection {
             for (k, size) in BASE.into_iter().enumerate() {
@@ -104,9 +101,11 @@ impl<'a> Bench<'a> {
             let time = (INTERVAL * (pose as f64 + late)).round();
             let temperature = warm_up(time / (INTERVAL * poses as f64));
             let sides: Vec<f64> = model.variables.iter().map(|_| if random.random() { 1.0 } else { -1.0 }).collect();
-            for marker in 0..model.markers.len() {
+            let points =
+                if model.markers.is_empty() { vec![None] } else { (0..model.markers.len()).map(Some).collect() };
+            for marker in points {
                 for &wrench in wrenches {
-                    let (row, marker) = (campaign.readings.len() + 1, Some(marker));
+                    let row = campaign.readings.len() + 1;
                     let check = Some(false);
                     let blank = campaign.blank();
                     campaign.readings.push(Reading { row, pose, marker, wrench, check, ..blank });

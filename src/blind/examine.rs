@@ -144,7 +144,10 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
     // Outliers are left out of the plain calibration as well, so that the causes are judged alone.
     let kept = campaign.select(|_, reading| !found.outliers.contains(&reading.row));
     let asked = estimation::Settings { only, ..estimation::Settings::default() };
-    let plain = calibrate(model, &kept, &vec![false; kept.readings.len()], &asked, &mut |_| {})?;
+    let plain = match calibrate(model, &kept, &vec![false; kept.readings.len()], &asked, &mut |_| {}) {
+        Ok(plain) => plain,
+        Err(error) => return Ok(Answer::refused(error.to_string(), taken)),
+    };
     let left = |model: &Model, values: &[f64]| -> Result<f64, CalibrationError> {
         let mut out = Linearised::default();
         Predictor::new(model, fresh, Vec::new())?.linearise(values, false, &mut out)?;

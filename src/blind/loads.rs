@@ -40,11 +40,14 @@ pub struct Applied {
 }
 
 impl Applied {
-    /// The force of a reading, at its marker.
+    /// The force of a reading, at its marker or the tool.
     pub fn of(geometry: &Geometry, reading: &Reading) -> Self {
-        let marker = reading.marker.unwrap_or(0);
+        let (frame, point) = match reading.marker {
+            Some(marker) => (geometry.model.markers[marker].frame, geometry.marker(marker)),
+            None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
+        };
         let force = Vector3::new(reading.wrench[0], reading.wrench[1], reading.wrench[2]);
-        Self { frame: geometry.model.markers[marker].frame, point: geometry.marker(marker), force }
+        Self { frame, point, force }
     }
 }
 

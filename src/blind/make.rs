@@ -5,13 +5,15 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::causes::{known, unknown};
+use super::causes::{Drawing, known, unknown};
 use super::design::{Bench, Design, normal};
 use super::plant::Plant;
 use super::projection::{Projection, each_shows};
 use super::shapes::Shape;
 use super::truth::{Truth, TruthCause};
+use super::workshop::Odd;
 use crate::description::campaign::Campaign;
+use crate::model::Model;
 use crate::prediction::PredictionError;
 
 /// What a sealed campaign hides.
@@ -29,6 +31,8 @@ pub enum Kind {
     Unknown,
     /// One effect, then what no catalogue knows.
     Mixture,
+    /// None, and readings that are not what they are said to be.
+    Trap,
 }
 
 impl Kind {
@@ -41,13 +45,14 @@ impl Kind {
             Self::Null => "null",
             Self::Unknown => "unknown",
             Self::Mixture => "mixture",
+            Self::Trap => "trap",
         }
     }
 
     /// Number of causes.
     fn causes(self) -> usize {
         match self {
-            Self::Null => 0,
+            Self::Null | Self::Trap => 0,
             Self::Single | Self::Unknown => 1,
             Self::Pair | Self::Mixture => 2,
             Self::Triple => 3,
@@ -79,7 +84,7 @@ const LOADED: f64 = 0.02;
 /// Share of nulls and of single causes that have outliers in addition.
 const WITH_OUTLIERS: [f64; 2] = [0.4, 0.06];
 /// Displacement of an outlier: least, and how much more at most, over the noise.
-const OUTLIER: [f64; 2] = [15.0, 60.0];
+pub(super) const OUTLIER: [f64; 2] = [15.0, 60.0];
 
 /// Draws a sealed campaign.
 ///
@@ -90,7 +95,12 @@ pub fn draw(design: &Design, name: &str, kind: Kind, random: &mut ChaCha8Rng) ->
     let mut campaign = bench.planned(0.0, random)?;
     let mut fresh = bench.planned(0.5, random)?;
     let projection = Projection::new(design.model, &bench.values, &campaign)?;
-    let (plant, causes) = drawn_causes(&bench, &campaign, &projection, kind, random)?;
+    let next = |model: &Model, drawn: &[TruthCause], random: &mut ChaCha8Rng| match kind {
+        Kind::Unknown => unknown(model, design.is_deflection, random),
+        Kind::Mixture if drawn.len() == 1 => unknown(model, design.is_deflection, random),
+        _ => known(model, design.is_deflection, random),
+    };
+    let (plant, causes) = drawn_causes(&bench, &campaign, &projection, kind, &next, random)?;
     let outliers = drawn_outliers(kind, campaign.readings.len(), random);
     let mut with_outliers = plant.clone();
     with_outliers.causes.push((Shape::Outliers(outliers.clone()), 1.0));
@@ -110,19 +120,24 @@ pub fn draw(design: &Design, name: &str, kind: Kind, random: &mut ChaCha8Rng) ->
         gap: (1.0 + (left / bench.noise()).powi(2)).sqrt(),
         causes,
         outliers: outliers.iter().map(|(reading, _)| reading + 1).collect(),
+        instrument: None,
     };
     Ok(Drawn { campaign, fresh, truth })
 }
 
+/// Draws the next cause, given those before.
+type Next<'n> = dyn Fn(&Model, &[TruthCause], &mut ChaCha8Rng) -> Drawing + 'n;
+
 /// The machine with its causes, each as large as leaves a drawn gap and showing something that the others do not.
-fn drawn_causes<'a>(
+pub(super) fn drawn_causes<'a>(
     bench: &Bench<'a>,
     campaign: &Campaign,
     projection: &Projection,
     kind: Kind,
+    next: &Next,
     random: &mut ChaCha8Rng,
 ) -> Result<(Plant<'a>, Vec<TruthCause>), PredictionError> {
-    let Design { model, is_deflection, .. } = bench.design;
+    let Design { model, .. } = bench.design;
     let mut plant = Plant { model, values: bench.values.clone(), causes: Vec::new() };
     let (weight, load) = (plant.own_loads(campaign)?, plant.all_loads(campaign)?);
     let mut left_by_each: Vec<DVector<f64>> = Vec::new();
@@ -131,12 +146,7 @@ fn drawn_causes<'a>(
         if truth.len() == kind.causes() {
             break;
         }
-        let drawn = match kind {
-            Kind::Unknown => unknown(model, is_deflection, random),
-            Kind::Mixture if truth.len() == 1 => unknown(model, is_deflection, random),
-            _ => known(model, is_deflection, random),
-        };
-        let Some((effect, site, shape)) = drawn else { continue };
+        let Some((effect, site, shape)) = next(model, &truth, random) else { continue };
         if truth.iter().any(|known| known.effect == effect || known.site == site) {
             continue;
         }
@@ -168,9 +178,10 @@ fn can_show(shape: &Shape, weight: &[f64], load: &[f64]) -> bool {
     match *shape {
         // Builders balance the joints that carry the arm, and no others.
         Shape::Spring { variable, .. } => reaches(weight, variable, BALANCED),
-        Shape::WindUp { variable, .. } | Shape::Compliant { variable, .. } | Shape::Pressed { variable, .. } => {
-            reaches(load, variable, LOADED)
-        }
+        Shape::Odd(Odd::DeadZone { variable, .. } | Odd::Stop { variable, .. })
+        | Shape::WindUp { variable, .. }
+        | Shape::Compliant { variable, .. }
+        | Shape::Pressed { variable, .. } => reaches(load, variable, LOADED),
         _ => true,
     }
 }

@@ -3,6 +3,7 @@
 //! The generator knows nothing of the catalogue's formulas. It moves joints, points and constants in shapes of its own,
 //! exactly and not to first order, as machines do; the catalogue is to recognise the cause all the same.
 
+mod calibrated;
 mod causes;
 mod design;
 mod examine;
@@ -14,9 +15,12 @@ mod projection;
 mod reliability;
 mod score;
 mod shapes;
+mod situation;
 mod tied;
 mod truth;
+pub mod workshop;
 
+pub use calibrated::calibrated;
 pub use design::Design;
 pub use examine::{Answer, Named, examine, without};
 pub use examined::{Examined, LEFT_OUT};
@@ -24,9 +28,10 @@ pub use make::{Drawn, Kind, draw};
 pub use plant::Plant;
 pub use reliability::{Bin, Rate, Rates, Reliability};
 pub use score::{Class, Score, score};
-pub use shapes::{Shape, Situation};
+pub use shapes::Shape;
+pub use situation::Situation;
 pub use tied::Signals;
-pub use truth::{Truth, TruthCause};
+pub use truth::{Instrument, Truth, TruthCause};
 
 use sha2::{Digest, Sha256};
 

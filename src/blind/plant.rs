@@ -4,7 +4,8 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::loads::{Applied, JointLoads, Weights};
-use super::shapes::{Shape, Situation};
+use super::shapes::Shape;
+use super::situation::Situation;
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
@@ -109,6 +110,8 @@ struct Placed<'a> {
     angles: Vec<f64>,
     /// Side of approach of each variable.
     side: Vec<f64>,
+    /// Move of each variable from the configuration before.
+    last_move: Vec<f64>,
     /// Turn of each joint by its variable.
     rates: Vec<f64>,
     /// Share of the campaign's length.
@@ -132,12 +135,15 @@ impl Machine<'_> {
         let JointLoads { loads: own_loads, rates } = self.weights.loads(&geometry, q, None)?;
         let JointLoads { loads, .. } = self.weights.loads(&geometry, q, Some(applied))?;
         let sides = |v: usize| self.campaign.conditions.sides(v).map_or(0.0, |all| all[index]);
+        let last_move = &self.campaign.conditions.last_move;
+        let moves = |v: usize| last_move.get(v).map(|all| all[index]).filter(|moved| moved.is_finite()).unwrap_or(0.0);
         let placed = Placed {
             geometry: &geometry,
             placements,
             q,
             angles: self.weights.joints.iter().map(|&joint| placements.joints[joint]).collect(),
             side: (0..self.weights.joints.len()).map(sides).collect(),
+            last_move: (0..self.weights.joints.len()).map(moves).collect(),
             rates,
             time,
         };
@@ -175,8 +181,8 @@ impl Machine<'_> {
 
     /// The point under loads on the joints and a force, base frame, with joints and bodies as the causes turn them.
     fn position(&self, placed: &Placed, load: &[f64], applied: &Applied) -> Result<Vector3<f64>, PredictionError> {
-        let Placed { q, angles, side, time, .. } = placed;
-        let situation = Situation { q, joints: angles, load, greatest: &self.greatest, side, time: *time };
+        let Placed { q, angles, side, last_move, time, .. } = placed;
+        let situation = Situation { q, joints: angles, load, greatest: &self.greatest, side, last_move, time: *time };
         let mut turned = q.to_vec();
         for (shape, size) in &self.plant.causes {
             if let Some((variable, angle)) = shape.turns(&situation) {
@@ -223,8 +229,13 @@ impl Machine<'_> {
             if let Some(by) = shape.smooth(placed.q, applied.force.norm()) {
                 *moved += by * *size;
             }
+            if let Shape::Odd(odd) = shape
+                && let Some(by) = odd.pushes(&placed.last_move)
+            {
+                *moved += by * *size;
+            }
             if let Shape::Slip { marker, at, by } = shape
-                && measured == Some(*marker)
+                && measured.unwrap_or(0) == *marker
                 && time > *at
             {
                 *moved += placed.placements.frames[applied.frame].rotation * by * *size;
@@ -252,6 +263,12 @@ impl Machine<'_> {
         for (shape, size) in &self.plant.causes {
             match shape {
                 Shape::Scale => shown *= 1.0 + size,
+                Shape::Odd(odd) => {
+                    let share = index as f64 / self.campaign.readings.len() as f64;
+                    if let Some(by) = odd.shows(share, &shown) {
+                        shown += by * *size;
+                    }
+                }
                 Shape::Outliers(which) => {
                     let own = which.iter().filter(|(reading, _)| *reading == index);
                     own.for_each(|(_, by)| shown += by * sigma * *size);

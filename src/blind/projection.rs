@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::calibrated::calibrated;
 use super::plant::Plant;
 use super::shapes::Shape;
 use crate::description::campaign::Campaign;
-use crate::diagnosis::nuisance;
 use crate::model::Model;
 use crate::parameter::Kind;
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -38,10 +38,13 @@ pub struct Projection {
 
 impl Projection {
     pub fn new(model: &Model, values: &[f64], campaign: &Campaign) -> Result<Self, PredictionError> {
-        let mut slots = nuisance(model, campaign, &campaign.calibrate);
+        let mut slots = calibrated(model, campaign.is_difference());
         if campaign.estimate_base {
             slots.extend(model.base..model.base + 6);
             slots.extend(model.markers.iter().flat_map(|marker| marker.slot..marker.slot + 3));
+            if model.markers.is_empty() {
+                slots.extend(model.tool.1..model.tool.1 + 3);
+            }
         }
         let predictor = Predictor::new(model, campaign, slots.clone())?;
         let mut found = Linearised::default();

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::examine::Named;
 use super::examined::Examined;
+use super::truth::Truth;
 use crate::diagnosis::Level;
 use crate::math::quantiles::normal95;
 
@@ -41,15 +42,13 @@ impl Rate {
     }
 }
 
-/// Rates of the campaigns of one kind.
+/// Rates of campaigns of one kind.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rates {
     /// Kind.
     pub kind: String,
-    /// The robot; `None` of all.
-    pub robot: Option<String>,
-    /// What a reading is; `None` of all.
-    pub observes: Option<String>,
+    /// Which of them: all; those of a robot and a kind of readings; those of a kind of noise, stated or not.
+    pub among: String,
     /// Campaigns whose answer is right, with the sites of known causes.
     pub right: Rate,
     /// Campaigns with a false name.
@@ -60,21 +59,26 @@ pub struct Rates {
     pub kept: Rate,
 }
 
-/// Rates by kind over all robots, then by robot.
+/// Sets to which a campaign belongs, by place in tables and name.
+fn sets(truth: &Truth) -> Vec<(usize, String)> {
+    let noises = truth.instrument.iter().flat_map(|instrument| {
+        let stated = if instrument.is_stated { "noise stated" } else { "noise not stated" };
+        [(2, format!("{} noise", instrument.noise)), (3, stated.to_string())]
+    });
+    let own = [(0, "all".to_string()), (1, format!("{} {}", truth.robot, truth.observes))];
+    own.into_iter().chain(noises).collect()
+}
+
+/// Rates by kind, over all and by robot and noise.
 pub fn rates(all: &[Examined]) -> Vec<Rates> {
-    let mut keys: Vec<(String, Option<String>, Option<String>)> = Vec::new();
+    let mut keys: Vec<(&str, (usize, String))> = Vec::new();
     for Examined { truth, .. } in all {
-        keys.push((truth.kind.clone(), None, None));
-        keys.push((truth.kind.clone(), Some(truth.robot.clone()), Some(truth.observes.clone())));
+        keys.extend(sets(truth).into_iter().map(|set| (truth.kind.as_str(), set)));
     }
     keys.sort();
     keys.dedup();
-    let one = |(kind, robot, observes): (String, Option<String>, Option<String>)| {
-        let is_own = |one: &&Examined| {
-            one.truth.kind == kind
-                && robot.as_ref().is_none_or(|robot| *robot == one.truth.robot)
-                && observes.as_ref().is_none_or(|observes| *observes == one.truth.observes)
-        };
+    let one = |(kind, set): (&str, (usize, String))| {
+        let is_own = |one: &&Examined| one.truth.kind == kind && sets(&one.truth).contains(&set);
         let own: Vec<&Examined> = all.iter().filter(is_own).collect();
         let has_sites = |one: &Examined| one.is_at_site() || !one.is_hit();
         Rates {
@@ -82,9 +86,8 @@ pub fn rates(all: &[Examined]) -> Vec<Rates> {
             false_names: Rate::of(own.iter().map(|one| one.has_false_name())),
             open: Rate::of(own.iter().map(|one| one.is_open())),
             kept: Rate::of(own.iter().filter(|one| !one.named.is_empty()).map(|one| one.keeps_promise())),
-            kind,
-            robot,
-            observes,
+            kind: kind.into(),
+            among: set.1,
         }
     };
     keys.into_iter().map(one).collect()

@@ -37,7 +37,7 @@ pub struct Score {
     pub named: usize,
     /// Outliers: true, found of these, found in all.
     pub outliers: [usize; 3],
-    /// Rates by kind, over all robots and by robot.
+    /// Rates by kind, over all and by robot and noise.
     pub rates: Vec<Rates>,
     /// How often a cause named with a law is right, by the stability and by the probability that is said of it.
     pub reliability: Reliability,

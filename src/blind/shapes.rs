@@ -3,24 +3,9 @@
 
 use nalgebra::Vector3;
 
+use super::situation::Situation;
+use super::workshop::Odd;
 use crate::parameter::Slot;
-
-/// The state of the machine when a reading is taken.
-#[derive(Debug, Clone, Copy)]
-pub struct Situation<'a> {
-    /// Variables as commanded, rad and m.
-    pub q: &'a [f64],
-    /// Joints moved by the variables, rad.
-    pub joints: &'a [f64],
-    /// Load on each variable's joint, N.m.
-    pub load: &'a [f64],
-    /// Greatest such loads in the campaign.
-    pub greatest: &'a [f64],
-    /// Side of approach of each variable.
-    pub side: &'a [f64],
-    /// Time as a share of the campaign's length.
-    pub time: f64,
-}
 
 /// A cause in its shape; all are multiplied by a size.
 #[derive(Debug, Clone)]
@@ -66,12 +51,14 @@ pub enum Shape {
     Smooth { waves: Vec<(Vec<f64>, f64, Vector3<f64>)>, by_force: bool },
     /// One marker has slipped from some time on, along its frame's axes.
     Slip { marker: usize, at: f64, by: Vector3<f64> },
+    /// What the second generator has besides.
+    Odd(Odd),
 }
 
 impl Shape {
     /// What a unit of it turns one joint by, rad: variable and angle.
     pub fn turns(&self, s: &Situation) -> Option<(usize, f64)> {
-        let share = |v: usize, soft: f64| s.load[v] / (soft * s.greatest[v]).max(f64::MIN_POSITIVE);
+        let share = |v: usize, soft: f64| s.share(v, soft);
         Some(match *self {
             Self::Swing { variable, order, phase, second } => {
                 let turned = order * s.joints[variable] + phase;
@@ -113,6 +100,7 @@ impl Shape {
                 let pull = (s.q[of[0]] + 0.4).cos() * (0.8 * s.q[of[1]]).sin() + 0.3 * (s.q[of[0]] - s.q[of[1]]).sin();
                 (variable, pull * if by_load { share(variable, 1.0) } else { 1.0 })
             }
+            Self::Odd(ref odd) => return odd.turns(s),
             _ => return None,
         })
     }

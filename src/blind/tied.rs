@@ -99,7 +99,7 @@ impl<'a> Signals<'a> {
                 project_off(residual, &orthonormal(&DMatrix::from_columns(&columns), None)).norm()
             };
             let candidates = self.candidates(&cause.effect, &cause.site)?.into_iter();
-            let best = candidates.map(|own| project_off(&own, &self.basis)).filter(|own| own.ncols() > 0);
+            let best = candidates.map(|own| orthonormal(&own, Some(&self.basis))).filter(|own| own.ncols() > 0);
             all.extend(best.min_by(|a, b| with(a).total_cmp(&with(b))));
         }
         let columns: Vec<_> = all.iter().flat_map(|own| own.column_iter()).collect();

@@ -21,6 +21,18 @@ pub struct Truth {
     pub causes: Vec<TruthCause>,
     /// Rows of outliers.
     pub outliers: Vec<usize>,
+    /// The noise, where there are several kinds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<Instrument>,
+}
+
+/// The noise of a sealed campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Instrument {
+    /// Its kind.
+    pub noise: String,
+    /// Whether the campaign states its size.
+    pub is_stated: bool,
 }
 
 /// A cause that was put in.

@@ -72,10 +72,7 @@ fn share(rate: &Rate) -> String {
 
 fn rates(all: &[Rates], screen: Screen) -> String {
     let rows = all.iter().map(|of| {
-        let whose = match (&of.robot, &of.observes) {
-            (Some(robot), Some(observes)) => format!("{}, {robot} {observes}", of.kind),
-            _ => format!("{}, all", of.kind),
-        };
+        let whose = format!("{}, {}", of.kind, of.among);
         let rates = [&of.right, &of.false_names, &of.open, &of.kept];
         std::iter::once(whose).chain(rates.into_iter().map(share)).collect()
     });

@@ -1,6 +1,8 @@
 //! Withheld effects: a dozen sealed campaigns, modest floors.
 
-use elastogeo::blind::{Design, Drawn, Kind, Rate, Signals, draw, examine, score, seal, without};
+use elastogeo::blind::{
+    Design, Drawn, Kind, Rate, Signals, Truth, calibrated, draw, examine, score, seal, without, workshop,
+};
 use elastogeo::files::Reader;
 use elastogeo::simulation::generator;
 use rayon::prelude::*;
@@ -148,6 +150,103 @@ fn names_are_false_only_where_nothing_excuses_them() {
     assert!(one.is_open());
     one.named[0].site = "nowhere".into();
     assert!(!one.is_open() && !one.has_false_name());
+}
+
+const SCARA: &str = "
+units: {length: mm, angle: deg, mass: kg}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 400, limits: [-140, 140]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 325, limits: [-140, 140]}
+  3: {antecedent: 2, joint: prismatic, variable: qz, d: 225, limits: [0, 200]}
+  4: {antecedent: 3, joint: revolute, variable: q4, limits: [-180, 180]}
+tool: {frame: 4}
+";
+
+const ON_A_RAIL: &str = "
+units: {length: mm, angle: deg, mass: kg}
+frames:
+  rail: {antecedent: 0, joint: prismatic, variable: qx, alpha: 90, limits: [0, 3000]}
+  1: {antecedent: rail, joint: revolute, variable: q1, alpha: -90, r: 500, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: -90, d: 300, limits: [-130, 10]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 900, limits: [-60, 60]}
+  4: {antecedent: 3, joint: revolute, variable: q4, alpha: -90, d: 100, r: 900, limits: [-170, 170]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, limits: [-110, 110]}
+  6: {antecedent: 5, joint: revolute, variable: q6, alpha: -90, limits: [-180, 180]}
+tool: {frame: 6}
+bodies:
+  2: {mass: 60, com: [400, 0, 0]}
+  3: {mass: 50, com: [100, 100, 0]}
+";
+
+#[test]
+fn a_workshop_measures_any_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in [("scara.yaml", SCARA), ("on-a-rail.yaml", ON_A_RAIL)] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let plans = ["scara.yaml:position:20", "on-a-rail.yaml:position:20", "barrett-wam:position:20"];
+    let mut make = vec!["blind", "make", "--at", "workshop", "--seed", "3", "--count", "18", "--into", "sealed"];
+    plans.iter().for_each(|plan| make.extend(["--plan", plan]));
+    let run = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_elastogeo"))
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .expect("the program runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&make);
+    let kinds = ["single", "unknown", "pair", "null", "mixture", "trap"];
+    for k in 0..18 {
+        let name = format!("sealed-{:03}", k + 1);
+        let path = folder.path().join("sealed/truth").join(format!("{name}.json"));
+        let text = std::fs::read_to_string(path).expect("a truth");
+        let truth: Truth = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(
+            (truth.kind.as_str(), truth.robot.as_str()),
+            (kinds[k % 6], ["scara", "on-a-rail", "barrett-wam"][k / 6])
+        );
+        assert_eq!(truth.causes.len(), [1, 1, 2, 0, 2, 1][k % 6], "{truth:?}");
+        let campaign = folder.path().join("sealed").join(&name).join("campaign.yaml");
+        let loaded = Reader::default().campaign(&campaign.display().to_string(), None).expect("a campaign");
+        assert_eq!(loaded.campaign.readings.len(), 60);
+        assert_eq!(loaded.campaign.sigma.is_some(), truth.instrument.expect("an instrument").is_stated);
+        assert!(loaded.campaign.conditions.is_ordered);
+        for cause in truth.causes.iter().filter(|_| k % 6 != 5) {
+            assert_eq!(cause.adds.len(), 180);
+        }
+    }
+}
+
+#[test]
+fn what_the_bench_calibrates_is_what_the_diagnosis_does() {
+    for name in elastogeo::files::bundled_robots() {
+        let model = Reader::default().robot(&name).expect("a bundled robot").model;
+        for (is_difference, known) in [(false, &["geometry", "joint-offset"][..]), (true, &["joint-compliance"])] {
+            let known: Vec<String> = known.iter().map(ToString::to_string).collect();
+            let observes =
+                if is_difference { elastogeo::observation::DEFLECTION } else { elastogeo::observation::POSITION };
+            let campaign = elastogeo::description::campaign::Campaign { observes, ..Default::default() };
+            let theirs = elastogeo::diagnosis::nuisance(&model, &campaign, &known);
+            assert_eq!(calibrated(&model, is_difference), theirs, "{name}");
+        }
+    }
+}
+
+#[test]
+fn noises_differ_and_are_as_large_as_the_truth_says() {
+    let robot = Reader::default().robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
+    let design = Design { model: &robot.model, robot: "kuka-kr270", is_deflection: false, poses: 40 };
+    let mut seen = std::collections::BTreeMap::new();
+    for seed in 0..24 {
+        let Drawn { truth, campaign, .. } =
+            workshop::draw(&design, "sealed", Kind::Null, seed % 2 == 0, &mut generator(seed)).expect("a campaign");
+        assert_eq!(campaign.sigma.is_some(), seed % 2 == 0);
+        assert!(truth.causes.is_empty() && (truth.gap - 1.0).abs() < 1e-6, "{truth:?}");
+        *seen.entry(truth.instrument.expect("an instrument").noise).or_insert(0) += 1;
+        assert!((2e-5..8e-5).contains(&truth.noise));
+    }
+    assert_eq!(seen.len(), 5, "{seen:?}");
 }
 
 #[test]

@@ -8,7 +8,9 @@ use clap::{Args, Subcommand, ValueEnum};
 #[derive(Debug, Subcommand)]
 pub enum Blind {
     /// Draw sealed campaigns, their truths apart.
-    #[command(after_help = "Examples:\n  elastogeo blind make --count 10 --seed 7 --into sealed")]
+    #[command(
+        after_help = "Examples:\n  elastogeo blind make --count 10 --seed 7 --into sealed\n  elastogeo blind make --at workshop --count 40 --seed 11 --into sealed --plan kuka-kr270:position:30"
+    )]
     Make(BlindMake),
     /// Diagnose sealed campaigns, then open their truths.
     #[command(after_help = "Examples:\n  elastogeo blind score sealed\n  elastogeo blind score sealed --leave-out")]
@@ -24,11 +26,20 @@ pub struct BlindMake {
     /// Number of campaigns.
     #[arg(long, default_value_t = 20)]
     pub count: usize,
-    /// Kinds, in turns.
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [BlindKind::Single, BlindKind::Pair, BlindKind::Triple, BlindKind::Null, BlindKind::Unknown])]
+    /// Where it is measured: a laboratory has a heavy robot and independent noise that is stated; a workshop has any robot,
+    /// noise of several kinds, the last moves, and more that no catalogue knows.
+    #[arg(long, value_enum, default_value_t = Place::Laboratory)]
+    pub at: Place,
+    /// Kinds, in turns; by default single, pair, triple, null, unknown, and in a workshop single, unknown, pair, null,
+    /// mixture, trap.
+    #[arg(long, value_enum, value_delimiter = ',')]
     pub kinds: Vec<BlindKind>,
+    /// Whether a workshop states its noise; `mixed`: some do.
+    #[arg(long, value_enum, default_value_t = Sigma::Mixed)]
+    pub sigma: Sigma,
     /// What is measured, in turns: a robot, `position` or `deflection`, and the number of configurations; its springs
-    /// between bodies are left out. By default every bundled robot with identifiable springs, both ways.
+    /// between bodies are left out. By default every bundled robot with identifiable springs, both ways, and in a workshop
+    /// all bundled robots.
     #[arg(long = "plan", value_name = "ROBOT:OBSERVES:POSES")]
     pub plans: Vec<String>,
 }
@@ -58,4 +69,26 @@ pub enum BlindKind {
     Unknown,
     /// One effect, and what no catalogue knows.
     Mixture,
+    /// Readings that are not what they are said to be; in a workshop only.
+    Trap,
+}
+
+/// Where sealed campaigns are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Place {
+    /// One kind of noise, which is stated.
+    Laboratory,
+    /// Noise of several kinds.
+    Workshop,
+}
+
+/// Whether noise is stated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Sigma {
+    /// Always.
+    Stated,
+    /// Never.
+    Unstated,
+    /// Now and then.
+    Mixed,
 }

@@ -6,7 +6,7 @@ mod planned;
 mod robot;
 mod start;
 
-pub use blind::{Blind, BlindKind, BlindMake, BlindScore};
+pub use blind::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
 pub use campaign::{
     Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Register, Report,
     Residuals, Robust, Scale, SchemeName, SplitName, WeightsName,

@@ -2,17 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use rand::RngExt;
 use rayon::prelude::*;
 use serde_json::json;
 
+use super::convert::written;
 use super::simulate::csv;
 use crate::Error;
-use crate::blind::{Answer, Design, Drawn, Examined, Kind, Signals, Truth, draw, examine, seal, without};
-use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore};
+use crate::blind::{Answer, Design, Drawn, Examined, Kind, Signals, Truth, draw, examine, seal, without, workshop};
+use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::raw::RawMarker;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedCampaign, LoadedRobot, bundled_robots};
@@ -33,50 +36,56 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
     if !(1..=10_000).contains(&command.count) {
         return Err(Error::input(format!("--count {}", command.count), "give 1 to 10000"));
     }
-    let plans = plans(&command.plans, session)?;
+    let kinds = kinds(command)?;
+    let plans = plans(command, session)?;
     let drawn: Vec<Result<Drawn, Error>> = (0..command.count)
         .into_par_iter()
         .map(|k| {
             // Every campaign has its own stream, so that it does not depend on how many are drawn.
             let mut random = generator(seed.wrapping_mul(1_000_003).wrapping_add(k as u64));
-            let kind = match command.kinds[k % command.kinds.len()] {
-                BlindKind::Single => Kind::Single,
-                BlindKind::Pair => Kind::Pair,
-                BlindKind::Triple => Kind::Triple,
-                BlindKind::Null => Kind::Null,
-                BlindKind::Unknown => Kind::Unknown,
-                BlindKind::Mixture => Kind::Mixture,
+            let (kind, name) = (kinds[k % kinds.len()], format!("sealed-{:03}", k + 1));
+            let design = plans[k / kinds.len() % plans.len()].design();
+            let is_stated = match command.sigma {
+                _ if command.at == Place::Laboratory => true,
+                Sigma::Stated => true,
+                Sigma::Unstated => false,
+                Sigma::Mixed => random.random(),
             };
-            let name = format!("sealed-{:03}", k + 1);
-            let plan = &plans[k / command.kinds.len() % plans.len()];
-            draw(&plan.design(), &name, kind, &mut random).map_err(|error| Error::from(error).at(name))
+            let drawn = match command.at {
+                Place::Laboratory => draw(&design, &name, kind, &mut random),
+                Place::Workshop => workshop::draw(&design, &name, kind, is_stated, &mut random),
+            };
+            drawn.map_err(|error| Error::from(error).at(name))
         })
         .collect();
-    let mut files = Vec::new();
+    let mut files: Vec<(PathBuf, String)> = Vec::new();
+    for Robot { file, text, .. } in plans.iter().filter_map(|plan| plan.written.as_ref()) {
+        if files.iter().all(|(known, _)| known != file) {
+            files.push((file.clone(), text.clone()));
+        }
+    }
     for (k, drawn) in drawn.into_iter().enumerate() {
         let drawn = drawn?;
-        let plan = &plans[k / command.kinds.len() % plans.len()];
+        let plan = &plans[k / kinds.len() % plans.len()];
         let name = drawn.truth.name.clone();
         let folder = command.into.join(&name);
-        for folder in [&folder, &command.into.join("truth")] {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                Error::input(format!("`{}` cannot be made: {error}", folder.display()), "give another folder")
-            })?;
-        }
+        make_folder(&folder)?;
+        make_folder(&command.into.join("truth"))?;
         let truth = serde_json::to_string_pretty(&drawn.truth)? + "\n";
         let hash = seal(&truth);
         files.push((command.into.join("truth").join(format!("{name}.json")), truth));
         for (campaign, yaml_name, csv_name) in
             [(&drawn.campaign, "campaign.yaml", "measurements.csv"), (&drawn.fresh, "fresh.yaml", "fresh.csv")]
         {
+            let sigma = RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3);
             let raw = RawCampaign {
                 campaign: Some(campaign.name.clone()),
                 source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
-                robot: Some(drawn.truth.robot.clone()),
+                robot: Some(plan.reference()),
                 units: units(&plan.robot),
                 observes: Some(Kinds::one(campaign.observes)),
-                instrument: Some(RawInstrument {
-                    sigma: Some(RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3)),
+                instrument: campaign.sigma.map(|_| RawInstrument {
+                    sigma: Some(sigma),
                     ppm: None,
                     torque: None,
                     orientation: None,
@@ -97,10 +106,55 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
+fn make_folder(folder: &Path) -> Result<(), Error> {
+    let refused =
+        |error| Error::input(format!("`{}` cannot be made: {error}", folder.display()), "give another folder");
+    std::fs::create_dir_all(folder).map_err(refused)
+}
+
+/// What campaigns hide, in turns.
+fn kinds(command: &BlindMake) -> Result<Vec<Kind>, Error> {
+    let asked = match (&command.kinds[..], command.at) {
+        ([], Place::Laboratory) => {
+            &[BlindKind::Single, BlindKind::Pair, BlindKind::Triple, BlindKind::Null, BlindKind::Unknown][..]
+        }
+        ([], Place::Workshop) => &[
+            BlindKind::Single,
+            BlindKind::Unknown,
+            BlindKind::Pair,
+            BlindKind::Null,
+            BlindKind::Mixture,
+            BlindKind::Trap,
+        ],
+        (asked, _) => asked,
+    };
+    if command.at == Place::Laboratory && asked.contains(&BlindKind::Trap) {
+        return Err(Error::input("--kinds trap: a laboratory has none", "give --at workshop"));
+    }
+    let kind = |asked: &BlindKind| match asked {
+        BlindKind::Single => Kind::Single,
+        BlindKind::Pair => Kind::Pair,
+        BlindKind::Triple => Kind::Triple,
+        BlindKind::Null => Kind::Null,
+        BlindKind::Unknown => Kind::Unknown,
+        BlindKind::Mixture => Kind::Mixture,
+        BlindKind::Trap => Kind::Trap,
+    };
+    Ok(asked.iter().map(kind).collect())
+}
+
+/// A description that is written next to the campaigns.
+struct Robot {
+    file: PathBuf,
+    text: String,
+    reference: String,
+}
+
 /// A robot as it is measured: what of its description is left out, and how.
 struct Plan {
     name: String,
     robot: LoadedRobot,
+    written: Option<Robot>,
     without: Vec<String>,
     deflection: bool,
     poses: usize,
@@ -112,40 +166,75 @@ impl Plan {
         Design { model: &robot.model, robot: name, is_deflection: *deflection, poses: *poses }
     }
 
-    fn new(session: &Session, name: &str, deflection: bool, poses: usize) -> Result<Self, Error> {
-        let without: Vec<String> = session.reader.robot(name)?.raw.springs.keys().cloned().collect();
-        let robot = session.reader.robot_leaving_out(name, &without.iter().map(String::as_str).collect::<Vec<_>>())?;
-        if robot.model.markers.is_empty() {
+    /// As campaigns name the robot.
+    fn reference(&self) -> String {
+        self.written.as_ref().map_or_else(|| self.name.clone(), |robot| robot.reference.clone())
+    }
+
+    fn new(name: &str, deflection: bool, poses: usize, command: &BlindMake, session: &Session) -> Result<Self, Error> {
+        let loaded = session.reader.robot(name)?;
+        let is_workshop = command.at == Place::Workshop;
+        if deflection && is_workshop && loaded.model.elastic_slots().is_empty() {
+            return Err(Error::input(format!("--plan `{name}`: nothing gives under load"), "measure its positions"));
+        }
+        if loaded.model.markers.is_empty() && !is_workshop {
             return Err(Error::input(format!("--plan `{name}`: the robot has no markers"), "name another robot"));
         }
-        Ok(Self { name: name.into(), robot, without, deflection, poses })
+        let is_bundled = bundled_robots().iter().any(|known| known == name);
+        if is_bundled && !loaded.model.markers.is_empty() {
+            let without: Vec<String> = loaded.raw.springs.keys().cloned().collect();
+            let left: Vec<&str> = without.iter().map(String::as_str).collect();
+            let robot = session.reader.robot_leaving_out(name, &left)?;
+            return Ok(Self { name: name.into(), robot, written: None, without, deflection, poses });
+        }
+        // What is not bundled, or gets markers, is written where the campaigns find it.
+        let short = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let (folder, mut raw) = (command.into.join("robots"), loaded.raw);
+        make_folder(&folder)?;
+        raw.springs.clear();
+        if raw.markers.is_empty() {
+            let unit = raw.units.length.factor();
+            for (k, at) in MARKERS.iter().enumerate() {
+                let at = Some(at.map(|x| x / unit));
+                raw.markers.insert(format!("m{}", k + 1), RawMarker { at, ..RawMarker::default() });
+            }
+        }
+        let file = folder.join(format!("{short}.yaml"));
+        let (text, _) = written(&raw, &file)?;
+        let robot = session.reader.robot_text(&file, &text)?;
+        let reference = format!("../robots/{short}.yaml");
+        let written = Some(Robot { file, text, reference });
+        Ok(Self { name: short, robot, written, without: Vec::new(), deflection, poses })
     }
 }
 
+/// Markers of a robot that has none, on the tool's frame, m.
+const MARKERS: [[f64; 3]; 3] = [[0.09, 0.0, 0.05], [-0.05, 0.08, 0.04], [-0.04, -0.07, 0.09]];
 /// Readings of a deflection campaign's markers, about: the fewer markers, the more configurations.
 const MARKED: usize = 60;
 
-fn plans(asked: &[String], session: &Session) -> Result<Vec<Plan>, Error> {
-    if !asked.is_empty() {
-        return asked.iter().map(|text| asked_plan(text, session)).collect();
+fn plans(command: &BlindMake, session: &Session) -> Result<Vec<Plan>, Error> {
+    if !command.plans.is_empty() {
+        return command.plans.iter().map(|text| asked_plan(text, command, session)).collect();
     }
     let mut plans = Vec::new();
     for name in bundled_robots() {
         let robot = session.reader.robot(&name)?;
         let markers = robot.model.markers.len();
-        if robot.model.elastic_slots().is_empty() || markers == 0 {
-            continue;
-        }
+        let is_workshop = command.at == Place::Workshop;
+        let gives = !robot.model.elastic_slots().is_empty() && markers > 0;
         // Base and markers are unknown in positions; a single marker does not tell them apart.
-        if markers >= 3 {
-            plans.push(Plan::new(session, &name, false, 45)?);
+        if markers >= 3 && gives || markers == 0 && is_workshop {
+            plans.push(Plan::new(&name, false, 45, command, session)?);
         }
-        plans.push(Plan::new(session, &name, true, MARKED / markers)?);
+        if gives {
+            plans.push(Plan::new(&name, true, MARKED / markers, command, session)?);
+        }
     }
     Ok(plans)
 }
 
-fn asked_plan(text: &str, session: &Session) -> Result<Plan, Error> {
+fn asked_plan(text: &str, command: &BlindMake, session: &Session) -> Result<Plan, Error> {
     let refused = || {
         Error::input(format!("--plan `{text}`"), "write ROBOT:position:45 or ROBOT:deflection:20, of 10 to 1000 poses")
     };
@@ -155,8 +244,8 @@ fn asked_plan(text: &str, session: &Session) -> Result<Plan, Error> {
     };
     let poses = poses.parse::<usize>().ok().filter(|poses| (10..=1000).contains(poses)).ok_or_else(refused)?;
     match observes {
-        "position" => Plan::new(session, name, false, poses),
-        "deflection" => Plan::new(session, name, true, poses),
+        "position" => Plan::new(name, false, poses, command, session),
+        "deflection" => Plan::new(name, true, poses, command, session),
         _ => Err(refused()),
     }
 }

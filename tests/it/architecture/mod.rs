@@ -74,6 +74,35 @@ fn modules_import_from_lower_floors_only() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// Of the blind bench only these may know what is judged: they put questions to the diagnosis, and score it.
+const SCORING: &[&str] = &[
+    "blind/examine.rs",
+    "blind/examined.rs",
+    "blind/reliability.rs",
+    "blind/score.rs",
+    "blind/tied.rs",
+    "blind/mod.rs",
+];
+
+#[test]
+fn what_is_sealed_is_drawn_without_effects_and_diagnosis() {
+    let imports = Imports::of(&root());
+    let edges = imports.edges();
+    let is_judged = |file: &str| ["effects/", "diagnosis/", "plausibility/"].iter().any(|own| file.starts_with(own));
+    let is_scoring = |file: &str| SCORING.contains(&file) && file != "blind/mod.rs";
+    let drawn: Vec<_> =
+        edges.iter().filter(|(file, _)| file.starts_with("blind/") && !SCORING.contains(file)).collect();
+    assert!(drawn.iter().any(|(file, _)| file.starts_with("blind/workshop/")) && drawn.len() > 8, "{drawn:?}");
+    for (file, others) in drawn {
+        for other in others {
+            assert!(!is_judged(other) && !is_scoring(other), "{file} uses {other}");
+        }
+        // The catalogue hangs on the model as well.
+        let text = std::fs::read_to_string(root().join(file)).expect("a file");
+        assert!(!text.contains(".catalogue"), "{file} looks into the catalogue");
+    }
+}
+
 #[test]
 fn no_files_import_from_each_other_in_a_circle() {
     let imports = Imports::of(&root());

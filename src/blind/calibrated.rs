@@ -1,0 +1,34 @@
+//! What a campaign of the bench calibrates, read off the model alone.
+
+use crate::description::raw::JointKind;
+use crate::model::{Model, SiteKind};
+use crate::parameter::{Group, Slot};
+
+/// Compliances about their axes of all joints.
+pub fn joint_compliances(model: &Model) -> Vec<Slot> {
+    let of = |frame: &crate::model::Frame| {
+        let symbol = if frame.joint == JointKind::Prismatic { "ka" } else { "kar" };
+        model.registry.slot(&format!("joint{}.{symbol}", frame.name))
+    };
+    model.sites(SiteKind::Joint).iter().filter_map(|site| of(&model.frames[site.frame])).collect()
+}
+
+/// What is fitted whatever the cause: of deflections the joints that are compliant, of positions the free geometry and the
+/// zeros of the joints.
+pub fn calibrated(model: &Model, is_difference: bool) -> Vec<Slot> {
+    let mut slots = if is_difference {
+        let mut own = joint_compliances(model);
+        own.retain(|slot| model.registry[*slot].nominal != 0.0);
+        own
+    } else {
+        let zero = |frame: usize| {
+            let actuator = model.actuators.iter().find(|actuator| actuator.joint == frame);
+            actuator.map_or_else(|| model.frames[frame].moving_slot(), |actuator| actuator.slot)
+        };
+        let free = model.free_slots().into_iter().filter(|slot| model.registry[*slot].group == Group::Geometry);
+        free.chain(model.sites(SiteKind::Joint).iter().map(|site| zero(site.frame))).collect()
+    };
+    slots.sort_unstable();
+    slots.dedup();
+    slots
+}
