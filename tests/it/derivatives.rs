@@ -34,7 +34,7 @@ fn fastest(model: &Model, rates: &Rates) -> f64 {
 }
 
 /// Checks every frame's columns by every variable and every slot. False where the configuration is singular.
-fn columns_agree(model: &Model, q: &[f64]) -> bool {
+pub fn columns_agree(model: &Model, q: &[f64]) -> bool {
     let nominal = model.registry.nominal();
     let Ok(geometry) = Geometry::new(model, &nominal) else { return false };
     let mut at = Placements::default();

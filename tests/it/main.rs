@@ -43,6 +43,7 @@ mod literature_stiffness;
 mod loaded;
 mod measured_loads;
 mod mistakes;
+mod new_robots;
 mod noise;
 mod numerics;
 mod observation;

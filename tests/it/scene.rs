@@ -39,6 +39,11 @@ fn every_bundled_robot_is_drawn_where_pose_puts_it() {
         ("universal-ur5", "q1=10,q2=-40,q3=50"),
         ("universal-ur10", "q2=-40"),
         ("barrett-wam", "q2=40,q4=60"),
+        ("franka-panda", "q2=20,q4=-90,q6=90"),
+        ("scara-rail", "rail=700,q1=30,q2=60,down=50"),
+        ("palletiser", "q1=20,q2=30,q3=10"),
+        ("five-bar", "q1=130,q2=70"),
+        ("hexapod", "s1=120,s2=110,s3=130,s4=100,s5=120,s6=90"),
     ] {
         let shown = view(&[robot, "--joints", joints]);
         let pose = run(folder.path(), &["pose", robot, "--joints", joints, "--format", "json"]);
