@@ -59,6 +59,8 @@ pub struct Variable {
     pub is_angle: bool,
     /// Least and greatest value, rad or m.
     pub limits: Option<[f64; 2]>,
+    /// Turns of the motor in a turn of the joint, where given.
+    pub gear_ratio: Option<f64>,
 }
 
 impl Variable {

@@ -68,13 +68,8 @@ impl Effect for FrameDrift {
         if survey.is_difference || last <= first {
             return Vec::new();
         }
-        // Steady drift, then jumps between two configurations.
         let steady = Nonlinear::new([(&COURSE, NonlinearValue::Choice(STEADY))]);
-        let between = survey.times.len().saturating_sub(2 * LEAST_BEFORE);
-        let most = MOST_TIMES.min(between);
-        let jumps = (1..=most).map(|k| {
-            let after = LEAST_BEFORE + between * k / (most + 1);
-            let at = 0.5 * (survey.times[after - 1] + survey.times[after]);
+        let jumps = jumps(survey).map(|at| {
             Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))])
         });
         std::iter::once(steady).chain(jumps).collect()
@@ -102,6 +97,17 @@ impl Effect for FrameDrift {
             }
         })
     }
+}
+
+/// Times between two configurations at which something may have jumped, s.
+pub(super) fn jumps(survey: &Survey) -> impl Iterator<Item = f64> {
+    let times = if survey.is_difference { &[] } else { &survey.times[..] };
+    let between = times.len().saturating_sub(2 * LEAST_BEFORE);
+    let most = MOST_TIMES.min(between);
+    (1..=most).map(move |k| {
+        let after = LEAST_BEFORE + between * k / (most + 1);
+        0.5 * (times[after - 1] + times[after])
+    })
 }
 
 /// Time of the jump, s; none of a steady drift.

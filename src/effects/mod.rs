@@ -8,11 +8,15 @@ mod actuator_compliance;
 mod backlash;
 mod base_compliance;
 mod bearing_compliance;
+mod cable_torque;
+mod encoder_quantisation;
 mod frame_drift;
 mod free_form;
 mod gear_ratio;
 mod geometry;
 mod gravity_compensator;
+mod hysteresis;
+mod incidence;
 mod instrument_scale;
 mod joint_compliance;
 mod joint_coupling;
@@ -20,11 +24,15 @@ mod joint_offset;
 mod joint_stiffening;
 mod link_compliance;
 mod link_weight;
+mod motor_eccentricity;
 mod outliers;
 mod payload;
+mod refraction;
 mod settling;
+mod slip;
 mod thermal_expansion;
 mod transmission_error;
+mod warm_up;
 
 use std::sync::Arc;
 
@@ -41,9 +49,15 @@ impl Catalogue {
             Arc::new(joint_offset::JointOffset),
             Arc::new(gear_ratio::GearRatio),
             Arc::new(transmission_error::TransmissionError),
+            Arc::new(motor_eccentricity::MotorEccentricity),
+            Arc::new(encoder_quantisation::EncoderQuantisation),
+            Arc::new(cable_torque::CableTorque),
             Arc::new(joint_coupling::JointCoupling),
             Arc::new(backlash::Backlash),
             Arc::new(settling::Settling),
+            Arc::new(hysteresis::Hysteresis),
+            Arc::new(slip::Slip::Joint),
+            Arc::new(slip::Slip::Tool),
             Arc::new(joint_compliance::JointCompliance),
             Arc::new(joint_stiffening::JointStiffening),
             Arc::new(bearing_compliance::BearingCompliance),
@@ -54,8 +68,13 @@ impl Catalogue {
             Arc::new(payload::Payload),
             Arc::new(base_compliance::BaseCompliance),
             Arc::new(thermal_expansion::ThermalExpansion),
+            Arc::new(warm_up::WarmUp::Link),
+            Arc::new(warm_up::WarmUp::Base),
+            Arc::new(warm_up::WarmUp::Tool),
             Arc::new(frame_drift::FrameDrift),
             Arc::new(instrument_scale::InstrumentScale),
+            Arc::new(refraction::Refraction),
+            Arc::new(incidence::Incidence),
             Arc::new(free_form::FreeForm),
             Arc::new(outliers::Outliers),
         ])

@@ -70,7 +70,7 @@ impl Effect for ThermalExpansion {
 }
 
 /// Lengths of a link, m: constants b, d and r of the frames that it carries.
-fn lengths(model: &Model, site: &Site) -> Vec<(Slot, f64)> {
+pub(super) fn lengths(model: &Model, site: &Site) -> Vec<(Slot, f64)> {
     let carried = model.frames.iter().enumerate().skip(1).filter(|(_, frame)| frame.antecedent == site.frame);
     carried
         .flat_map(|(_, frame)| {

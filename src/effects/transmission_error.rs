@@ -7,7 +7,7 @@ use crate::model::{
     Site, SiteKind, Survey,
 };
 
-static ORDER: NonlinearParameter = NonlinearParameter {
+pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
     name: "order",
     kind: NonlinearKind::Real { unit: "1", is_continuous: true },
     default: None,
@@ -54,12 +54,17 @@ impl Effect for TransmissionError {
     }
 
     fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let (variable, joint) = (site.variable, site.frame);
         let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
-        Arc::new(move |context, out| {
-            let (sine, cosine) = (order * context.joints[joint]).sin_cos();
-            out.push((0, Change::Joint(variable, cosine)));
-            out.push((1, Change::Joint(variable, sine)));
-        })
+        periodic(site, order)
     }
+}
+
+/// A joint's angle swings so many times in its turn: by cosine and sine, rad.
+pub(super) fn periodic(site: &Site, order: f64) -> Changes {
+    let (variable, joint) = (site.variable, site.frame);
+    Arc::new(move |context, out| {
+        let (sine, cosine) = (order * context.joints[joint]).sin_cos();
+        out.push((0, Change::Joint(variable, cosine)));
+        out.push((1, Change::Joint(variable, sine)));
+    })
 }

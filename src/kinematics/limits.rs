@@ -31,7 +31,7 @@ impl Limited<'_> {
 
     /// As a variable of this name.
     pub fn variable(&self) -> Variable {
-        Variable { name: self.name.to_owned(), is_angle: self.is_angle, limits: Some(self.limits) }
+        Variable { name: self.name.to_owned(), is_angle: self.is_angle, limits: Some(self.limits), gear_ratio: None }
     }
 }
 

@@ -103,7 +103,7 @@ pub trait Effect: Send + Sync {
             (Some(Condition::Temperature), _) => Family::Temperature,
             (Some(Condition::Approach | Condition::LastMove), _) => Family::History,
             (None, SiteKind::Instrument) => Family::Instrument,
-            (None, _) => Family::Kinematic,
+            (Some(Condition::GearRatio) | None, _) => Family::Kinematic,
         }
     }
     /// Whether its parameters are the amounts of a free curve, each of which can be left out alone.

@@ -53,6 +53,15 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     };
     let moves = |variable: usize| conditions.is_ordered && conditions.last_move.get(variable).is_some_and(is_varied);
     survey.moves = (0..variables).map(moves).collect();
+    let greatest = |all: &[f64]| all.iter().filter(|v| v.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let greatest_move = |variable: usize| if moves(variable) { greatest(&conditions.last_move[variable]) } else { 0.0 };
+    survey.greatest_moves = (0..variables).map(greatest_move).collect();
+    let range = |variable: usize| {
+        let values = (0..campaign.readings.len()).filter_map(|index| campaign.configuration(index).get(variable));
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)])
+    };
+    survey.ranges = (0..variables).map(range).collect();
+    survey.longest_session = conditions.session_time.as_deref().map(greatest).filter(|longest| *longest > 0.0);
     survey.sides = (0..variables).map(|variable| conditions.sides(variable).is_some_and(varies)).collect();
     survey.loaded = campaign.readings.iter().any(Reading::is_loaded);
     survey.is_difference = is_difference;

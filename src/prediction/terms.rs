@@ -4,14 +4,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::measured_loads::MeasuredLoads;
 use super::reading::ReadingAt;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, EARLIER_MOVES};
 use crate::kinematics::shift;
 use crate::model::{
-    Change, Changes, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, SwitchedOn,
+    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, SwitchedOn,
 };
 use crate::parameter::Slot;
 use crate::state::{JointLoadPlan, JointLoads, Mechanics, State};
@@ -62,6 +62,8 @@ pub(super) struct Terms {
     /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
     variables: usize,
+    /// Whether some term depends on moves.
+    looks_back: bool,
     /// By term: which of the temperatures of frames is its site's; none where it has that of the surroundings.
     site_temperature: Vec<Option<usize>>,
 }
@@ -72,6 +74,7 @@ pub(super) struct TermWorkspace {
     loads: JointLoads,
     side: Vec<f64>,
     last_move: Vec<f64>,
+    earlier_moves: Vec<f64>,
     changes: Vec<(usize, Change)>,
     /// Displacement and rotation of the reading by one unit of each column, measurement frame.
     pub columns: Vec<[f64; 6]>,
@@ -96,7 +99,8 @@ impl Terms {
         let site_temperature = terms.iter().map(own_temperature).collect();
         let is_difference = campaign.observes.is_difference();
         let measured = MeasuredLoads::new(model, campaign);
-        Self { terms, columns, first, is_difference, loads, measured, slots, variables, site_temperature }
+        let looks_back = terms.iter().any(|term| term.effect.reads().contains(&Condition::LastMove));
+        Self { terms, columns, first, is_difference, loads, measured, slots, variables, looks_back, site_temperature }
     }
 
     /// Workspace for one thread.
@@ -105,6 +109,7 @@ impl Terms {
             loads: self.loads.loads(),
             side: vec![0.0; self.variables],
             last_move: vec![0.0; self.variables],
+            earlier_moves: vec![0.0; if self.looks_back { EARLIER_MOVES * self.variables } else { 0 }],
             changes: Vec::new(),
             columns: vec![[0.0; 6]; self.columns],
         }
@@ -117,7 +122,7 @@ impl Terms {
 
     /// Columns of one reading, into `out.columns`.
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
-        let TermWorkspace { loads, side, last_move, changes, columns } = out;
+        let TermWorkspace { loads, side, last_move, earlier_moves, changes, columns } = out;
         self.loads.load(at.state, at.point, loads);
         let JointLoads { total, joint_rate, .. } = loads;
         self.measured.replace(at, total, joint_rate);
@@ -126,13 +131,18 @@ impl Terms {
             *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
         }
         for (variable, last) in last_move.iter_mut().enumerate() {
-            let all = conditions.last_move.get(variable);
-            *last = all.and_then(|all| all.get(at.index)).copied().filter(|last| last.is_finite()).unwrap_or(0.0);
+            *last = known(conditions.last_move.get(variable), at.index);
+        }
+        for (earlier, all) in earlier_moves.chunks_exact_mut(self.variables.max(1)).zip(&conditions.earlier_moves) {
+            for (variable, earlier) in earlier.iter_mut().enumerate() {
+                *earlier = known(all.get(variable), at.index);
+            }
         }
         let session_time = conditions.session_time.as_ref().and_then(|all| all.get(at.index)).copied();
         let time = conditions.time.as_ref().map(|all| all[at.index]);
         let base = at.base();
         let position = (base * Point3::from(at.point.position)).coords;
+        let up = base.rotation * -at.mechanics.geometry.model.structure.gravity.try_normalize(0.0).unwrap_or_default();
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
         for ((term, &first), site) in self.terms.iter().zip(&self.first).zip(&self.site_temperature) {
@@ -144,11 +154,14 @@ impl Terms {
                 own_load: &loads.own,
                 side,
                 last_move,
+                earlier_moves,
                 time,
                 session_time,
                 temperature: own.or(conditions.temperature.as_ref()).map(|all| all[at.index]),
                 position,
                 base: base.translation.vector,
+                body: (base.rotation * at.state.placements.frames[at.point.at.frame].rotation),
+                up,
                 deflection: base.rotation * by_wrench.displacement,
                 is_difference: self.is_difference,
             };
@@ -182,6 +195,11 @@ impl Terms {
         let turned = base * Vector3::new(column[3], column[4], column[5]) * amount;
         [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z]
     }
+}
+
+/// A condition of a reading; 0 where it is not known.
+fn known(all: Option<&Vec<f64>>, index: usize) -> f64 {
+    all.and_then(|all| all.get(index)).copied().filter(|value| value.is_finite()).unwrap_or(0.0)
 }
 
 /// Frames of the measured points, some twice.
@@ -230,11 +248,14 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
         own_load: &ones,
         side: &ones,
         last_move: &ones,
+        earlier_moves: &[],
         time: Some(1.0),
         session_time: Some(1.0),
         temperature: Some(30.0),
         position: Vector3::repeat(1.0),
         base: Vector3::zeros(),
+        body: Rotation3::identity(),
+        up: Vector3::z(),
         deflection: Vector3::repeat(1.0),
         is_difference: false,
     };

@@ -53,7 +53,7 @@ pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen
     };
     let other = found.other_limits.iter().map(|of| {
         let (name, limits) = (format!("({})", of.name), of.limits);
-        variable_row(&Variable { name, is_angle: of.unit == "rad", limits })
+        variable_row(&Variable { name, is_angle: of.unit == "rad", limits, gear_ratio: None })
     });
     out += &screen.table(&["variable", "limits"], model.variables.iter().map(variable_row).chain(other));
     out += "\n";

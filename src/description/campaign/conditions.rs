@@ -38,6 +38,9 @@ impl ConditionColumn<'_> {
     }
 }
 
+/// Moves before the last one that are kept: friction forgets a path after some moves that are long beside the lost motion.
+pub const EARLIER_MOVES: usize = 7;
+
 /// Conditions of all readings: each is absent, or has one value a reading (NaN where its file has no such column).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Conditions {
@@ -60,6 +63,8 @@ pub struct Conditions {
     /// By variable: by how much it moved from the configuration before, rad and m; NaN where that is unknown. Empty where
     /// no order is known.
     pub last_move: Vec<Vec<f64>>,
+    /// Of the [`EARLIER_MOVES`] moves before it, the later first, by variable, as `last_move`.
+    pub earlier_moves: Vec<Vec<Vec<f64>>>,
     /// Whether files number their readings in the order of measurement; else it is that of times or rows, which may be another.
     pub is_ordered: bool,
     /// From the first reading of the session, s.
@@ -89,8 +94,9 @@ impl Conditions {
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let approach = self.approach.iter_mut().flatten();
         let given = self.temperature.iter_mut().chain(&mut self.time).chain(approach);
-        let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
+let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
         let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move).chain(loads);
+        let joints = joints.chain(self.earlier_moves.iter_mut().flatten());
         given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)
     }
 

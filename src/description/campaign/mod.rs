@@ -33,7 +33,7 @@ use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
 use crate::parameter::Kind;
 pub use amount::Amount;
 pub use columns::{expected_columns, kinds};
-pub use conditions::{ConditionColumn, Conditions};
+pub use conditions::{ConditionColumn, Conditions, EARLIER_MOVES};
 pub use configurations::{Point, point_of};
 pub use faults::faults;
 pub use read::resolve;

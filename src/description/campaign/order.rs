@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::conditions::EARLIER_MOVES;
 use super::{Campaign, InSession};
 
 /// Place of a reading among those of its session: its number in the order of measurement, its time, or nothing (its place in
@@ -22,7 +23,8 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
         sessions.entry(reading.session).or_default().push(index);
     }
     let count = campaign.readings.len();
-    let mut moves = vec![vec![f64::NAN; count]; campaign.variables];
+    // By age, then by variable.
+    let mut moves = vec![vec![vec![f64::NAN; count]; campaign.variables]; 1 + EARLIER_MOVES];
     let mut since = campaign.conditions.time.as_ref().map(|_| vec![f64::NAN; count]);
     for mut own in sessions.into_values() {
         own.sort_by(|&a, &b| {
@@ -33,24 +35,33 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
             let start = own.iter().map(|&reading| times[reading]).fold(f64::INFINITY, f64::min);
             own.iter().for_each(|&reading| since[reading] = times[reading] - start);
         }
-        // The first reading of the configuration at hand, and of the one before it.
-        let (mut current, mut before): (Option<usize>, Option<usize>) = (None, None);
+        // The first readings of the configuration at hand and of those before it, the later first.
+        let mut path: Vec<usize> = Vec::new();
         for reading in own {
-            let known = current.filter(|&known| campaign.configuration(known) == campaign.configuration(reading));
-            if known.is_none() {
+            let is_same = |known: &usize| campaign.configuration(*known) == campaign.configuration(reading);
+            if !path.first().is_some_and(is_same) {
                 let follows = |known: &usize| match (orders[*known], orders[reading]) {
                     (Some(last), Some(this)) => this - last <= 1,
                     _ => true,
                 };
-                (before, current) = (current.filter(follows), Some(reading));
+                if !path.first().is_some_and(follows) {
+                    path.clear();
+                }
+                path.insert(0, reading);
+                path.truncate(2 + EARLIER_MOVES);
             }
-            for (variable, moves) in moves.iter_mut().enumerate() {
-                let at = |reading: usize| campaign.configuration(reading)[variable];
-                moves[reading] = before.map_or(f64::NAN, |before| at(reading) - at(before));
+            for (age, moves) in moves.iter_mut().enumerate() {
+                let [Some(&after), Some(&before)] = [path.get(age), path.get(age + 1)] else { break };
+                for (variable, moves) in moves.iter_mut().enumerate() {
+                    let at = |reading: usize| campaign.configuration(reading)[variable];
+                    moves[reading] = at(after) - at(before);
+                }
             }
         }
     }
-    campaign.conditions.last_move = moves;
+    let earlier = moves.split_off(1);
+    campaign.conditions.last_move = moves.pop().unwrap_or_default();
+    campaign.conditions.earlier_moves = earlier;
     campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
     campaign.conditions.session_time = since;
 }

@@ -41,7 +41,8 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     let (written, faults) = khalil_kleinfinger(raw, locate, explained);
     diagnostics.diagnostics.extend(faults);
     let raw = &written;
-    let tree = tree::resolve(raw, &mut diagnostics);
+    let mut tree = tree::resolve(raw, &mut diagnostics);
+    gear_ratios(raw, &mut tree, &mut diagnostics);
     let names: Vec<String> = tree.frames.iter().map(|frame| frame.name.clone()).collect();
     let tool = tool(raw, &tree, &names, &mut diagnostics);
     let length = raw.units.length.factor();
@@ -82,6 +83,22 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         calibration,
     };
     (Some(robot), diagnostics.diagnostics)
+}
+
+/// Gear ratios as declared; those of no variable, and those that are none, are reported.
+fn gear_ratios(raw: &RawRobot, tree: &mut Tree, diagnostics: &mut Collector) {
+    for (name, ratio) in &raw.gear_ratios {
+        let path = ["gear_ratios", name.as_str()];
+        match tree.variables.iter_mut().find(|variable| variable.name == *name) {
+            Some(variable) if ratio.is_finite() && *ratio > 0.0 => variable.gear_ratio = Some(*ratio),
+            Some(_) => diagnostics.reject(
+                &path,
+                format!("{ratio} is no gear ratio"),
+                "give the turns of the motor in a turn of the joint, above 0",
+            ),
+            None => diagnostics.unknown(&path, "variable", name, tree.variables.iter().map(|v| v.name.as_str())),
+        }
+    }
 }
 
 /// The frame of a name, or the default where none is given or it is unknown.

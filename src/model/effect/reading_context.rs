@@ -2,7 +2,7 @@
 //!
 //! Lengths in m, angles in rad, loads in N and N.m; the measured point and the base in the measurement frame.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use super::driver::Driver;
 use super::site::Site;
@@ -37,6 +37,8 @@ pub enum Condition {
     Approach,
     /// Move by which each variable reached its value.
     LastMove,
+    /// Turns of the motor in a turn of the joint, which the description gives.
+    GearRatio,
 }
 
 /// The state of the robot and its surroundings in one reading.
@@ -54,6 +56,8 @@ pub struct ReadingContext<'a> {
     pub side: &'a [f64],
     /// Move of each variable from the configuration before, rad or m; 0 where that is not known.
     pub last_move: &'a [f64],
+    /// Moves before the last one, the later first: those of all variables one after the other, rad or m; 0 where not known.
+    pub earlier_moves: &'a [f64],
     /// s from the start, where known.
     pub time: Option<f64>,
     /// s from the first reading of the session, where known.
@@ -64,6 +68,10 @@ pub struct ReadingContext<'a> {
     pub position: Vector3<f64>,
     /// Origin of the base in the measurement frame, m.
     pub base: Vector3<f64>,
+    /// Axes of the body that carries the measured point, in those of the measurement frame.
+    pub body: Rotation3<f64>,
+    /// Against gravity, measurement frame; zero without gravity.
+    pub up: Vector3<f64>,
     /// Displacement by the applied wrench alone, measurement frame, m.
     pub deflection: Vector3<f64>,
     /// The reading is the loaded position less the unloaded one.
@@ -75,6 +83,12 @@ impl ReadingContext<'_> {
     /// wrench adds to it.
     pub fn of_load(&self, variable: usize, law: impl Fn(f64) -> f64) -> f64 {
         law(self.load[variable]) - if self.is_difference { law(self.own_load[variable]) } else { 0.0 }
+    }
+
+    /// Moves by which a variable came here, the last first, rad or m.
+    pub fn moves(&self, variable: usize) -> impl Iterator<Item = f64> {
+        let earlier = self.earlier_moves.chunks_exact(self.last_move.len().max(1));
+        std::iter::once(self.last_move).chain(earlier).filter_map(move |moves| moves.get(variable).copied())
     }
 }
 
@@ -108,6 +122,12 @@ pub struct Survey {
     pub sides: Vec<bool>,
     /// Variables whose last moves are known, by an order that the campaign gives, and not always the same.
     pub moves: Vec<bool>,
+    /// Least and greatest value of each variable, rad or m.
+    pub ranges: Vec<[f64; 2]>,
+    /// Greatest known move of each variable, rad or m; 0 where moves are not known or all the same.
+    pub greatest_moves: Vec<f64>,
+    /// Time from the first to the last reading of the longest session, s, where known.
+    pub longest_session: Option<f64>,
     /// Knots of free curves of what varies enough: quantiles of its values in the readings, SI.
     pub knots: Vec<(Driver, Vec<f64>)>,
     /// Whether a wrench is applied.

@@ -1,0 +1,83 @@
+//! `cable-torque`: a cable or hose that is taut beyond some turn of a joint pulls it back.
+//!
+//! The pull grows in proportion to the turn beyond the slack, on either side of the middle; the joint gives by it. Without slack
+//! it is a gear ratio.
+
+use std::sync::Arc;
+
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+static SLACK: NonlinearParameter = NonlinearParameter {
+    name: "slack",
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    default: None,
+    only_with: None,
+    meaning: "`slack`: the turn to either side of `middle` at which the cable is taut, rad or m",
+};
+static MIDDLE: NonlinearParameter = NonlinearParameter {
+    name: "middle",
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    default: Some(NonlinearValue::Real(0.0)),
+    only_with: None,
+    meaning: "`middle`: the joint's value at which the cable lies as it was laid, rad or m",
+};
+
+/// Slacks that are tried, as shares of half the range.
+const SHARES: [f64; 2] = [0.35, 0.65];
+
+/// See the module.
+pub struct CableTorque;
+
+impl Effect for CableTorque {
+    fn name(&self) -> &'static str {
+        "cable-torque"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint that is right in the middle of its range and falls short towards both ends"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "lengthen or guide the cable or hose package; measure with it taken off"
+    }
+
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&SLACK, &MIDDLE]
+    }
+
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let Some(&[least, greatest]) = survey.ranges.get(site.variable) else { return Vec::new() };
+        let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
+        if survey.is_difference || half.is_nan() || half <= 0.0 {
+            return Vec::new();
+        }
+        let of = |share: f64| {
+            let [slack, middle] = [share * half, middle].map(NonlinearValue::Real);
+            Nonlinear::new([(&SLACK, slack), (&MIDDLE, middle)])
+        };
+        SHARES.map(of).to_vec()
+    }
+
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("pull", "1", 3e-4)]
+    }
+
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let [NonlinearValue::Real(slack), NonlinearValue::Real(middle)] = nonlinear.values()[..] else {
+            return Arc::new(|_, _| {});
+        };
+        let variable = site.variable;
+        Arc::new(move |context, out| {
+            let turned = context.q[variable] - middle;
+            let taut = (turned.abs() - slack).max(0.0);
+            out.push((0, Change::Joint(variable, -turned.signum() * taut)));
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! `encoder-quantisation`: a joint stands where its encoder's step puts it, not where it was commanded.
+//!
+//! The angle is rounded to steps, or cut off to the one below; the error is a saw tooth of the step's length.
+
+use std::sync::Arc;
+
+use crate::model::{
+    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    Site, SiteKind, Survey,
+};
+
+const ROUNDED: &str = "rounded";
+const CUT_OFF: &str = "cut-off";
+static TO: NonlinearParameter = NonlinearParameter {
+    name: "to",
+    kind: NonlinearKind::Choice(&[ROUNDED, CUT_OFF]),
+    default: Some(NonlinearValue::Choice(ROUNDED)),
+    only_with: None,
+    meaning: "`to`: the nearest step, or the one below",
+};
+static STEP: NonlinearParameter = NonlinearParameter {
+    name: "step",
+    kind: NonlinearKind::Real { unit: "rad", is_continuous: false },
+    default: None,
+    only_with: None,
+    meaning: "`step`: the step, rad",
+};
+
+/// Bits of a turn: coarser encoders are not built into robots, finer ones do not show beside a robot's repeatability.
+const BITS: std::ops::RangeInclusive<i32> = 8..=13;
+
+/// See the module.
+pub struct EncoderQuantisation;
+
+impl Effect for EncoderQuantisation {
+    fn name(&self) -> &'static str {
+        "encoder-quantisation"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint that is off by up to half a step, as a saw tooth over the joint"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "command values that are whole steps; evaluate at what the encoder reads; fit a finer encoder"
+    }
+
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&TO, &STEP]
+    }
+
+    fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
+        if !turns || survey.is_difference {
+            return Vec::new();
+        }
+        let of = |to: &'static str, bits: i32| {
+            let step = std::f64::consts::TAU / 2.0_f64.powi(bits);
+            Nonlinear::new([(&TO, NonlinearValue::Choice(to)), (&STEP, NonlinearValue::Real(step))])
+        };
+        BITS.flat_map(|bits| [of(ROUNDED, bits), of(CUT_OFF, bits)]).collect()
+    }
+
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("share", "1", 1.0)]
+    }
+
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let [NonlinearValue::Choice(to), NonlinearValue::Real(step)] = nonlinear.values()[..] else {
+            return Arc::new(|_, _| {});
+        };
+        let (variable, is_cut) = (site.variable, to == CUT_OFF);
+        Arc::new(move |context, out| {
+            let steps = context.q[variable] / step;
+            // A constant half step is the joint's zero, which is calibrated.
+            let whole = if is_cut { steps.floor() + 0.5 } else { steps.round() };
+            out.push((0, Change::Joint(variable, (whole - steps) * step)));
+        })
+    }
+}

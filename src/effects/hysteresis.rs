@@ -1,0 +1,75 @@
+//! `hysteresis`: lost motion of a joint that builds up over its path, as friction in gears and bearings does.
+//!
+//! Dahl's law (*A solid friction model*, 1968): the state `h` tends to the direction of motion over a distance, `dh/dq = (sign
+//! dq - h) / distance`, so that small moves change it by a part and former moves are forgotten as new ones are made.
+
+use std::sync::Arc;
+
+use crate::model::{
+    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, Site, SiteKind, Survey,
+};
+
+static DISTANCE: NonlinearParameter = NonlinearParameter {
+    name: "distance",
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    default: None,
+    only_with: None,
+    meaning: "`distance`: the motion over which the joint comes to the other flank, rad or m",
+};
+
+/// Distances that are tried, as shares of the greatest move: from a jump with the side of approach to what a lag is.
+const SHARES: [f64; 4] = [0.01, 0.05, 0.2, 0.6];
+
+/// See the module.
+pub struct Hysteresis;
+
+impl Effect for Hysteresis {
+    fn name(&self) -> &'static str {
+        "hysteresis"
+    }
+
+    fn sits_at(&self) -> SiteKind {
+        SiteKind::Joint
+    }
+
+    fn signature(&self) -> &'static str {
+        "an angle of one joint that depends on the path by which it came, less on small moves than on large ones"
+    }
+
+    fn remedy(&self) -> &'static str {
+        "approach all poses from one side and from far; look at friction and preload of the gear"
+    }
+
+    fn reads(&self) -> &'static [Condition] {
+        &[Condition::LastMove]
+    }
+
+    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
+        vec![&DISTANCE]
+    }
+
+    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        let greatest = survey.greatest_moves.get(site.variable).copied().filter(|greatest| *greatest > 0.0);
+        let Some(greatest) = greatest.filter(|_| !survey.is_difference) else { return Vec::new() };
+        SHARES.map(|share| Nonlinear::new([(&DISTANCE, NonlinearValue::Real(share * greatest))])).to_vec()
+    }
+
+    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+        vec![EffectParameter::new("half_width", "rad", 3e-4)]
+    }
+
+    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+        let [NonlinearValue::Real(distance)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+        let variable = site.variable;
+        Arc::new(move |context, out| {
+            let (mut state, mut memory) = (0.0, 1.0);
+            for moved in context.moves(variable) {
+                let kept = (-moved.abs() / distance).exp();
+                state += memory * moved.signum() * (1.0 - kept);
+                memory *= kept;
+            }
+            out.push((0, Change::Joint(variable, state)));
+        })
+    }
+}
