@@ -69,9 +69,8 @@ impl Effect for FrameDrift {
             return Vec::new();
         }
         let steady = Nonlinear::new([(&COURSE, NonlinearValue::Choice(STEADY))]);
-        let jumps = jumps(survey).map(|at| {
-            Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))])
-        });
+        let jumps = jumps(survey)
+            .map(|at| Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))]));
         std::iter::once(steady).chain(jumps).collect()
     }
 

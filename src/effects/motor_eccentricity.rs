@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use super::transmission_error::{ORDER, periodic};
 use crate::model::{
-    Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearParameter, NonlinearValue, Site, SiteKind, Survey,
+    Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearParameter, NonlinearValue, Site, SiteKind,
+    Survey,
 };
 
 /// Periods in a turn of the motor: an eccentric shaft, and an elliptic one or a bent coupling.

@@ -11,7 +11,8 @@ use super::reading::ReadingAt;
 use crate::description::campaign::{Campaign, EARLIER_MOVES};
 use crate::kinematics::shift;
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site, SwitchedOn,
+    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site,
+    SwitchedOn,
 };
 use crate::parameter::Slot;
 use crate::state::{JointLoadPlan, JointLoads, Mechanics, State};

@@ -36,6 +36,7 @@ mod inclination;
 mod init;
 mod inverse;
 mod joints;
+mod laws;
 mod least_squares;
 mod literature_more_garbow_hillstrom;
 mod literature_nist;

@@ -101,7 +101,10 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collect
             names.push(variable);
         }
     }
-    names.into_iter().map(|name| Variable { name: name.clone(), is_angle: true, limits: None, gear_ratio: None }).collect()
+    names
+        .into_iter()
+        .map(|name| Variable { name: name.clone(), is_angle: true, limits: None, gear_ratio: None })
+        .collect()
 }
 
 fn actuators(

@@ -1,0 +1,102 @@
+//! Laws of the catalogue that depend on time, path, cables, encoders, beams and reflectors: simulated, and found by their
+//! names or as one of a small group.
+
+use elastogeo::description::raw::{RawAmount, RawEffect};
+use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
+use elastogeo::files::load_robot;
+use elastogeo::kinematics::Geometry;
+use elastogeo::model::Model;
+use elastogeo::observation::POSITION;
+use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, measure, simulate};
+use rayon::prelude::*;
+
+const SIGMA: f64 = 3e-5;
+
+/// A KR-270 with gear ratios, and with an effect.
+fn arm(effect: &str, site: &str, parameters: &[(&str, RawAmount)]) -> (Model, Model) {
+    let mut plain = load_robot("kuka-kr270").expect("bundled").model;
+    plain.variables.iter_mut().for_each(|variable| variable.gear_ratio = Some(93.7));
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), value.clone())).collect();
+    let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters, ..RawEffect::default() };
+    let mut spoiled = plain.clone();
+    spoiled.switch_on(plain.resolve_effect(&raw).unwrap_or_else(|fault| panic!("{effect}: {fault:?}")));
+    (plain, spoiled)
+}
+
+fn found(plain: &Model, spoiled: &Model, spread: f64) -> Diagnosis {
+    let mut random = generator(11);
+    let truth = spoiled.completed(&draw_errors(plain, 0.3, 0.0, &mut random));
+    let geometry = Geometry::new(plain, &truth).expect("assembled");
+    let plan = Plan {
+        conditions: true,
+        configurations: draw_configurations(&geometry, 120, spread, &mut random).expect("drawn"),
+        markers: (0..plain.markers.len()).map(Some).collect(),
+        repeats: 1,
+        wrenches: Vec::new(),
+        observes: POSITION,
+        sigma: SIGMA,
+        sigma_orientation: 0.0,
+        estimate: [true, true],
+    };
+    let mut campaign = simulate(spoiled, &truth, &plan, &mut random).expect("simulated");
+    campaign.number_in_order();
+    let campaign = measure(spoiled, &truth, campaign, [SIGMA, 0.0], &mut random).expect("measured");
+    let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(&campaign, 1) };
+    diagnose(plain, &campaign, &vec![false; campaign.readings.len()], &asked, &mut |_| {}).expect("diagnosed")
+}
+
+#[test]
+fn laws_are_named_or_in_a_small_group() {
+    let number = |value: f64| RawAmount::from(value);
+    let word = |word: &str| RawAmount::from(word);
+    let cases: Vec<(&str, &str, Vec<(&str, RawAmount)>)> = vec![
+        ("hysteresis", "joint:2", vec![("half_width", number(3e-4)), ("distance", number(0.3))]),
+        ("joint-slip", "joint:3", vec![("offset", number(3e-4)), ("slip_at", number(4400.0))]),
+        ("tool-slip", "tool", vec![("x", number(3e-4)), ("y", number(-2e-4)), ("slip_at", number(4400.0))]),
+        ("cable-torque", "joint:5", vec![("pull", number(1e-3)), ("slack", number(0.6)), ("middle", number(0.0))]),
+        (
+            "encoder-quantisation",
+            "joint:2",
+            vec![("share", number(1.0)), ("step", number(std::f64::consts::TAU / 4096.0))],
+        ),
+        ("motor-eccentricity", "joint:1", vec![("cos", number(2e-4)), ("sin", number(1e-4)), ("order", number(93.7))]),
+        ("link-warm-up", "link:2", vec![("growth", number(3e-4)), ("time_constant", number(1200.0))]),
+        (
+            "base-warm-up",
+            "base",
+            vec![
+                ("z", number(3e-4)),
+                ("rx", number(1e-4)),
+                ("course", word("logarithmic")),
+                ("time_constant", number(500.0)),
+            ],
+        ),
+        ("tool-warm-up", "tool", vec![("z", number(4e-4)), ("time_constant", number(1500.0))]),
+        ("refraction", "instrument", vec![("curvature", number(1e-4))]),
+        ("incidence", "instrument", vec![("amount", number(4e-4)), ("axis", word("z"))]),
+    ];
+    let wrong: Vec<String> = cases
+        .par_iter()
+        .filter_map(|(effect, site, parameters)| {
+            let (plain, spoiled) = arm(effect, site, parameters);
+            let found = found(&plain, &spoiled, 0.7);
+            let said: Vec<String> = found
+                .causes
+                .iter()
+                .map(|cause| {
+                    let tied: Vec<String> = cause.rivals.iter().map(|e| format!("{}@{}", e.effect, e.site)).collect();
+                    format!("{}@{} {:?} tied {tied:?}", cause.effect, cause.site, cause.level)
+                })
+                .collect();
+            println!("{effect}@{site}: {said:?}");
+            let first = found.causes.first();
+            let is_named = first.is_some_and(|cause| {
+                let itself = (cause.effect.as_str(), cause.site.as_str()) == (effect, site);
+                let tied = cause.rivals.iter().any(|e| (e.effect.as_str(), e.site.as_str()) == (effect, site));
+                cause.level == Level::Law && (itself || tied) && cause.rivals.len() <= 2
+            });
+            (!is_named || found.causes.len() > 1).then(|| format!("{effect}@{site}: {said:?}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
