@@ -19,7 +19,9 @@ impl RawValidity {
         let joints = joints.filter_map(|(variable, name)| Some(((*name).to_string(), range(q(variable))?)));
         let load = |first: usize| campaign.readings.iter().map(move |reading| size(&reading.wrench, first));
         let loads = [("force", 0), ("moment", 3)];
+        let payload = campaign.readings.iter().map(|reading| reading.payload.map_or(0.0, |payload| payload.mass));
         let loads = loads.into_iter().filter_map(|(name, first)| Some((name.to_string(), range(load(first))?)));
+        let loads = loads.chain(range(payload).map(|range| ("payload".to_string(), range)));
         let noted = |all: &Option<Vec<f64>>| all.as_ref().and_then(|all| range(all.iter().copied()));
         Self {
             joints: joints.collect(),
@@ -29,11 +31,22 @@ impl RawValidity {
         }
     }
 
-    /// A warning where configurations or wrenches (N, N.m) lie outside: what was found is extrapolated there.
+    /// A warning where readings of a campaign lie outside.
+    pub fn outside_of(&self, variables: &[&str], campaign: &Campaign) -> Option<Diagnostic> {
+        let readings = campaign.readings.iter().enumerate();
+        let states = readings.map(|(index, reading)| {
+            let payload = reading.payload.map_or(0.0, |payload| payload.mass);
+            (campaign.configuration(index), &reading.wrench, Some(payload))
+        });
+        self.outside(variables, states)
+    }
+
+    /// A warning where configurations, wrenches (N, N.m) or masses of payloads (kg, where they are known) lie outside: what was
+    /// found is extrapolated there.
     pub fn outside<'a>(
         &self,
         variables: &[&str],
-        states: impl Iterator<Item = (&'a [f64], &'a [f64; 6])>,
+        states: impl Iterator<Item = (&'a [f64], &'a [f64; 6], Option<f64>)>,
     ) -> Option<Diagnostic> {
         let mut found: Vec<String> = Vec::new();
         let mut note = |what: String| {
@@ -45,7 +58,7 @@ impl RawValidity {
             let margin = MARGIN * (high - low);
             value < low - margin || value > high + margin
         };
-        for (q, wrench) in states {
+        for (q, wrench, payload) in states {
             for (name, value) in variables.iter().zip(q) {
                 if self.joints.get(*name).is_some_and(|range| is_outside(*range, *value)) {
                     note((*name).to_string());
@@ -55,6 +68,10 @@ impl RawValidity {
                 if self.loads.get(name).is_some_and(|range| is_outside(*range, size(wrench, first))) {
                     note(name.to_string());
                 }
+            }
+            let range = self.loads.get("payload");
+            if range.zip(payload).is_some_and(|(range, mass)| is_outside(*range, mass)) {
+                note("payload".to_string());
             }
         }
         (!found.is_empty()).then(|| {

@@ -29,6 +29,8 @@ impl Bootstrap {
             basis = joined(&basis, &orthonormal(&problem.hypotheses[member].columns, Some(&basis)));
             widths.push(basis.ncols());
         }
+        // Rows together: those that a draw leaves out are read one by one.
+        let by_row = basis.transpose();
         let poses = problem.poses();
         let rows_of =
             |pose: &usize| -> Vec<usize> { (0..problem.rows()).filter(|&row| problem.pose[row] == *pose).collect() };
@@ -54,7 +56,7 @@ impl Bootstrap {
                 let x = solved(gram.view((0, 0), (width, width)).into_owned(), right.rows(0, width).into_owned());
                 let mut residual = DVector::zeros(problem.rows());
                 for &row in &left_out {
-                    residual[row] = problem.residual[row] - (0..width).map(|k| basis[(row, k)] * x[k]).sum::<f64>();
+                    residual[row] = problem.residual[row] - by_row.view((0, row), (width, 1)).dot(&x);
                 }
                 errors_of(problem, &residual, left_out.iter().map(|&row| problem.reading[row]).collect())[1]
             };

@@ -13,7 +13,7 @@ use super::held_out::{Beside, HeldOut, paired};
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::projection::Subset;
-use super::rivals::rivals;
+use super::rivals::{Rival, rivals};
 use super::selection::Selector;
 use super::settings::Settings;
 use super::stability::stability;
@@ -51,7 +51,12 @@ pub fn choice(
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
     let tests = Tests { blocks: &blocks, free_errors, noise: left };
     let mut found: Vec<Claim> = Vec::new();
+    let mut before = Before { forward: &forward, causes: Vec::new() };
     for (entry, cause) in causes.iter().enumerate() {
+        // Where the noise does not decide, a cause must be worth having whatever stands for those before it.
+        if sharp.is_none() && !before.bears(cause) {
+            continue;
+        }
         // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
         let beside: Vec<usize> = match sharp {
             Some(_) => members.iter().copied().filter(|member| !cause.contains(member)).collect(),
@@ -62,7 +67,9 @@ pub fn choice(
             _ => None,
         };
         let own = own.zip(sharp.as_ref()).map(|(at, all)| all[at].as_slice());
-        found.extend(claims(&forward, cause, &beside, own, &tests));
+        let claimed = claims(&forward, cause, &beside, own, &tests);
+        before.add(cause, &beside, claimed.first());
+        found.extend(claimed);
     }
     // Two causes may be claimed by the same curve.
     let mut claims: Vec<Claim> = Vec::new();
@@ -85,6 +92,44 @@ pub fn choice(
         path.push(selector.fit(&taken));
     }
     (claims, path)
+}
+
+/// Causes that are claimed, each with what cannot be told from it.
+struct Before<'a> {
+    forward: &'a Forward<'a>,
+    causes: Vec<(Vec<usize>, Vec<Vec<usize>>)>,
+}
+
+impl Before<'_> {
+    fn add(&mut self, cause: &[usize], beside: &[usize], claim: Option<&Claim>) {
+        let rivals = claim.map_or(&[][..], |claim| &claim.rivals);
+        let of_joints = self.forward.of_all_joints(beside);
+        let set =
+            |rival: &Rival| match of_joints.iter().find(|set| rival.is_of_joints && set.contains(&rival.hypothesis)) {
+                Some(set) => set.clone(),
+                None => vec![rival.hypothesis],
+            };
+        self.causes.push((cause.to_vec(), rivals.iter().map(set).collect()));
+    }
+
+    /// Whether a further cause is worth having beside each way to explain what came before: what is part of a rival of an
+    /// earlier cause, or corrects the one that was chosen among them, is not known to be a cause of its own.
+    fn bears(&self, cause: &[usize]) -> bool {
+        let hypotheses = &self.forward.problem.hypotheses;
+        self.causes.iter().enumerate().all(|(at, (_, rivals))| {
+            let others =
+                || self.causes.iter().enumerate().filter(move |(other, _)| *other != at).flat_map(|(_, own)| &own.0);
+            rivals.iter().all(|rival| {
+                let members: Vec<usize> = others().chain(rival).copied().collect();
+                let is_new = |h: &&usize| !members.iter().any(|&m| m == **h || hypotheses[m].is_same(&hypotheses[**h]));
+                let own: Vec<usize> = cause.iter().filter(is_new).copied().collect();
+                !own.is_empty() && {
+                    let losses = self.forward.losses(&members, &[own]);
+                    self.forward.is_worth(&losses.base, &losses.beside[0])
+                }
+            })
+        })
+    }
 }
 
 /// A free curve at a site that the causes named leave, where its site is certain.

@@ -1,5 +1,7 @@
 //! The diagnosis from beginning to end: competitions until no outlier is new, then the conclusion.
 
+use std::borrow::Cow;
+
 use super::competition::Competition;
 use super::conclusion::conclude;
 use super::inputs::Inputs;
@@ -8,7 +10,7 @@ use super::outliers::{outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
-use crate::estimation::CalibrationError;
+use crate::estimation::{self, CalibrationError};
 use crate::model::Model;
 
 /// Diagnoses a campaign against a model, by its readings that hold lengths: those of angles or torques alone are left out. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
@@ -52,6 +54,9 @@ pub fn diagnose(
         return diagnose(model, &with_lengths, &own, settings, progress);
     }
     let nuisance = nuisance(model, campaign, &settings.known);
+    let asked = estimation::Settings { only: Some(nuisance.clone()), ..estimation::Settings::default() };
+    // Where they do not say, angles weigh as the calibration shows them; a robot that has nothing to be calibrated tells nothing.
+    let campaign = &*estimation::weighed(model, campaign, held_out, &asked).unwrap_or(Cow::Borrowed(campaign));
     let inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];
     let mut marked = none.clone();

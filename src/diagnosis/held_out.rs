@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::linear_problem::LinearProblem;
 use super::projection::Projection;
+use crate::math::linear::tr_mul;
 use crate::math::{joined, least_squares, orthonormal};
 
 /// Diagonal of a Cholesky factor below which the fit of a fold is singular; the columns are orthonormal over all rows.
@@ -105,8 +106,8 @@ impl HeldOut {
             let fold = Fold::new(&beside.basis, beside.residual, &beside.right, rows);
             let factor = fold.factor.as_ref()?;
             let own_held = own.select_rows(rows);
-            let cross = -own_held.tr_mul(&fold.held);
-            let normal = DMatrix::identity(own.ncols(), own.ncols()) - own_held.tr_mul(&own_held);
+            let cross = -tr_mul(&own_held, &fold.held);
+            let normal = DMatrix::identity(own.ncols(), own.ncols()) - tr_mul(&own_held, &own_held);
             let schur = (normal - &cross * factor.solve(&cross.transpose())).cholesky().filter(is_regular)?;
             let moved = &own_held - &fold.held * factor.solve(&cross.transpose());
             Some(schur.solve(&moved.tr_mul(&moved)).trace())
@@ -168,7 +169,7 @@ struct Fold {
 impl Fold {
     fn new(basis: &DMatrix<f64>, residual: &DVector<f64>, right: &DVector<f64>, rows: &[usize]) -> Self {
         let (held, residual) = (basis.select_rows(rows), residual.select_rows(rows));
-        let normal = DMatrix::identity(basis.ncols(), basis.ncols()) - held.tr_mul(&held);
+        let normal = DMatrix::identity(basis.ncols(), basis.ncols()) - tr_mul(&held, &held);
         let factor = normal.cholesky().filter(is_regular);
         Self { factor, right: right - held.tr_mul(&residual), held, residual }
     }
@@ -185,8 +186,8 @@ impl Fold {
         let own_held = own.select_rows(rows);
         let reduced = self.factor.as_ref().and_then(|factor| {
             // Over the fitted rows: own' basis = -(held part), since they are orthogonal over all.
-            let cross = -own_held.tr_mul(&self.held);
-            let normal = DMatrix::identity(own.ncols(), own.ncols()) - own_held.tr_mul(&own_held);
+            let cross = -tr_mul(&own_held, &self.held);
+            let normal = DMatrix::identity(own.ncols(), own.ncols()) - tr_mul(&own_held, &own_held);
             let schur = normal - &cross * factor.solve(&cross.transpose());
             let right = all - own_held.tr_mul(&self.residual) - &cross * factor.solve(&self.right);
             let amounts = match own.ncols() {

@@ -6,8 +6,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
-use crate::math::{joined, orthonormal, project_off};
+use crate::math::linear::tr_mul;
+use crate::math::{joined, least_squares, orthonormal, project_off};
 
 /// A set of hypotheses fitted together with the nuisance.
 #[derive(Debug, Clone, Default)]
@@ -55,19 +57,30 @@ pub struct Projection<'a> {
     residual: DVector<f64>,
     /// For each hypothesis an orthonormal basis of its projected columns.
     pub blocks: Vec<DMatrix<f64>>,
+    /// For each hypothesis its columns in that basis.
+    products: Vec<DMatrix<f64>>,
 }
+
+/// Least diagonal of a Cholesky factor, of columns of length one, by which gains are computed from Gram matrices.
+const REGULAR: f64 = 1e-3;
 
 impl<'a> Projection<'a> {
     /// Projects the nuisance off.
     pub fn new(problem: &'a LinearProblem) -> Self {
         let basis = orthonormal(&problem.nuisance, None);
-        let blocks = problem.hypotheses.par_iter().map(|h| orthonormal(&h.columns, Some(&basis))).collect();
+        let of = |h: &Hypothesis| {
+            let block = orthonormal(&h.columns, Some(&basis));
+            let product = tr_mul(&block, &h.columns);
+            (block, product)
+        };
+        let (blocks, products) = problem.hypotheses.par_iter().map(of).unzip();
         Self {
             problem,
             freedom: (problem.rows() - basis.ncols()).max(1) as f64,
             residual: project_off(&problem.residual, &basis),
             nuisance: basis,
             blocks,
+            products,
         }
     }
 
@@ -97,25 +110,46 @@ impl<'a> Projection<'a> {
         let used = self.span(members);
         let residual = used.as_ref().map_or_else(|| self.residual.clone(), |used| project_off(&self.residual, used));
         let gain = |(h, block): (usize, &DMatrix<f64>)| {
-            let own = used.as_ref().map_or_else(|| block.clone(), |used| orthonormal(block, Some(used)));
-            let along = own.tr_mul(&residual);
-            if self.is_plausible(h, &own, &along, greatest) {
-                Gain { squares: along.norm_squared(), directions: own.ncols() }
-            } else {
-                Gain::default()
-            }
+            let right = block.tr_mul(&residual);
+            // What the block adds has the Gram matrix 1 - C'C, C being its part along what is used.
+            let normal = match &used {
+                Some(used) => {
+                    let along = tr_mul(used, block);
+                    DMatrix::identity(block.ncols(), block.ncols()) - along.tr_mul(&along)
+                }
+                None => DMatrix::identity(block.ncols(), block.ncols()),
+            };
+            let factor = normal.cholesky().filter(|factor| factor.l_dirty().diagonal().iter().all(|d| *d > REGULAR));
+            let (squares, directions, amounts) = match (factor, &used) {
+                (Some(factor), _) => {
+                    let x = factor.solve(&right);
+                    (x.dot(&right), block.ncols(), x)
+                }
+                (None, None) => return Gain::default(),
+                (None, Some(used)) => {
+                    let own = orthonormal(block, Some(used));
+                    if own.is_empty() {
+                        return Gain::default();
+                    }
+                    let along = own.tr_mul(&residual);
+                    let amounts = least_squares(&tr_mul(&own, block), &along);
+                    (along.norm_squared(), own.ncols(), amounts)
+                }
+            };
+            let is_plausible = self.is_plausible(h, directions, &amounts, greatest);
+            if is_plausible { Gain { squares, directions } } else { Gain::default() }
         };
         self.blocks.par_iter().enumerate().map(gain).collect()
     }
 
-    /// Whether the amounts by which a hypothesis would fit are plausible: compliances of what is rigid are positive, and
-    /// no parameter is many times its common size.
-    fn is_plausible(&self, h: usize, own: &DMatrix<f64>, along: &DVector<f64>, greatest: f64) -> bool {
+    /// Whether the amounts by which a hypothesis would fit, of its orthonormal columns, are plausible: compliances of what is
+    /// rigid are positive, and no parameter is many times its common size.
+    fn is_plausible(&self, h: usize, directions: usize, of_block: &DVector<f64>, greatest: f64) -> bool {
         let hypothesis = &self.problem.hypotheses[h];
-        if own.ncols() < hypothesis.columns.ncols() {
+        if directions < hypothesis.columns.ncols() {
             return !hypothesis.is_positive;
         }
-        let Some(amounts) = own.tr_mul(&hypothesis.columns).lu().solve(along) else { return false };
+        let Some(amounts) = self.products[h].clone().lu().solve(of_block) else { return false };
         amounts.iter().zip(&hypothesis.parameters).all(|(amount, parameter)| match hypothesis.is_positive {
             true => *amount >= 0.0,
             false => amount.abs() <= greatest * parameter.scale,
@@ -124,7 +158,7 @@ impl<'a> Projection<'a> {
 
     /// Cosine of the smallest angle between the columns of two hypotheses.
     pub fn alignment(&self, a: usize, b: usize) -> f64 {
-        let product = self.blocks[a].tr_mul(&self.blocks[b]);
+        let product = tr_mul(&self.blocks[a], &self.blocks[b]);
         if product.is_empty() { 0.0 } else { product.singular_values().max() }
     }
 }

@@ -19,14 +19,14 @@ static SLACK: NonlinearParameter = NonlinearParameter {
 };
 static MIDDLE: NonlinearParameter = NonlinearParameter {
     name: "middle",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: false },
     default: Some(NonlinearValue::Real(0.0)),
     only_with: None,
     meaning: "`middle`: the joint's value at which the cable lies as it was laid, rad or m",
 };
 
 /// Slacks that are tried, as shares of half the range.
-const SHARES: [f64; 2] = [0.35, 0.65];
+const SHARES: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
 
 /// See the module.
 pub struct CableTorque;

@@ -69,7 +69,7 @@ impl Effect for FrameDrift {
             return Vec::new();
         }
         let steady = Nonlinear::new([(&COURSE, NonlinearValue::Choice(STEADY))]);
-        let jumps = jumps(survey)
+        let jumps = jumps(survey, MOST_TIMES)
             .map(|at| Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))]));
         std::iter::once(steady).chain(jumps).collect()
     }
@@ -98,11 +98,11 @@ impl Effect for FrameDrift {
     }
 }
 
-/// Times between two configurations at which something may have jumped, s.
-pub(super) fn jumps(survey: &Survey) -> impl Iterator<Item = f64> {
+/// At most so many times between two configurations at which something may have jumped, s.
+pub(super) fn jumps(survey: &Survey, most: usize) -> impl Iterator<Item = f64> {
     let times = if survey.is_difference { &[] } else { &survey.times[..] };
     let between = times.len().saturating_sub(2 * LEAST_BEFORE);
-    let most = MOST_TIMES.min(between);
+    let most = most.min(between);
     (1..=most).map(move |k| {
         let after = LEAST_BEFORE + between * k / (most + 1);
         0.5 * (times[after - 1] + times[after])

@@ -19,6 +19,9 @@ static SLIP_AT: NonlinearParameter = NonlinearParameter {
     meaning: "`slip_at`: the time from which on it sits elsewhere, s",
 };
 
+/// Most times that are tried: readings between the true one and the nearest tried are outliers to the law.
+const MOST_TIMES: usize = 60;
+
 /// What slips.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Slip {
@@ -71,7 +74,7 @@ impl Effect for Slip {
     }
 
     fn candidates(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Nonlinear> {
-        jumps(survey).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
+        jumps(survey, MOST_TIMES).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
     }
 
     fn parameters(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {

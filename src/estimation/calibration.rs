@@ -17,6 +17,7 @@ use super::selection::Selection;
 use super::settings::{Scheme, Settings, Weights, loss_fault};
 use super::shared::Sharing;
 use super::statistics::errors_of;
+use super::weighing::weighed;
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
@@ -45,6 +46,17 @@ use crate::prediction::{Linearised, PredictionError, Predictor};
 /// # Ok::<(), elastogeo::Error>(())
 /// ```
 pub fn calibrate(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
+    calibrate_as_weighed(model, &*weighed(model, campaign, held_out, settings)?, held_out, settings, progress)
+}
+
+/// The same with the noise that the readings have.
+pub(super) fn calibrate_as_weighed(
     model: &Model,
     campaign: &Campaign,
     held_out: &[bool],

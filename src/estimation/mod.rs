@@ -24,6 +24,7 @@ mod since;
 mod split;
 mod start;
 mod statistics;
+mod weighing;
 
 pub use calibration::{calibrate, compare};
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
@@ -36,3 +37,4 @@ pub use shared::SharedError;
 pub use since::{Change, LEVEL, changes, comparable, holm, with_uncertainties};
 pub use split::split;
 pub use statistics::{Errors, errors_of};
+pub use weighing::weighed;

@@ -27,6 +27,14 @@ pub struct LoadedCampaign {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+impl LoadedCampaign {
+    /// A warning where readings lie outside the range in which the effects of the robot's description were found.
+    pub fn outside(&self) -> Option<Diagnostic> {
+        let robot = &self.robot;
+        robot.raw.validity.as_ref()?.outside_of(&robot.model.variable_names(), &self.campaign)
+    }
+}
+
 impl Reader {
     /// Reads a campaign file or a bundled campaign, its robot (or the one given instead) and its measurements.
     ///

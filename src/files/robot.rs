@@ -34,6 +34,7 @@ impl LoadedRobot {
     /// A warning where configurations (rad, m) or wrenches (N, N.m) lie outside the range in which the effects of the
     /// description were found.
     pub fn outside<'a>(&self, states: impl Iterator<Item = (&'a [f64], &'a [f64; 6])>) -> Option<Diagnostic> {
+        let states = states.map(|(q, wrench)| (q, wrench, None));
         self.raw.validity.as_ref()?.outside(&self.model.variable_names(), states)
     }
 }

@@ -14,10 +14,11 @@ use faer::linalg::householder::{
     apply_block_householder_sequence_transpose_on_the_left_in_place_scratch,
     apply_block_householder_sequence_transpose_on_the_left_in_place_with_conj,
 };
+use faer::linalg::matmul::matmul;
 use faer::linalg::qr::{col_pivoting, no_pivoting};
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Conj, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Conj, Mat, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this part of the greatest count as zero in [`cofactor`].
@@ -30,6 +31,19 @@ fn view(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
 fn view_mut(matrix: &mut DMatrix<f64>) -> MatMut<'_, f64> {
     let (rows, columns) = matrix.shape();
     MatMut::from_column_major_slice_mut(matrix.as_mut_slice(), rows, columns)
+}
+
+/// `a' b` (n x k) of columns as long (m x n, m x k): tall and narrow ones several times faster than by dot products.
+pub fn tr_mul(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(a.ncols(), b.ncols());
+    matmul(view_mut(&mut product), Accum::Replace, view(a).transpose(), view(b), 1.0, Par::Seq);
+    product
+}
+
+/// `c - a b` (m x k).
+pub fn less_product(mut c: DMatrix<f64>, a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    matmul(view_mut(&mut c), Accum::Add, view(a), view(b), -1.0, Par::Seq);
+    c
 }
 
 /// Overwrites `matrix` (m x n) by its QR factors: R above the diagonal and on it, Householder vectors below. Returns the

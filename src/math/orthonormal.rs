@@ -5,14 +5,21 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
 
-use super::linear::PivotedQr;
+use super::linear::{PivotedQr, less_product, tr_mul};
 
 /// A column is dependent if the columns before it leave less than this part of its length. Rounding leaves about 1e-16
 /// times the condition of those columns, and an amount of a column that is new by less than 1e-6 cannot be estimated.
 const DEPENDENT: f64 = 1e-6;
 
+/// Columns are plainly independent where a Cholesky factor of the Gram matrix of those of length one has no diagonal below this:
+/// rounding is then below 1e-13 in what they span.
+const PLAIN: f64 = 0.03;
+
 /// Orthonormal columns that span what `columns` (m x n) adds to the orthonormal `basis` (m x k).
 pub fn orthonormal(columns: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+    if let Some(added) = plainly_orthonormal(columns, basis) {
+        return added;
+    }
     let (factors, rank) = factored(columns, basis);
     let mut added = factors.basis(rank);
     if let Some(basis) = basis {
@@ -21,6 +28,44 @@ pub fn orthonormal(columns: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> DMat
         added.column_iter_mut().for_each(|mut column| column /= column.norm());
     }
     added
+}
+
+/// The same by the Gram matrix, several times faster; `None` where columns are not plainly independent.
+///
+/// Source: Yamamoto, Nakatsukasa, Yanagisawa and Fukaya, *Roundoff error analysis of the CholeskyQR2 algorithm*, ETNA 44, 2015.
+fn plainly_orthonormal(columns: &DMatrix<f64>, basis: Option<&DMatrix<f64>>) -> Option<DMatrix<f64>> {
+    if columns.ncols() == 0 || columns.nrows() == 0 {
+        return None;
+    }
+    let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+    let mut own = match basis {
+        Some(basis) if basis.ncols() > 0 => off(columns.clone(), basis),
+        _ => columns.clone(),
+    };
+    for (mut column, length) in own.column_iter_mut().zip(&lengths) {
+        let left = column.norm();
+        if !(left > PLAIN * length && left.is_finite()) {
+            return None;
+        }
+        column /= left;
+    }
+    // Twice: the first pass leaves rounding along the basis, and between the columns.
+    for _ in 0..2 {
+        let factor = tr_mul(&own, &own).cholesky().filter(|factor| factor.l_dirty().diagonal().min() > PLAIN)?;
+        let mut inverse = DMatrix::identity(own.ncols(), own.ncols());
+        factor.l_dirty().tr_solve_lower_triangular_mut(&mut inverse).then_some(())?;
+        own = &own * inverse;
+        if let Some(basis) = basis.filter(|basis| basis.ncols() > 0) {
+            own = off(own, basis);
+        }
+    }
+    Some(own)
+}
+
+/// Columns less their part along an orthonormal basis, once.
+fn off(columns: DMatrix<f64>, basis: &DMatrix<f64>) -> DMatrix<f64> {
+    let along = tr_mul(basis, &columns);
+    less_product(columns, basis, &along)
 }
 
 /// Which of `columns` (m x n) are independent of the orthonormal `basis` (m x k) and of one another, ascending.

@@ -130,4 +130,26 @@ fn commands_heed_the_range_of_validity() {
     assert!(none.is_empty(), "{none:?}");
     let both: Vec<String> = said("80,0,0,0,0,0", "0,0,-90");
     assert!(both.len() == 1 && both[0].contains("q1, force"), "{both:?}");
+    // Readings with a payload that the readings before did not have.
+    raw.validity = Some(RawValidity {
+        loads: [("payload".to_string(), [0.0, 0.0])].into_iter().collect(),
+        ..RawValidity::default()
+    });
+    std::fs::write(&path, elastogeo::description::yaml::write(&raw).expect("YAML")).expect("written");
+    let made = run(folder.path(), &["simulate", "universal-ur5", "--poses", "30", "--unknown-base", "--into", "c"]);
+    assert_eq!(made.status, 0, "{}", made.err);
+    let file = folder.path().join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("text");
+    for (payload, expected) in [("none", 0), ("block", 1)] {
+        let entry =
+            format!("payloads: {{block: {{mass: 5}}}}\nmeasurements: [{{file: measurements.csv, payload: {payload}}}]");
+        std::fs::write(&file, text.replace("measurements: measurements.csv", &entry)).expect("written");
+        for arguments in [&["residuals", "robot.yaml", "c"][..], &["register", "c", "--robot", "robot.yaml"]] {
+            let ran = run(folder.path(), &[arguments, &["--format", "json", "--force"]].concat());
+            let found: serde_json::Value = serde_json::from_str(&ran.out).unwrap_or_else(|_| panic!("{}", ran.err));
+            let all = found["diagnostics"].as_array().expect("a list").clone();
+            let told = all.iter().filter(|one| one["code"] == "outside-validity").count();
+            assert_eq!(told, expected, "{arguments:?} with {payload}: {all:?}");
+        }
+    }
 }

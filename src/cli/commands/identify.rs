@@ -129,6 +129,7 @@ pub(super) fn calibrated(
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);
+    output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     output.diagnostics.extend(model.structure.springs.iter().filter_map(|spring| held_length(loaded, &found, spring)));
     let mut output = output.judged(judged, session.arguments.force)?;

@@ -24,8 +24,8 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
         output.tables.push((path.clone(), tables::residuals(&found, campaign, path)?));
         output.text += &format!("residuals, a reading a row: {}\n", path.display());
     }
+    let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;
-    let states = (0..campaign.readings.len()).map(|k| (campaign.configuration(k), &campaign.readings[k].wrench));
-    output.diagnostics.extend(loaded.robot.outside(states));
+    output.diagnostics.extend(outside);
     Ok(output)
 }

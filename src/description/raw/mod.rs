@@ -162,7 +162,7 @@ raw! {
     pub struct RawValidity {
         /// Least and greatest value of each variable, rad or m.
         joints: IndexMap<String, [f64; 2]>,
-        /// Least and greatest size of the applied force, N, and of the moment, N.m.
+        /// Least and greatest size of the applied `force`, N, and `moment`, N.m, and mass of the `payload`, kg.
         loads: IndexMap<String, [f64; 2]>,
         /// From and to, s.
         time: Option<[f64; 2]>,
