@@ -11,13 +11,12 @@ use super::fit::{Fit, fit};
 use super::problem::{CampaignProblem, LEAST_SIGMA, Prior, row_sigmas};
 use super::reduction::reduced;
 use super::registration::{arrangement, rough};
-use super::result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
+use super::result::{Calibration, CalibrationError, Estimate, Figures, PredictedError};
 use super::robust;
 use super::selection::Selection;
 use super::settings::{Scheme, Settings, Weights, loss_fault};
 use super::shared::Sharing;
 use super::statistics::errors_of;
-use super::weighing::weighed;
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
@@ -29,33 +28,7 @@ use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
-/// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).
-///
-/// # Errors
-/// [`CalibrationError`]; a fit that converges badly is no error but is named in [`Calibration::ending`].
-///
-/// ```
-/// use elastogeo::estimation::{Settings, calibrate, split};
-///
-/// // Six joint compliances from deflections of a KR-270.
-/// let loaded = elastogeo::files::load_campaign("kr270-no-compensator", None)?;
-/// let held_out = split(&loaded.campaign, 0.25, 1);
-/// let found = calibrate(&loaded.robot.model, &loaded.campaign, &held_out, &Settings::default(), &mut |_| {})?;
-/// let [before, after] = [found.before, found.after].map(|errors| 1e3 * errors.check.distance[1]);
-/// assert_eq!(format!("{before:.4} -> {after:.4} mm"), "0.6813 -> 0.0714 mm");
-/// # Ok::<(), elastogeo::Error>(())
-/// ```
-pub fn calibrate(
-    model: &Model,
-    campaign: &Campaign,
-    held_out: &[bool],
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress),
-) -> Result<Calibration, CalibrationError> {
-    calibrate_as_weighed(model, &*weighed(model, campaign, held_out, settings)?, held_out, settings, progress)
-}
-
-/// The same with the noise that the readings have.
+/// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have.
 pub(super) fn calibrate_as_weighed(
     model: &Model,
     campaign: &Campaign,
@@ -112,20 +85,6 @@ pub(super) fn calibrate_as_weighed(
         registered,
         held_out: held_out.to_vec(),
     })
-}
-
-/// Ordinary and weighted least squares next to each other.
-///
-/// # Errors
-/// As [`calibrate`].
-pub fn compare(
-    model: &Model,
-    campaign: &Campaign,
-    held_out: &[bool],
-    settings: &Settings,
-) -> Result<Comparison, CalibrationError> {
-    let with = |weights| calibrate(model, campaign, held_out, &Settings { weights, ..settings.clone() }, &mut |_| {});
-    Ok(Comparison { ols: with(Weights::Equal)?, wls: with(Weights::Direction)? })
 }
 
 /// What was asked, checked.

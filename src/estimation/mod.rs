@@ -26,7 +26,6 @@ mod start;
 mod statistics;
 mod weighing;
 
-pub use calibration::{calibrate, compare};
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};
@@ -37,4 +36,4 @@ pub use shared::SharedError;
 pub use since::{Change, LEVEL, changes, comparable, holm, with_uncertainties};
 pub use split::split;
 pub use statistics::{Errors, errors_of};
-pub use weighing::weighed;
+pub use weighing::{calibrate, compare, weighed};

@@ -8,9 +8,10 @@
 use std::borrow::Cow;
 
 use super::calibration::calibrate_as_weighed;
-use super::result::CalibrationError;
+use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};
 use crate::description::campaign::Campaign;
+use crate::least_squares::Progress;
 use crate::math::median;
 use crate::model::Model;
 
@@ -62,4 +63,44 @@ pub fn weighed<'c>(
         }
     }
     Ok(Cow::Owned(weighed))
+}
+
+/// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).
+///
+/// # Errors
+/// [`CalibrationError`]; a fit that converges badly is no error but is named in [`Calibration::ending`].
+///
+/// ```
+/// use elastogeo::estimation::{Settings, calibrate, split};
+///
+/// // Six joint compliances from deflections of a KR-270.
+/// let loaded = elastogeo::files::load_campaign("kr270-no-compensator", None)?;
+/// let held_out = split(&loaded.campaign, 0.25, 1);
+/// let found = calibrate(&loaded.robot.model, &loaded.campaign, &held_out, &Settings::default(), &mut |_| {})?;
+/// let [before, after] = [found.before, found.after].map(|errors| 1e3 * errors.check.distance[1]);
+/// assert_eq!(format!("{before:.4} -> {after:.4} mm"), "0.6813 -> 0.0714 mm");
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
+pub fn calibrate(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
+    calibrate_as_weighed(model, &*weighed(model, campaign, held_out, settings)?, held_out, settings, progress)
+}
+
+/// Ordinary and weighted least squares next to each other.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn compare(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    settings: &Settings,
+) -> Result<Comparison, CalibrationError> {
+    let with = |weights| calibrate(model, campaign, held_out, &Settings { weights, ..settings.clone() }, &mut |_| {});
+    Ok(Comparison { ols: with(Weights::Equal)?, wls: with(Weights::Direction)? })
 }

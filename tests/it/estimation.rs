@@ -1,7 +1,7 @@
 //! Calibrations of simulated campaigns: schemes, bounds, priors, outliers, weights, and the derivatives they rest on.
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::estimation::{Calibration, CalibrationError, Scheme, Settings, calibrate, compare};
+use elastogeo::estimation::{Calibration, CalibrationError, Scheme, Settings, calibrate, compare, weighed};
 use elastogeo::files::load_robot;
 use elastogeo::identifiability::Why;
 use elastogeo::kinematics::Geometry;
@@ -272,5 +272,39 @@ mod distances_and_priors {
         }
         // 0.80 of the error without it when this was written.
         assert!(with < 0.9 * without, "{with} against {without}");
+    }
+}
+
+/// Where the noise of orientations is not stated, it is what the readings show beside their lengths; outliers do not decide.
+#[test]
+fn angles_weigh_as_they_scatter() {
+    let model = load_robot("universal-ur5").expect("bundled").model;
+    let geometry = Geometry::nominal(&model).expect("assembled");
+    for (seed, orientation) in [(1, 2e-4), (2, 2e-6)] {
+        let mut random = generator(seed);
+        let plan = Plan {
+            wrenches: Vec::new(),
+            conditions: false,
+            configurations: draw_configurations(&geometry, 60, 0.8, &mut random).expect("drawn"),
+            markers: vec![None],
+            repeats: 1,
+            observes: POSE,
+            sigma: 2e-5,
+            sigma_orientation: orientation,
+            estimate: [true, true],
+        };
+        let truth = draw_errors(&model, 0.1, 0.0, &mut random);
+        let stated = simulate(&model, &truth, &plan, &mut random).expect("simulated");
+        let held_out = vec![false; stated.readings.len()];
+        let as_stated = weighed(&model, &stated, &held_out, &Settings::default()).expect("calibrated");
+        assert_eq!(*as_stated, stated, "what is stated stays");
+        let mut unstated = stated.clone();
+        unstated.sigma_orientation = None;
+        unstated.readings.iter_mut().for_each(|reading| reading.noise.orientation = reading.noise.position[0]);
+        unstated.readings[7].measured[0] += 0.01;
+        let found = weighed(&model, &unstated, &held_out, &Settings::default()).expect("calibrated");
+        let ratio = found.readings[0].noise.orientation / orientation;
+        // Medians of 180 sizes scatter by a tenth.
+        assert!((ratio - 1.0).abs() < 0.3, "{ratio} of {orientation}");
     }
 }

@@ -94,7 +94,7 @@ impl Conditions {
     pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let approach = self.approach.iter_mut().flatten();
         let given = self.temperature.iter_mut().chain(&mut self.time).chain(approach);
-let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
+        let loads = self.torques.iter_mut().flatten().chain(&mut self.described_loads);
         let joints = self.other_joints.iter_mut().flatten().chain(&mut self.last_move).chain(loads);
         let joints = joints.chain(self.earlier_moves.iter_mut().flatten());
         given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)

@@ -23,10 +23,10 @@ pub use partition::Partition;
 pub use settings::{FuzzySettings, Placement};
 pub use task::FuzzyTask;
 
-use super::calibration::calibrate;
 use super::result::{Calibration, CalibrationError};
 use super::settings::{Settings, What};
 use super::statistics::{Errors, errors_of};
+use super::weighing::calibrate;
 use crate::description::fuzzy::{Component, Fuzzy};
 use crate::least_squares::Progress;
 use crate::math::mean_rms_max;
