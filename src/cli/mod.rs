@@ -19,7 +19,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Catalogue;
 use crate::estimation::CalibrationError;
 use crate::files::Reader;
-use crate::render::diagnostics::render;
+use crate::render::diagnostics::{inert_lines, render};
 use crate::render::table::Screen;
 use args::{Arguments, Command, Format};
 use output::Output;
@@ -105,7 +105,8 @@ fn write_error(text: &str) {
 fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
     let arguments = session.arguments;
     let text = match arguments.format {
-        Format::Text => output.text.clone(),
+        Format::Text if output.verbatim => output.text.clone(),
+        Format::Text => inert_lines(&output.text),
         Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",
     };
     let texts = output.files.iter().map(|(path, content)| (path.as_path(), content.as_bytes()));

@@ -2,17 +2,21 @@
 
 mod campaign;
 mod change;
+mod journal;
 mod path;
 mod place;
 mod reader;
 mod readings;
 mod robot;
 mod schema_line;
+#[cfg(feature = "cli")]
+mod signals;
 mod start;
 #[cfg(feature = "cli")]
 mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
+pub use journal::settle;
 pub use place::bundled_robots;
 pub use reader::Reader;
 pub use robot::{LoadedRobot, load_robot};

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use include_dir::{Dir, include_dir};
 
+use super::journal::settle;
 use super::reader::Reader;
 use crate::description::table::workbook_name;
 use crate::description::yaml;
@@ -61,6 +62,7 @@ impl Place {
         let bytes = match self {
             Self::Disk(path) => {
                 let failed = |error: std::io::Error| vec![unreadable(path, &error)];
+                settle(path.parent().unwrap_or(path)).map_err(failed)?;
                 let mut bytes = Vec::new();
                 // One byte more than is allowed tells that there is more; a device has no length to ask for.
                 let file = std::fs::File::open(path).map_err(failed)?;
@@ -175,7 +177,8 @@ fn open_on_disk(reader: &Reader, path: &Path) -> Result<Box<dyn Read>, Diagnosti
         let diagnostic = Diagnostic::error(format!("`{}` is a folder, and a CSV file is needed", path.display()));
         return Err(diagnostic.remedy(inside(path)));
     }
-    let file = std::fs::File::open(path).map_err(|error| unreadable(path, &error))?;
+    let file = settle(path.parent().unwrap_or(path)).and_then(|()| std::fs::File::open(path));
+    let file = file.map_err(|error| unreadable(path, &error))?;
     reader.remember(path);
     Ok(Box::new(file))
 }

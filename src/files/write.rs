@@ -1,11 +1,14 @@
 //! Files written whole or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::Write;
-use std::path::Path;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
+use super::journal::{self, Entry, Journal, PREFIX};
+use super::signals::Deferred;
 use crate::Error;
 use crate::diagnostic::Diagnostic;
 
@@ -48,62 +51,112 @@ pub fn writable_table(path: &Path) -> Result<(), Diagnostic> {
 }
 
 /// Writes files, all of them whole or none at all: each next to its target first, then in its place. Where one cannot be put
-/// in its place, those before it are put back as they were. Two processes that write to one folder take turns.
+/// in its place, those before it are put back as they were; where the program is killed, whoever reads or writes there next
+/// puts them back. Two processes that write to one folder take turns, and a signal to end waits until the files stand.
 ///
 /// # Errors
 /// What the system reported, and of which file.
 pub fn write_whole(files: &[(&Path, &[u8])]) -> Result<(), Error> {
     let failed =
         |path: &Path, error: std::io::Error| Error::from(error).at(format!("`{}` cannot be written", path.display()));
-    let _turns = turns(files);
+    // A device or a pipe is written as it is, and first: nothing can be moved into its place, and its reader may let it wait.
+    let is_device = |path: &Path| std::fs::metadata(path).is_ok_and(|known| !known.is_file());
+    let (devices, files): (Vec<_>, Vec<_>) = files.iter().partition(|(path, _)| is_device(path));
+    for (path, content) in devices {
+        std::fs::write(path, content).map_err(|error| failed(path, error))?;
+    }
+    let Some((first, _)) = files.first() else { return Ok(()) };
+    let folders: Result<BTreeSet<PathBuf>, Error> =
+        files.iter().map(|(path, _)| folder_of(path).canonicalize().map_err(|error| failed(path, error))).collect();
+    let folders = folders?;
+    let Some(top) = above_all(&folders) else { return Err(failed(first, ErrorKind::NotFound.into())) };
+    let _turns = turns(&top, &folders).map_err(|error| failed(first, error))?;
+    let _signals = Deferred::new();
     // What is not moved into its place is removed when it is dropped.
-    let mut parts: Vec<(NamedTempFile, &Path)> = Vec::new();
-    for (path, content) in files {
-        // A device or a pipe is written as it is: nothing can be moved into its place.
-        if std::fs::metadata(path).is_ok_and(|known| !known.is_file()) {
-            std::fs::write(path, content).map_err(|error| failed(path, error))?;
-            continue;
-        }
+    let mut parts: Vec<(TempPath, &Path)> = Vec::new();
+    for (path, content) in &files {
         let part = part_of(path).and_then(|mut part| part.write_all(content).map(|()| part));
-        parts.push((part.map_err(|error| failed(path, error))?, path));
+        // Closed: there may be more files than a process may have open.
+        parts.push((part.map_err(|error| failed(path, error))?.into_temp_path(), path));
     }
-    let mut placed: Vec<(Option<TempPath>, &Path)> = Vec::new();
+    if parts.len() == 1 {
+        return parts.into_iter().try_for_each(|(part, path)| part.persist(path).map_err(|e| failed(path, e.error)));
+    }
+    let mut kept = Vec::new();
+    let mut journal = Journal::default();
+    for (path, content) in &files {
+        let old = aside(path).map_err(|error| failed(path, error))?;
+        journal.files.extend(entry(&top, path, content, old.as_deref()));
+        kept.extend(old);
+    }
+    begin(&top, &journal);
     for (part, path) in parts {
-        let put = aside(path).and_then(|old| part.persist(path).map(|_| old).map_err(|error| error.error));
-        match put {
-            Ok(old) => placed.push((old, path)),
-            Err(error) => {
-                placed.into_iter().rev().for_each(|(old, path)| put_back(old, path));
-                return Err(failed(path, error));
+        if let Err(error) = part.persist(path) {
+            match journal.undo(&top) {
+                Ok(()) => end(&top),
+                // It stays for the next one, with what it needs.
+                Err(_) => kept.into_iter().for_each(|old| drop(old.keep())),
             }
+            return Err(failed(path, error.error));
         }
     }
+    end(&top);
     Ok(())
 }
 
+/// What is needed to undo the write of a file.
+fn entry(top: &Path, path: &Path, content: &[u8], old: Option<&Path>) -> Option<Entry> {
+    let below = |path: &Path| {
+        let folder = folder_of(path).canonicalize().ok()?;
+        Some(folder.strip_prefix(top).ok()?.join(path.file_name()?))
+    };
+    Some(Entry { path: below(path)?, new: journal::digest(content), old: old.and_then(below) })
+}
+
+/// Puts the journal in its place, if that can be written to; without one only a failure is undone, not a kill.
+fn begin(top: &Path, journal: &Journal) {
+    let part = serde_json::to_vec(journal).ok().zip(part_of(&journal::of(top)).ok());
+    drop(
+        part.and_then(|(text, mut part)| part.write_all(&text).ok().and_then(|()| part.persist(journal::of(top)).ok())),
+    );
+}
+
+fn end(top: &Path) {
+    drop(std::fs::remove_file(journal::of(top)));
+}
+
+/// The deepest folder that holds all of them.
+fn above_all(folders: &BTreeSet<PathBuf>) -> Option<PathBuf> {
+    let mut above = folders.first()?.ancestors();
+    above.find(|above| folders.iter().all(|folder| folder.starts_with(above))).map(Path::to_path_buf)
+}
+
+/// Most folders that one process locks: it may not have many more files open.
+const MOST_LOCKS: usize = 500;
+
 /// Waits for other processes that write to the same folders, and removes what those that were killed have left. The turn ends
 /// with the values returned; where a system cannot lock folders there are no turns.
-fn turns(files: &[(&Path, &[u8])]) -> Vec<File> {
-    let mut folders: Vec<&Path> = files.iter().map(|(path, _)| folder_of(path)).collect();
+fn turns(top: &Path, folders: &BTreeSet<PathBuf>) -> std::io::Result<Vec<File>> {
+    folders.iter().try_for_each(|folder| journal::settle(folder))?;
     // In one order, so that no two processes wait for each other.
-    folders.sort_unstable();
-    folders.dedup();
-    let turn = |folder: &&Path| {
-        let locked = File::open(folder).and_then(|opened| opened.lock().map(|()| opened)).ok()?;
+    let all: BTreeSet<&Path> = folders.iter().map(PathBuf::as_path).chain([top]).collect();
+    let lock = |folder: &&Path| File::open(folder).and_then(|opened| opened.lock().map(|()| opened)).ok();
+    let locked = all.iter().take(MOST_LOCKS).filter_map(lock).collect();
+    journal::settle_locked(top)?;
+    for folder in folders {
         let left = std::fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| {
             let name = entry.file_name();
-            name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(PART))
+            name.to_str().is_some_and(|name| name.starts_with(PREFIX) && (name.ends_with(PART) || name.ends_with(OLD)))
         });
         // What cannot be removed is no harm.
         left.for_each(|entry| drop(std::fs::remove_file(entry.path())));
-        Some(locked)
-    };
-    folders.iter().filter_map(turn).collect()
+    }
+    Ok(locked)
 }
 
-/// Names of files on their way.
-const PREFIX: &str = ".elastogeo-";
+/// How names of files on their way end, and those of files that are replaced.
 const PART: &str = ".part";
+const OLD: &str = ".old";
 
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
@@ -111,27 +164,15 @@ fn folder_of(path: &Path) -> &Path {
 
 /// A second name of a file that is to be replaced, or a copy where the disk knows no second names; removed when dropped.
 fn aside(path: &Path) -> std::io::Result<Option<TempPath>> {
-    if !path.exists() {
+    if path.symlink_metadata().is_err() {
         return Ok(None);
     }
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).suffix(".old");
+    builder.prefix(PREFIX).suffix(OLD);
     let made = builder.make_in(folder_of(path), |name| {
         std::fs::hard_link(path, name).or_else(|_| std::fs::copy(path, name).map(drop))
     });
     made.map(|old| Some(old.into_temp_path()))
-}
-
-/// What stood there before: the old file, or none. What cannot be put back stays beside its place.
-fn put_back(old: Option<TempPath>, path: &Path) {
-    match old {
-        Some(old) => {
-            if let Err(error) = old.persist(path) {
-                drop(error.path.keep());
-            }
-        }
-        None => drop(std::fs::remove_file(path)),
-    }
 }
 
 /// An empty file next to another, with the rights that new files have.

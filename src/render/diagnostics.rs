@@ -98,14 +98,27 @@ fn lines(place: &Place) -> (String, std::ops::Range<usize>) {
     (drawn, from.min(end)..to.clamp(from.min(end), end))
 }
 
-/// The text with control characters written out.
+/// The text with control characters written out, and those that turn the order of letters.
 fn inert(text: &str) -> String {
+    inert_but(text, &[])
+}
+
+/// The same for a text of several lines: titles and names come from files, and a terminal would do what they say.
+pub fn inert_lines(text: &str) -> String {
+    inert_but(text, &['\n', '\t'])
+}
+
+fn inert_but(text: &str, kept: &[char]) -> String {
     let mut inert = String::with_capacity(text.len());
     for char in text.chars() {
-        let reorders = matches!(char, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        if char.is_control() || reorders { inert.extend(char.escape_debug()) } else { inert.push(char) }
+        if is_active(char) && !kept.contains(&char) { inert.extend(char.escape_debug()) } else { inert.push(char) }
     }
     inert
+}
+
+/// Whether a character is no letter but does something.
+pub fn is_active(char: char) -> bool {
+    char.is_control() || matches!(char, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 fn count(number: usize, what: &str) -> String {

@@ -4,6 +4,7 @@
 Usage: check.py ELASTOGEO [FOLDER]; FOLDER keeps pages and pictures. What fails is said; exit status 1.
 """
 
+import base64
 import json
 import os
 import subprocess
@@ -57,11 +58,50 @@ def turned(browser, where, k=0):
     expect(state()["yaw"] != after["yaw"], f"{where}: arrow keys turn the view")
 
 
+# Tables of a narrow screen that are wider than their place; that of proposed configurations has as many columns as joints.
+CUT = """[...document.querySelectorAll('main .scroll')].filter((e) => !e.closest('#next') && e.scrollWidth > e.clientWidth + 1)
+  .map((e) => e.closest('section, details').id + ' ' + e.scrollWidth + ' of ' + e.clientWidth)"""
+# Charts that reach into the next one, or beyond their figure, while nothing scrolls there.
+OVERLAPPING = """(() => { const boxes = [...document.querySelectorAll('svg.chart')].filter((e) => e.checkVisibility()).map((e) => [e, e.getBoundingClientRect()]);
+  const hit = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+  const over = boxes.filter(([e, a], k) => boxes.slice(k + 1).some(([, b]) => hit(a, b)) ||
+    (matchMedia('print').matches && a.right > document.documentElement.clientWidth + 1));
+  return over.map(([e]) => e.getAttribute('aria-label')); })()"""
+
+
+def printed(browser, path, where, folder):
+    """On paper: numbered pages, no chart over another one or beyond the edge, nothing that scrolls, no heading left alone."""
+    # The width of A4 less the margins.
+    browser.open(path, 703, 1000, media="print")
+    over = browser.evaluate(OVERLAPPING)
+    expect(not over, f"{where} printed: charts overlap or are cut: {over}")
+    scrolls = browser.evaluate("""[...document.querySelectorAll('main *')].filter((e) => !(e instanceof SVGElement) && e.clientWidth > 0 &&
+      (e.scrollWidth > e.clientWidth + 1) && getComputedStyle(e).overflowX !== 'visible').map((e) => e.tagName + '.' + e.className)""")
+    expect(not scrolls, f"{where} printed: cut: {scrolls}")
+    for what in ("summary", "h3"):
+        alone = browser.evaluate(f"[...document.querySelectorAll('main {what}')].filter((e) => getComputedStyle(e).breakAfter !== 'avoid').length")
+        expect(alone == 0, f"{where} printed: {alone} headings of {what} may be left alone at the end of a page")
+    split = browser.evaluate("[...document.querySelectorAll('svg.chart')].filter((e) => getComputedStyle(e).breakInside !== 'avoid').length")
+    expect(split == 0, f"{where} printed: {split} charts may be split")
+    numbered = browser.evaluate("[...document.styleSheets].some((s) => /counter\\(page\\)/.test([...s.ownerNode.textContent].join('')))")
+    expect(numbered, f"{where} printed: pages are not numbered")
+    if folder:
+        answer = browser.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+        with open(os.path.join(folder, where + ".pdf"), "wb") as file:
+            file.write(base64.b64decode(answer["data"]))
+
+
 def look(browser, path, where, folder):
-    """Both widths, light and dark: nothing is wider than the page, nothing complains."""
+    """Three widths, light and dark: nothing is wider than the page, no charts overlap, no table is cut, nothing complains."""
+    printed(browser, path, where, folder)
+    browser.open(path, 800, 900)
+    over = browser.evaluate(OVERLAPPING)
+    expect(not over, f"{where} at 800: charts overlap: {over}")
     for width in (1280, 400):
         for dark in (False, True):
             browser.open(path, width, 900, dark)
+            cut = browser.evaluate(CUT)
+            expect(not cut, f"{where} at {width}: tables are cut: {cut}")
             wide = browser.evaluate("document.documentElement.scrollWidth")
             expect(wide <= width, f"{where} at {width}: {wide} px wide")
             paper = browser.evaluate("getComputedStyle(document.body).backgroundColor")

@@ -268,3 +268,65 @@ fn proposed_configurations_are_listed_and_drawn() {
     assert!((text.parse::<f64>().expect(&path) - value.to_degrees()).abs() < 0.0051 && (scale - 57.29578).abs() < 1e-4);
     assert!(html.contains("These readings cannot tell it from"));
 }
+
+/// One reading 50 mm off: text, JSON and page have the same figures, before and after it is set aside, and name its line.
+#[test]
+fn one_wrong_reading_is_told_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let made = ["simulate", "universal-ur5", "--poses", "40", "--noise", "0.03", "--unknown-base", "--into", "o"];
+    assert_eq!(run(folder.path(), &made).status, 0);
+    let table = folder.path().join("o/measurements.csv");
+    let text = std::fs::read_to_string(&table).expect("a table");
+    let mut lines: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    let x = lines[0].iter().position(|name| name == "x").expect("a column");
+    lines[21][x] = (lines[21][x].parse::<f64>().expect("a number") + 50.0).to_string();
+    let text: String = lines.iter().map(|line| line.join(",") + "\n").collect();
+    std::fs::write(&table, text).expect("written");
+    let told = run(folder.path(), &["diagnose", "o"]).out;
+    let made = run(folder.path(), &["report", "o", "--output", "r.html", "--json", "r.json"]);
+    let html = std::fs::read_to_string(folder.path().join("r.html")).expect("a report");
+    let json = parsed(&std::fs::read_to_string(folder.path().join("r.json")).expect("its data"));
+    let own = parsed(&run(folder.path(), &["diagnose", "o", "--format", "json"]).out);
+    assert_eq!(timeless(own), timeless(json["diagnose"].clone()));
+    let number = |path: &str| json.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"));
+    let [before, after] = ["/diagnose/gap/rms", "/diagnose/after_all/rms"].map(|path| format!("{:.4}", number(path)));
+    let less = format!("{:.0}", 100.0 * number("/diagnose/after_all/shrinkage"));
+    assert!(before.parse::<f64>().expect("a number") > 1.0 && after.parse::<f64>().expect("a number") < 0.1);
+    assert!(told.contains(&format!("from {before} to {after} mm")), "{told}");
+    assert!(told.contains(&format!("evidence  {before} -> {after} mm, {less} % less")), "{told}");
+    assert!(made.out.contains(&format!("from {before} to {after} mm, {less} % less")), "{}", made.out);
+    let first: Vec<String> = figures(&html)
+        .into_iter()
+        .filter(|(path, ..)| path.starts_with("/diagnose/causes/0/rms_"))
+        .map(|(_, _, text, ..)| text)
+        .collect();
+    assert_eq!(first, [before, after]);
+    assert!(told.contains("measurements.csv:22") && html.contains("measurements.csv:22"), "{told}");
+}
+
+/// Titles and names come from files: what is no letter in them does nothing on a terminal, nor in a page.
+#[test]
+fn titles_do_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "robot: \"\\e]0;owned\\a\\e[2J\\u202Earm\\u009b<b>\"\n".to_string() + crate::cli::PLANAR;
+    std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
+    let made = ["simulate", "arm.yaml", "--poses", "8", "--markers", "tip", "--into", "c"];
+    assert_eq!(run(folder.path(), &made).status, 0);
+    let is_active = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
+    for command in [
+        &["check", "arm.yaml"][..],
+        &["check", "c"],
+        &["identify", "c"],
+        &["report", "c", "--output", "r.html"],
+        &["view", "arm.yaml", "--output", "v.html", "--svg", "v.svg"],
+    ] {
+        let ran = run(folder.path(), command);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        assert!(!(ran.out + &ran.err).contains(is_active), "{command:?}");
+    }
+    for page in ["r.html", "v.html", "v.svg"] {
+        let html = std::fs::read_to_string(folder.path().join(page)).expect("a page");
+        assert!(!html.contains(is_active) && !html.contains("<b>"), "{page}");
+        assert!(html.contains("owned"), "{page}");
+    }
+}

@@ -18,7 +18,7 @@ use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEst
 use crate::description::raw::RawMarker;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
-use crate::files::{LoadedCampaign, LoadedRobot, bundled_robots};
+use crate::files::{LoadedCampaign, LoadedRobot, bundled_robots, settle};
 use crate::model::Model;
 use crate::render::blind::score_text;
 use crate::results::BlindScore as Scored;
@@ -261,6 +261,7 @@ fn units(robot: &LoadedRobot) -> Units {
 }
 
 fn judge(command: &BlindScore, session: &Session) -> Result<Output, Error> {
+    settle(&command.folder)?;
     let entries = std::fs::read_dir(&command.folder).map_err(|error| unreadable(&command.folder, &error))?;
     let mut folders: Vec<_> =
         entries.flatten().map(|entry| entry.path()).filter(|path| path.join("campaign.yaml").is_file()).collect();

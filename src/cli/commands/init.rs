@@ -10,7 +10,7 @@ use crate::Error;
 use crate::cli::args::{Init, SchemaOf, StarterKind};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::files::LoadedRobot;
+use crate::files::{LoadedRobot, settle};
 use crate::kinematics::Geometry;
 use crate::observation::POSITION;
 use crate::simulation::{Plan, carry_out, draw_configurations, draw_errors, generator, unmeasured};
@@ -89,7 +89,11 @@ fn usable(folder: &Path) -> Result<(), Error> {
         ));
     }
     if folder.exists() {
-        let empty = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
+        settle(folder)?;
+        // What a killed one has left on its way is nobody's.
+        let is_ours = |name: &str| name.starts_with(".elastogeo-");
+        let empty = std::fs::read_dir(folder)
+            .is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name().to_str().is_some_and(is_ours)));
         if !empty {
             let what = if folder.is_dir() { "is not empty" } else { "is a file" };
             return Err(Error::input(format!("`{shown}` {what}; nothing is overwritten"), "give another name"));

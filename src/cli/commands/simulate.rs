@@ -23,7 +23,7 @@ use crate::description::campaign::{Campaign, InSession, Sessions, Sharing};
 use crate::description::raw::{RawAmount, RawEffect};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::effects::EffectEntry;
-use crate::files::LoadedRobot;
+use crate::files::{LoadedRobot, settle};
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::observation::Observes;
@@ -209,6 +209,7 @@ fn wrenches(command: &Simulate, loaded: &LoadedRobot, row_loads: &[[f64; 6]]) ->
 
 /// Refuses a folder with readings that were not simulated, or that were edited since (unless `force`).
 fn spares_readings(folder: &std::path::Path, force: bool) -> Result<(), Error> {
+    settle(folder)?;
     let truth = std::fs::read_to_string(folder.join("truth.json")).ok();
     let truth = truth.and_then(|text| serde_json::from_str::<Value>(&text).ok());
     let truth = truth.filter(|truth| truth.get("seed").is_some() && truth.get("parameters").is_some());

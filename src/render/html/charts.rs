@@ -66,12 +66,12 @@ fn inline(svg: &str, frame: &Frame) -> String {
     let [width, height] = frame.size;
     let alt = escape(frame.alt);
     let body = dots(&shortened(body));
-    // Narrower than this it would not be read: its figure scrolls.
+    // Narrower than this it would not be read on a screen: its figure scrolls.
     let least = width.min((0.62 * width).max(320.0));
     // The last label of an axis stands half beyond it.
     let full = width + 10.0;
     format!(
-        "<svg class=\"chart\" viewBox=\"0 0 {full} {height}\" style=\"max-width:{width}px;min-width:{least:.0}px\" role=\"img\" aria-label=\"{alt}\" fill=\"var(--ink)\">{body}"
+        "<svg class=\"chart\" viewBox=\"0 0 {full} {height}\" style=\"max-width:{width}px;--least:{least:.0}px\" role=\"img\" aria-label=\"{alt}\" fill=\"var(--ink)\">{body}"
     )
 }
 

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 
 use super::charts::escape;
+use super::page::inert;
 use crate::scene::{Part, PartKind, Scene, Shot};
 
 const WIDTH: f64 = 900.0;
@@ -168,7 +169,7 @@ pub fn figure(scene: &Scene, shot: &Shot, look: Look, magnified: f64, names: boo
             WIDTH - 16.0
         );
     }
-    svg + "</svg>\n"
+    inert(&(svg + "</svg>\n"))
 }
 
 const STYLE: &str = "line{stroke-linecap:round;fill:none}.link{stroke:#777;stroke-width:5}.beam{fill:#2f6fb5;fill-opacity:.12;stroke:#345;stroke-width:.7}\

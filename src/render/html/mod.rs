@@ -21,7 +21,7 @@ use crate::results::{Report, ScenePart};
 use crate::review::Review;
 use arrows::Arrows;
 use drawing::{Drawing, DrawnShot};
-use page::{Page, embedded, plain, safe};
+use page::{Page, embedded, inert, plain, safe};
 
 /// Writes the page of a report, and the answer of two sentences at its head into the report.
 ///
@@ -52,5 +52,5 @@ pub fn write(review: &Review, report: &mut Report) -> Result<String, Error> {
         },
     );
     report.answer = Some(plain(&answer));
-    Ok(html)
+    Ok(inert(&html))
 }

@@ -7,6 +7,7 @@ use minijinja::{Environment, Value as Shown};
 use serde_json::Value;
 
 use super::charts::escape;
+use crate::render::diagnostics::is_active;
 
 /// Templates by name; the ending says that what is put in is escaped.
 const TEMPLATES: &[(&str, &str)] = &[
@@ -94,6 +95,11 @@ impl Page {
         let rendered = self.environment.get_template(template).and_then(|template| template.render(context));
         rendered.unwrap_or_else(|error| format!("<p class=\"fault\">{}</p>", escape(&format!("{error:#}"))))
     }
+}
+
+/// A page in which what is no letter does nothing: of titles and names, also within its JSON.
+pub fn inert(html: &str) -> String {
+    html.chars().map(|char| if is_active(char) && char != '\n' { '\u{fffd}' } else { char }).collect()
 }
 
 /// Text that is HTML already.

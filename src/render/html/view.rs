@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::charts::escape;
 use super::drawing::{Drawing, DrawnShot};
-use super::page::{Page, embedded, plain, safe};
+use super::page::{Page, embedded, inert, plain, safe};
 use crate::Error;
 use crate::results::View;
 use crate::scene::{Scene, Shot};
@@ -58,5 +58,5 @@ pub fn view_page(view: &View, scene: &Scene, shot: &Shot) -> Result<(String, Str
             data, version => env!("CARGO_PKG_VERSION"), report => false,
         },
     );
-    Ok((html, plain(&answer)))
+    Ok((inert(&html), plain(&answer)))
 }

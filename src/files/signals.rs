@@ -1,0 +1,42 @@
+//! Signals that would end the program wait until the files stand.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::{flag, low_level};
+
+/// While it lives, signals to end are noted; they are heeded when it is dropped.
+pub(super) struct Deferred(&'static State);
+
+struct State {
+    /// Whether a signal ends the program at once.
+    heeded: Arc<AtomicBool>,
+    noted: Arc<AtomicUsize>,
+}
+
+impl Deferred {
+    pub(super) fn new() -> Self {
+        static STATE: OnceLock<State> = OnceLock::new();
+        let state = STATE.get_or_init(|| {
+            let state = State { heeded: Arc::new(AtomicBool::new(true)), noted: Arc::default() };
+            for signal in [SIGINT, SIGTERM] {
+                // Where it cannot be registered the program ends at once, as it would without.
+                let _ = flag::register_conditional_default(signal, Arc::clone(&state.heeded));
+                let _ = flag::register_usize(signal, Arc::clone(&state.noted), signal.unsigned_abs() as usize);
+            }
+            state
+        });
+        state.heeded.store(false, Ordering::SeqCst);
+        Self(state)
+    }
+}
+
+impl Drop for Deferred {
+    fn drop(&mut self) {
+        self.0.heeded.store(true, Ordering::SeqCst);
+        if let Ok(signal @ 1..) = i32::try_from(self.0.noted.load(Ordering::SeqCst)) {
+            let _ = low_level::emulate_default_handler(signal);
+        }
+    }
+}
