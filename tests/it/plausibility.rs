@@ -586,4 +586,17 @@ fn the_page_of_trust_shows_what_is_said() {
         let test = command.strip_prefix("cargo test ").unwrap_or_else(|| panic!("no command: {row}"));
         assert!(include_str!("plausibility.rs").contains(&format!("fn {test}")), "no test `{test}`");
     }
+    let (_, cases) = page.split_once("## Numbers, files and screens").expect("a section");
+    let (cases, _) = cases.split_once("## Spoiled files").expect("a section");
+    let sources = std::fs::read_dir(format!("{}/tests/it", env!("CARGO_MANIFEST_DIR"))).expect("tests");
+    let sources: String = sources.filter_map(|entry| std::fs::read_to_string(entry.ok()?.path()).ok()).collect();
+    let rows: Vec<&str> = cases.lines().filter(|line| line.starts_with("| ")).skip(2).collect();
+    assert!(rows.len() >= 19, "{} cases", rows.len());
+    for row in rows {
+        let commands = row.split('|').nth(3).unwrap_or_default().split(", ");
+        for command in commands.map(|command| command.trim().trim_matches('`')) {
+            let test = command.strip_prefix("cargo test ").unwrap_or_else(|| panic!("no command: {row}"));
+            assert!(sources.contains(&format!("fn {test}")), "no test `{test}`");
+        }
+    }
 }
