@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::competition::Competition;
 use super::conclusion::conclude;
 use super::inputs::Inputs;
+use super::level::Level;
 use super::nuisance::nuisance;
 use super::outliers::{outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
@@ -72,9 +73,10 @@ pub fn diagnose(
         competition = Competition::new(&inputs, &marked, progress)?;
     }
     let found = conclude(&inputs, &competition, &marked, progress)?;
-    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    // To a curve, or to what nothing explains, those are outliers that it fits worst.
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
+        || found.causes.iter().any(|cause| cause.level != Level::Law);
     if is_open && marked.contains(&true) && !stand_apart(&competition, &marked, &settings.outliers) {
-        // What nothing explains has a tail of its own.
         let competition = Competition::new(&inputs, &none, progress)?;
         return conclude(&inputs, &competition, &none, progress);
     }

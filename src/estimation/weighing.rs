@@ -7,16 +7,22 @@
 
 use std::borrow::Cow;
 
+use nalgebra::{DMatrix, DVector};
+
 use super::calibration::calibrate_as_weighed;
+use super::problem::row_sigmas;
 use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::least_squares::Progress;
-use crate::math::median;
+use crate::math::{least_squares, median};
 use crate::model::Model;
+use crate::prediction::{Linearised, Predictor};
 
-/// Fits: the first ratio is within a few per cent where both kinds determine the same parameters.
-const ROUNDS: usize = 3;
+/// Fits of the linear problem; the ratio converges by a factor each, slowly where one kind of rows is far too heavy at first.
+const ROUNDS: usize = 200;
+/// Change of the ratio that counts as none.
+const STEADY: f64 = 1e-3;
 /// Least and greatest noise of orientations for one of lengths, rad/m: what trackers and cameras have lies within.
 const RATIOS: [f64; 2] = [1e-2, 1e3];
 
@@ -24,45 +30,75 @@ const RATIOS: [f64; 2] = [1e-2, 1e3];
 /// does not state that of angles; else as it is.
 ///
 /// # Errors
-/// As [`super::calibrate`].
+/// As [`calibrate`].
 pub fn weighed<'c>(
     model: &Model,
     campaign: &'c Campaign,
     held_out: &[bool],
     settings: &Settings,
 ) -> Result<Cow<'c, Campaign>, CalibrationError> {
-    let has_both = campaign.readings.iter().any(|reading| {
+    let has_both = |reading: &Reading| {
         let lengths = reading.observes.length_rows();
         reading.observes.by_variable().is_none() && lengths > 0 && reading.observes.rows() > lengths
-    });
-    if campaign.sigma_orientation.is_some() || settings.weights != Weights::Stated || !has_both {
+    };
+    let is_known = campaign.sigma_orientation.is_some() || settings.weights != Weights::Stated;
+    if is_known || !campaign.readings.iter().any(has_both) {
         return Ok(Cow::Borrowed(campaign));
     }
     let asked = Settings { second_order: false, ..settings.clone() };
+    let found = calibrate_as_weighed(model, campaign, held_out, &asked, &mut |_| {})?;
     let mut weighed = campaign.clone();
-    for _ in 0..ROUNDS {
-        let found = calibrate_as_weighed(model, &weighed, held_out, &asked, &mut |_| {})?;
-        let (mut lengths, mut angles) = (Vec::new(), Vec::new());
-        for ((reading, own), _) in weighed.by_reading(&found.residual, 1).zip(held_out).filter(|(_, held)| !**held) {
-            let sigmas = reading.observes.sigmas(&reading.noise);
-            let count = reading.observes.length_rows();
-            if reading.observes.by_variable().is_some() || count == 0 || own.len() == count {
-                continue;
-            }
-            let over = |range: std::ops::Range<usize>| own[range.clone()].iter().zip(sigmas[range].to_vec());
-            lengths.extend(over(0..count).map(|(r, s)| (r / s).abs()));
-            angles.extend(over(count..own.len()).map(|(r, s)| (r / s).abs()));
-        }
-        let (Some(of_lengths), Some(of_angles)) = (median(&mut lengths), median(&mut angles)) else { break };
-        if !(of_lengths > 0.0 && of_angles > 0.0) {
-            break;
-        }
-        for noise in weighed.readings.iter_mut().map(|reading| &mut reading.noise) {
-            let sigma = noise.orientation * of_angles / of_lengths;
-            noise.orientation = sigma.clamp(RATIOS[0] * noise.position[0], RATIOS[1] * noise.position[0]);
-        }
+    let Some(ratio) = ratio(model, campaign, held_out, &found)? else { return Ok(Cow::Borrowed(campaign)) };
+    for noise in weighed.readings.iter_mut().map(|reading| &mut reading.noise) {
+        let sigma = noise.orientation * ratio;
+        noise.orientation = sigma.clamp(RATIOS[0] * noise.position[0], RATIOS[1] * noise.position[0]);
     }
     Ok(Cow::Owned(weighed))
+}
+
+/// By how much the noise of angles is greater than stated beside that of lengths, from the problem linearised where a calibration
+/// ended; `None` where nothing shows it.
+fn ratio(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    found: &Calibration,
+) -> Result<Option<f64>, CalibrationError> {
+    let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
+    let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
+    let predictor = Predictor::new(model, &fitted, kept)?;
+    let mut at_end = Linearised::default();
+    predictor.linearise(&found.values, true, &mut at_end)?;
+    let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
+    // Lengths, angles, and what is neither.
+    let kind = |reading: &Reading| -> Vec<usize> {
+        let lengths = reading.observes.length_rows();
+        let is_load = reading.observes.by_variable().is_some();
+        (0..reading.observes.rows()).map(|row| if is_load { 2 } else { usize::from(row >= lengths) }).collect()
+    };
+    let mut kinds: Vec<usize> = fitted.readings.iter().flat_map(kind).collect();
+    kinds.resize(sigmas.len(), 2);
+    let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);
+    let right = DVector::from_fn(sigmas.len(), |row, _| at_end.residual[row] / sigmas[row]);
+    let mut ratio = 1.0;
+    for _ in 0..ROUNDS {
+        let weight = |row: usize| if kinds[row] == 1 { 1.0 / ratio } else { 1.0 };
+        let weighted = DMatrix::from_fn(sigmas.len(), width, |row, k| columns[(row, k)] * weight(row));
+        let x = least_squares(&weighted, &DVector::from_fn(sigmas.len(), |row, _| right[row] * weight(row)));
+        let left = &right - &columns * x;
+        let of = |kind: usize| {
+            let mut sizes: Vec<f64> =
+                (0..kinds.len()).filter(|&row| kinds[row] == kind).map(|row| left[row].abs()).collect();
+            median(&mut sizes).filter(|size| *size > 0.0)
+        };
+        let Some(now) = of(1).zip(of(0)).map(|(angles, lengths)| angles / lengths) else { return Ok(None) };
+        let change = (now / ratio).ln().abs();
+        ratio = now;
+        if change < STEADY {
+            break;
+        }
+    }
+    Ok(ratio.is_finite().then_some(ratio))
 }
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).

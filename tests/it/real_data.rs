@@ -112,7 +112,7 @@ fn iiwa_diagnosed_without_a_payload_predicts_it_with_one() {
     let torques: Vec<String> = (1..=7).map(|k| format!("torque.q{k}")).collect();
     let ignore = format!("ignore: [{}]\n", torques.join(", "));
     let loaded = format!(
-        "{head}calibrate: []\n{ignore}payloads: {{block: {{mass: 5, com: [0, 0, 50], frame: \"7\"}}}}\n\
+        "{head}instrument: {{sigma: 0.3, orientation: 1.0e-3}}\ncalibrate: []\n{ignore}payloads: {{block: {{mass: 5, com: [0, 0, 50], frame: \"7\"}}}}\n\
          measurements: [{{file: {data}/payload-5kg.csv, payload: block}}]\n"
     );
     std::fs::write(at.path().join("loaded.yaml"), loaded).expect("written");

@@ -283,7 +283,7 @@ fn one_wrong_reading_is_told_alike() {
     let text: String = lines.iter().map(|line| line.join(",") + "\n").collect();
     std::fs::write(&table, text).expect("written");
     let told = run(folder.path(), &["diagnose", "o"]).out;
-    let made = run(folder.path(), &["report", "o", "--output", "r.html", "--json", "r.json"]);
+    let made = run(folder.path(), &["report", "o", "--output", "r.html", "--json", "r.json", "--force"]);
     let html = std::fs::read_to_string(folder.path().join("r.html")).expect("a report");
     let json = parsed(&std::fs::read_to_string(folder.path().join("r.json")).expect("its data"));
     let own = parsed(&run(folder.path(), &["diagnose", "o", "--format", "json"]).out);
