@@ -3,7 +3,7 @@
 //!
 //! Of readings whose noise has two unknown variances the ratio of what is left of each kind, fitted again until it stands, is the
 //! weight (iterated almost unbiased estimation of variance components; Foerstner 1979). Medians of the residuals' sizes stand for
-//! their deviations, so that outliers do not decide.
+//! their deviations, and Huber's weights keep outliers from the fit.
 
 use std::borrow::Cow;
 
@@ -21,6 +21,8 @@ use crate::prediction::{Linearised, Predictor};
 
 /// Fits of the linear problem; the ratio converges by a factor each, slowly where one kind of rows is far too heavy at first.
 const ROUNDS: usize = 200;
+/// Scale of Huber's loss, in medians of sizes: 1.345 standard deviations.
+const HUBER: f64 = 1.345 * 1.4826;
 /// Change of the ratio that counts as none.
 const STEADY: f64 = 1e-3;
 /// Least and greatest noise of orientations for one of lengths, rad/m: what trackers and cameras have lies within.
@@ -80,20 +82,23 @@ fn ratio(
     kinds.resize(sigmas.len(), 2);
     let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);
     let right = DVector::from_fn(sigmas.len(), |row, _| at_end.residual[row] / sigmas[row]);
-    let mut ratio = 1.0;
+    let (mut ratio, mut trust) = (1.0, vec![1.0; sigmas.len()]);
     for _ in 0..ROUNDS {
-        let weight = |row: usize| if kinds[row] == 1 { 1.0 / ratio } else { 1.0 };
+        let weight = |row: usize| if kinds[row] == 1 { trust[row] / ratio } else { trust[row] };
         let weighted = DMatrix::from_fn(sigmas.len(), width, |row, k| columns[(row, k)] * weight(row));
         let x = least_squares(&weighted, &DVector::from_fn(sigmas.len(), |row, _| right[row] * weight(row)));
         let left = &right - &columns * x;
         let of = |kind: usize| {
-            let mut sizes: Vec<f64> =
-                (0..kinds.len()).filter(|&row| kinds[row] == kind).map(|row| left[row].abs()).collect();
-            median(&mut sizes).filter(|size| *size > 0.0)
+            let own = (0..kinds.len()).filter(|&row| kinds[row] == kind);
+            median(&mut own.map(|row| left[row].abs()).collect::<Vec<_>>()).filter(|size| *size > 0.0)
         };
-        let Some(now) = of(1).zip(of(0)).map(|(angles, lengths)| angles / lengths) else { return Ok(None) };
-        let change = (now / ratio).ln().abs();
-        ratio = now;
+        let Some([lengths, angles]) = of(0).zip(of(1)).map(<[f64; 2]>::from) else { return Ok(None) };
+        for (row, trust) in trust.iter_mut().enumerate().filter(|(row, _)| kinds[*row] < 2) {
+            let scale = HUBER * if kinds[row] == 1 { angles } else { lengths };
+            *trust = (scale / left[row].abs().max(f64::MIN_POSITIVE)).min(1.0).sqrt();
+        }
+        let change = (angles / lengths / ratio).ln().abs();
+        ratio = angles / lengths;
         if change < STEADY {
             break;
         }
