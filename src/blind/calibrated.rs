@@ -13,12 +13,15 @@ pub fn joint_compliances(model: &Model) -> Vec<Slot> {
     model.sites(SiteKind::Joint).iter().filter_map(|site| of(&model.frames[site.frame])).collect()
 }
 
-/// What is fitted whatever the cause: of deflections the joints that are compliant, of positions the free geometry and the
+/// What is fitted whatever the cause: of deflections the joints that are compliant (all where none is), of positions the free geometry and the
 /// zeros of the joints.
 pub fn calibrated(model: &Model, is_difference: bool) -> Vec<Slot> {
     let mut slots = if is_difference {
         let mut own = joint_compliances(model);
-        own.retain(|slot| model.registry[*slot].nominal != 0.0);
+        let is_compliant = |slot: &Slot| model.registry[*slot].nominal != 0.0;
+        if own.iter().any(is_compliant) {
+            own.retain(is_compliant);
+        }
         own
     } else {
         let zero = |frame: usize| {

@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::examined::Examined;
-use super::truth::Truth;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{Cause, Level, Settings, Verdict, diagnose};
 use crate::diagnostic::Diagnostic;
@@ -78,13 +76,13 @@ impl Named {
 /// What the diagnosis found: everything but the truth, which is opened afterwards.
 #[derive(Debug, Clone)]
 pub struct Answer {
-    verdict: &'static str,
-    doubted: Vec<String>,
-    named: Vec<Named>,
-    outliers: Vec<usize>,
-    promised: (f64, Option<[f64; 2]>),
-    fresh: [f64; 2],
-    seconds: f64,
+    pub(super) verdict: &'static str,
+    pub(super) doubted: Vec<String>,
+    pub(super) named: Vec<Named>,
+    pub(super) outliers: Vec<usize>,
+    pub(super) promised: (f64, Option<[f64; 2]>),
+    pub(super) fresh: [f64; 2],
+    pub(super) seconds: f64,
 }
 
 impl Answer {
@@ -99,22 +97,6 @@ impl Answer {
             promised: (0.0, None),
             fresh: [1.0; 2],
             seconds,
-        }
-    }
-
-    /// Opens the truth.
-    pub fn open(self, truth: Truth) -> Examined {
-        Examined {
-            truth,
-            verdict: self.verdict,
-            doubted: self.doubted,
-            named: self.named,
-            outliers: self.outliers,
-            promised: self.promised.0,
-            promised_ci95: self.promised.1,
-            realised: 1.0 - self.fresh[1] / self.fresh[0],
-            fresh: self.fresh,
-            seconds: self.seconds,
         }
     }
 }

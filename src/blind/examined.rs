@@ -36,6 +36,22 @@ pub struct Examined {
 }
 
 impl Answer {
+    /// Opens the truth.
+    pub fn open(self, truth: Truth) -> Examined {
+        Examined {
+            truth,
+            verdict: self.verdict,
+            doubted: self.doubted,
+            named: self.named,
+            outliers: self.outliers,
+            promised: self.promised.0,
+            promised_ci95: self.promised.1,
+            realised: 1.0 - self.fresh[1] / self.fresh[0],
+            fresh: self.fresh,
+            seconds: self.seconds,
+        }
+    }
+
     /// Opens the truth of a campaign that was diagnosed with its true effect taken out of the catalogue.
     pub fn open_left_out(self, truth: Truth) -> Examined {
         self.open(Truth { kind: LEFT_OUT.into(), ..truth })

@@ -105,8 +105,8 @@ fn the_fixed_set_is_diagnosed_as_recorded() {
 
 #[test]
 fn causes_that_readings_cannot_tell_apart_are_tied() {
-    let robot = Reader::default().robot_leaving_out("kuka-kr270", &["compensator"]).expect("a bundled robot");
-    let design = Design { model: &robot.model, robot: "kuka-kr270", is_deflection: true, poses: 20 };
+    let robot = Reader::default().robot("kuka-ir663").expect("a bundled robot");
+    let design = Design { model: &robot.model, robot: "kuka-ir663", is_deflection: true, poses: 20 };
     let drawn = |seed| draw(&design, "sealed", Kind::Single, &mut generator(seed)).expect("a campaign");
     let is_payload = |drawn: &Drawn| drawn.truth.causes[0].effect == "payload";
     let Drawn { campaign, truth, .. } = (0..200).map(drawn).find(is_payload).expect("a payload");

@@ -9,7 +9,7 @@ use clap::{Args, Subcommand, ValueEnum};
 pub enum Blind {
     /// Draw sealed campaigns, their truths apart.
     #[command(
-        after_help = "Examples:\n  elastogeo blind make --count 10 --seed 7 --into sealed\n  elastogeo blind make --at workshop --count 40 --seed 11 --into sealed --plan kuka-kr270:position:30"
+        after_help = "Examples:\n  elastogeo blind make --count 10 --seed 7 --into sealed\n  elastogeo blind make --at workshop --count 40 --seed 11 --into sealed"
     )]
     Make(BlindMake),
     /// Diagnose sealed campaigns, then open their truths.
