@@ -3,7 +3,6 @@
 use elastogeo::estimation::{Calibration, RegistrationSettings, Settings, calibrate, errors_of, registered, split};
 use elastogeo::files::load_campaign;
 use elastogeo::math::median;
-use elastogeo::prediction::{Linearised, Predictor};
 
 use crate::figures::recorded;
 
@@ -127,13 +126,10 @@ fn iiwa_diagnosed_without_a_payload_predicts_it_with_one() {
         let at = |name: &str| at.path().join(name).display().to_string();
         let loaded = elastogeo::files::load_campaign(&at("loaded.yaml"), Some(&at("applied.yaml"))).expect("readable");
         let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
-        let (values, _) = registered(model, campaign, &model.registry.nominal(), &RegistrationSettings::default())
-            .expect("registered");
-        let mut found = Linearised::default();
-        let predictor = Predictor::new(model, campaign, Vec::new()).expect("a predictor");
-        predictor.linearise(&values, false, &mut found).expect("predicted");
-        let is_check = |index: usize| campaign.readings[index].check == Some(true);
-        let rms = 1e3 * errors_of(campaign, &found.residual, is_check).distance[1];
+        // The curve bends where the payload pushes beyond it, so that the last digits of the fit may take long.
+        let settings = Settings { only: Some(Vec::new()), ..Settings::default() };
+        let found = calibrate(model, campaign, &split(campaign, 0.25, 1), &settings, &mut |_| {}).expect("registered");
+        let rms = 1e3 * found.after.check.distance[1];
         assert!(loaded.outside().is_some() && rms <= 0.80, "{stated}: {rms} mm, {said}");
         lines.push(format!(
             "{}: first {} at {}, with 5 kg {rms:.4} mm",
