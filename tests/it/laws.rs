@@ -12,6 +12,9 @@ use rayon::prelude::*;
 
 const SIGMA: f64 = 3e-5;
 
+/// Effect, site, amounts.
+type Case<'a> = (&'a str, &'a str, Vec<(&'a str, RawAmount)>);
+
 /// A KR-270 with gear ratios, and with an effect.
 fn arm(effect: &str, site: &str, parameters: &[(&str, RawAmount)]) -> (Model, Model) {
     let mut plain = load_robot("kuka-kr270").expect("bundled").model;
@@ -49,7 +52,7 @@ fn found(plain: &Model, spoiled: &Model, spread: f64) -> Diagnosis {
 fn laws_are_named_or_in_a_small_group() {
     let number = |value: f64| RawAmount::from(value);
     let word = |word: &str| RawAmount::from(word);
-    let cases: Vec<(&str, &str, Vec<(&str, RawAmount)>)> = vec![
+    let cases: Vec<Case> = vec![
         ("hysteresis", "joint:2", vec![("half_width", number(3e-4)), ("distance", number(0.3))]),
         ("joint-slip", "joint:3", vec![("offset", number(3e-4)), ("slip_at", number(4400.0))]),
         ("tool-slip", "tool", vec![("x", number(3e-4)), ("y", number(-2e-4)), ("slip_at", number(4400.0))]),

@@ -1,6 +1,6 @@
 //! Measured data of real robots, read in place where they are present.
 
-use elastogeo::estimation::{Calibration, RegistrationSettings, Settings, calibrate, errors_of, registered, split};
+use elastogeo::estimation::{Calibration, Settings, calibrate, split};
 use elastogeo::files::load_campaign;
 use elastogeo::math::median;
 
