@@ -75,6 +75,22 @@ impl Error {
         Diagnostic::error(message).remedy(remedy).into()
     }
 
+    /// What to try where a computation failed, if it is always the same; diagnostics of inputs have their own.
+    pub fn remedy(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::At { error, .. } => return error.remedy(),
+            Self::Inverse(_) => "give a target within reach and limits, free a part of it, or start elsewhere",
+            Self::Process(_) | Self::Refusal(Refusal::Process(_)) => {
+                "move the path, or the workpiece in the process file"
+            }
+            Self::Refusal(_) => "choose another posture, or another place of the path",
+            Self::Assembly(_) => "give joint values within limits at which the loops close on the declared branch",
+            Self::Mechanism(_) => "give what moves without force a stiffness, or support it",
+            Self::Prediction(_) => "look at the reading named; `check` says what the campaign holds",
+            _ => return None,
+        })
+    }
+
     /// The same error, with what it happened at.
     #[must_use]
     pub fn at(self, at: impl Into<String>) -> Self {

@@ -58,7 +58,10 @@ pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
         Err(error) => {
             let (told, status) = match error.diagnostics() {
                 Some(diagnostics) => (render(diagnostics, color), 2),
-                None => (format!("error: {error}\n"), 1),
+                None => {
+                    let help = error.remedy().map_or_else(String::new, |remedy| format!(" = help: {remedy}\n"));
+                    (format!("error: {error}\n{help}"), 1)
+                }
             };
             write_error(&told);
             if arguments.format == Format::Json {
@@ -76,7 +79,13 @@ fn refused(error: &Error) {
         Error::Calibration(CalibrationError::NotConverged { .. }) => Code::NotConverged,
         _ => Code::NotComputed,
     };
-    let found = found.unwrap_or_else(|| Diagnostic::error(error.to_string()).code(code).into());
+    let found = found.unwrap_or_else(|| {
+        let diagnostic = Diagnostic::error(error.to_string()).code(code);
+        match error.remedy() {
+            Some(remedy) => diagnostic.remedy(remedy).into(),
+            None => diagnostic.into(),
+        }
+    });
     if let Ok(text) = serde_json::to_string_pretty(&serde_json::json!({ "diagnostics": found })) {
         // A closed stream is ignored, as that of errors is.
         let _ = writeln!(std::io::stdout().lock(), "{text}");

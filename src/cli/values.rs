@@ -44,13 +44,14 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Erro
             continue;
         };
         if !named.insert(index) {
-            diagnostics.push(Diagnostic::error(format!("variable `{name}` is given twice")));
+            diagnostics.push(Diagnostic::error(format!("variable `{name}` is given twice")).remedy("give each once"));
         }
         let factor = if model.variables[index].is_angle { units.angle.factor() } else { units.length.factor() };
         match value.parse::<f64>() {
             Ok(value) if value.abs() * factor <= GREATEST => q[index] = value * factor,
             Ok(value) if value.is_finite() => {
-                diagnostics.push(Diagnostic::error(format!("`{value:e}` is too great (variable `{name}`)")));
+                let message = format!("`{value:e}` is too great (variable `{name}`)");
+                diagnostics.push(Diagnostic::error(message).remedy("give it in the description's units"));
             }
             _ => {
                 let unit = if model.variables[index].is_angle { units.angle.symbol() } else { units.length.symbol() };

@@ -45,7 +45,8 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let (mut rows, mut points) = (Vec::new(), Vec::new());
     for (index, (balance, desired)) in found.iter().zip(&desired).enumerate() {
         let name = campaign.poses[campaign.readings[index].pose].clone();
-        let refused = |why: &crate::compensation::Refusal| Error::Impossible(format!("point {index} ({name}): {why}"));
+        let refused =
+            |why: &crate::compensation::Refusal| Error::from(why.clone()).at(format!("point {index} ({name})"));
         let (desired, balance) = (desired.as_ref().map_err(refused)?, balance.as_ref().map_err(refused)?);
         let wrench = &balance.wrench;
         let missed = balance.seen.real.translation.vector - desired.target.translation.vector;
