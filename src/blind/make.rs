@@ -7,11 +7,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::causes::{Drawing, known, unknown};
 use super::design::{Bench, Design, normal};
+use super::odd::Odd;
 use super::plant::Plant;
 use super::projection::{Projection, each_shows};
 use super::shapes::Shape;
 use super::truth::{Truth, TruthCause};
-use super::workshop::Odd;
 use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::prediction::PredictionError;

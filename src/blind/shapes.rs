@@ -3,8 +3,8 @@
 
 use nalgebra::Vector3;
 
+use super::odd::Odd;
 use super::situation::Situation;
-use super::workshop::Odd;
 use crate::parameter::Slot;
 
 /// A cause in its shape; all are multiplied by a size.

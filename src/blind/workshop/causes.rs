@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::odd::Odd;
 use crate::blind::causes::{Drawing, known};
 use crate::blind::loads::joint_of;
+use crate::blind::odd::Odd;
 use crate::blind::shapes::Shape;
 use crate::model::Model;
 

@@ -4,7 +4,6 @@
 
 mod causes;
 mod noise;
-mod odd;
 mod traps;
 
 use nalgebra::Vector3;
@@ -23,7 +22,6 @@ use crate::model::Model;
 use crate::prediction::PredictionError;
 use causes::{of_catalogue, off_catalogue};
 use noise::Noise;
-pub use odd::Odd;
 use traps::spoil;
 
 /// Share of the campaigns that have outliers in addition, and the most of them.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::blind::situation::Situation;
+use super::situation::Situation;
 
 /// A shape of its own.
 #[derive(Debug, Clone)]
