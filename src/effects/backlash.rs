@@ -18,7 +18,7 @@ static BY: NonlinearParameter = NonlinearParameter {
 };
 static CHANGES_AT: NonlinearParameter = NonlinearParameter {
     name: "changes_at",
-    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true },
     default: None,
     only_with: Some(("by", LOAD)),
     meaning: "`changes_at`: the load at which the joint has crossed to the other flank, N.m or N",

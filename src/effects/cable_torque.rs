@@ -12,14 +12,14 @@ use crate::model::{
 
 static SLACK: NonlinearParameter = NonlinearParameter {
     name: "slack",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: false },
     default: None,
     only_with: None,
     meaning: "`slack`: the turn to either side of `middle` at which the cable is taut, rad or m",
 };
 static MIDDLE: NonlinearParameter = NonlinearParameter {
     name: "middle",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: false },
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: false, is_positive: false },
     default: Some(NonlinearValue::Real(0.0)),
     only_with: None,
     meaning: "`middle`: the joint's value at which the cable lies as it was laid, rad or m",

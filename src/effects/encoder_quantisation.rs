@@ -20,7 +20,7 @@ static TO: NonlinearParameter = NonlinearParameter {
 };
 static STEP: NonlinearParameter = NonlinearParameter {
     name: "step",
-    kind: NonlinearKind::Real { unit: "rad", is_continuous: false },
+    kind: NonlinearKind::Real { unit: "rad", is_continuous: false, is_positive: true },
     default: None,
     only_with: None,
     meaning: "`step`: the step, rad",

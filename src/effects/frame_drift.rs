@@ -20,7 +20,7 @@ static COURSE: NonlinearParameter = NonlinearParameter {
 };
 static JUMP_AT: NonlinearParameter = NonlinearParameter {
     name: "jump_at",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: false },
+    kind: NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false },
     default: None,
     only_with: Some(("course", JUMP)),
     meaning: "`jump_at`: the time of the jump, s",

@@ -12,7 +12,7 @@ use crate::model::{
 
 static DISTANCE: NonlinearParameter = NonlinearParameter {
     name: "distance",
-    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "rad or m", is_continuous: true, is_positive: true },
     default: None,
     only_with: None,
     meaning: "`distance`: the motion over which the joint comes to the other flank, rad or m",

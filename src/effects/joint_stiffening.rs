@@ -9,7 +9,7 @@ use crate::model::{
 
 static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
     name: "wound_up_at",
-    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "N.m", is_continuous: true, is_positive: true },
     default: None,
     only_with: None,
     meaning: "`wound_up_at`: the load at which the soft part is wound up, N.m or N",

@@ -13,7 +13,7 @@ use crate::model::{
 
 static SLIP_AT: NonlinearParameter = NonlinearParameter {
     name: "slip_at",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: false },
+    kind: NonlinearKind::Real { unit: "s", is_continuous: false, is_positive: false },
     default: None,
     only_with: None,
     meaning: "`slip_at`: the time from which on it sits elsewhere, s",

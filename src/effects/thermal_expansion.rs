@@ -12,7 +12,7 @@ use crate::parameter::Slot;
 /// temperatures are, so that the effect leaves the mean lengths as calibrated.
 static REFERENCE: NonlinearParameter = NonlinearParameter {
     name: "reference",
-    kind: NonlinearKind::Real { unit: "degC or K as measured", is_continuous: false },
+    kind: NonlinearKind::Real { unit: "degC or K as measured", is_continuous: false, is_positive: false },
     default: Some(NonlinearValue::Real(20.0)),
     only_with: None,
     meaning: "`reference`: the temperature at which the lengths of the description hold",

@@ -9,7 +9,7 @@ use crate::model::{
 
 pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
     name: "order",
-    kind: NonlinearKind::Real { unit: "1", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "1", is_continuous: true, is_positive: false },
     default: None,
     only_with: None,
     meaning: "`order`: periods in a turn of the joint",

@@ -25,7 +25,7 @@ static COURSE: NonlinearParameter = NonlinearParameter {
 };
 static TIME_CONSTANT: NonlinearParameter = NonlinearParameter {
     name: "time_constant",
-    kind: NonlinearKind::Real { unit: "s", is_continuous: true },
+    kind: NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true },
     default: None,
     only_with: None,
     meaning: "`time_constant`: T, s",

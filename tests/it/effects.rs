@@ -306,6 +306,16 @@ fn alternatives_written_as_numbers_are_read() {
         ("backlash", vec![half_width, ("by", word("load"))], "`backlash` lacks `changes_at`"),
         ("backlash", vec![("half_width", word("3 mm"))], "`half_width: 3 mm` of `backlash`"),
         ("joint-coupling", vec![ratio.clone()], "`joint-coupling` lacks `variable`"),
+        (
+            "encoder-quantisation",
+            vec![("share", number(1.0)), ("step", number(0.0))],
+            "`step: 0` of `encoder-quantisation`",
+        ),
+        (
+            "hysteresis",
+            vec![("half_width", number(1e-4)), ("distance", number(-1.0))],
+            "`distance: -1` of `hysteresis`",
+        ),
         ("gear-ratio", vec![("ratio", number(f64::NAN))], "`NaN` where a finite number is needed"),
         ("gear-ratio", vec![ratio, ("order", number(1.0))], "`gear-ratio` has no parameter `order`"),
     ] {

@@ -35,6 +35,8 @@ pub enum NonlinearKind {
         unit: &'static str,
         /// Whether values between those offered make sense, so that the diagnosis refines it.
         is_continuous: bool,
+        /// Whether it must be above 0.
+        is_positive: bool,
     },
     /// A whole number from 1 to this one.
     Count(usize),
@@ -73,7 +75,9 @@ impl NonlinearParameter {
             (NonlinearKind::Choice(words), RawAmount::Name(name)) => {
                 words.iter().find(|word| *word == name).map(|word| NonlinearValue::Choice(word))
             }
-            (NonlinearKind::Real { .. }, RawAmount::Number(value)) => Some(NonlinearValue::Real(*value)),
+            (NonlinearKind::Real { is_positive, .. }, RawAmount::Number(value)) => {
+                (!is_positive || *value > 0.0).then_some(NonlinearValue::Real(*value))
+            }
             (NonlinearKind::Count(most), RawAmount::Number(value)) => {
                 (1..=most).find(|count| *count as f64 == *value).map(NonlinearValue::Count)
             }
@@ -92,6 +96,7 @@ impl NonlinearParameter {
         };
         value.ok_or_else(|| match self.kind {
             NonlinearKind::Choice(words) => format!("write one of: {}", words.join(", ")),
+            NonlinearKind::Real { unit, is_positive: true, .. } => format!("write a number above 0 ({unit})"),
             NonlinearKind::Real { unit, .. } => format!("write a number ({unit})"),
             NonlinearKind::Count(most) => format!("write a whole number from 1 to {most}"),
             NonlinearKind::Variable => format!("write one of the variables: {}", variables.join(", ")),
