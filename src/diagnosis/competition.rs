@@ -14,7 +14,7 @@ use super::result::{Excluded, NotTried};
 use super::selection::Selector;
 use super::untried::{excluded, not_tried};
 use crate::description::campaign::{Campaign, Reading};
-use crate::estimation::{self, Calibration, CalibrationError, calibrate};
+use crate::estimation::{self, Calibration, CalibrationError, calibrate_as_weighed};
 use crate::kinematics::Geometry;
 use crate::least_squares::Status;
 use crate::parameter::Slot;
@@ -56,7 +56,7 @@ impl Competition {
     /// Holds the competition.
     ///
     /// # Errors
-    /// As [`calibrate`].
+    /// As [`crate::estimation::calibrate`].
     pub fn new(inputs: &Inputs, outliers: &[bool], progress: &mut dyn FnMut(&str)) -> Result<Self, CalibrationError> {
         let (model, settings) = (inputs.model, inputs.settings);
         let campaign = inputs.campaign.select(|i, _| !outliers[i]);
@@ -133,7 +133,7 @@ fn calibrated(
     let fitted = |prior: bool| {
         let only = Some(inputs.nuisance.clone());
         let asked = estimation::Settings { only, prior, second_order: false, ..estimation::Settings::default() };
-        calibrate(inputs.model, campaign, held_out, &asked, &mut |_| {})
+        calibrate_as_weighed(inputs.model, campaign, held_out, &asked, &mut |_| {})
     };
     let free = fitted(false)?;
     if free.converged() {

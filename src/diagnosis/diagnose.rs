@@ -56,7 +56,7 @@ pub fn diagnose(
     }
     let nuisance = nuisance(model, campaign, &settings.known);
     let asked = estimation::Settings { only: Some(nuisance.clone()), ..estimation::Settings::default() };
-    // Where they do not say, angles weigh as the calibration shows them; a robot that has nothing to be calibrated tells nothing.
+    // The weight of angles whose noise is not stated is estimated once; a robot with nothing to calibrate leaves it as assumed.
     let campaign = &*estimation::weighed(model, campaign, held_out, &asked).unwrap_or(Cow::Borrowed(campaign));
     let inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];

@@ -3,7 +3,7 @@
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
-use crate::estimation::{Calibration, Settings, calibrate};
+use crate::estimation::{Calibration, Settings, calibrate_as_weighed};
 use crate::parameter::Slot;
 
 /// A fit of the model with its causes.
@@ -42,7 +42,7 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
         return None;
     }
     let asked = Settings { only: Some(only), second_order: false, ..Settings::default() };
-    let found = calibrate(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
+    let found = calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
         .ok()
         .filter(Calibration::converged)?;
     let mut values = found.values.clone();

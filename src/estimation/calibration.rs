@@ -28,8 +28,12 @@ use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
-/// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have.
-pub(super) fn calibrate_as_weighed(
+/// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have: of a campaign
+/// that comes from [`super::weighed`].
+///
+/// # Errors
+/// As [`super::calibrate`].
+pub fn calibrate_as_weighed(
     model: &Model,
     campaign: &Campaign,
     held_out: &[bool],

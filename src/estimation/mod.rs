@@ -26,6 +26,7 @@ mod start;
 mod statistics;
 mod weighing;
 
+pub use calibration::calibrate_as_weighed;
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};

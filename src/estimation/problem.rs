@@ -18,6 +18,15 @@ pub fn row_sigmas(campaign: &Campaign) -> Vec<f64> {
     campaign.readings.iter().flat_map(of_reading).chain(of_constraints).collect()
 }
 
+/// Of each row of a reading, whether it is a length (0), an angle (1) or a torque (2); of constraints nothing.
+pub fn row_kinds(campaign: &Campaign) -> Vec<usize> {
+    let of_reading = |reading: &Reading| {
+        let (lengths, is_load) = (reading.observes.length_rows(), reading.observes.by_variable().is_some());
+        (0..reading.observes.rows()).map(move |row| if is_load { 2 } else { usize::from(row >= lengths) })
+    };
+    campaign.readings.iter().flat_map(of_reading).collect()
+}
+
 /// Least standard deviation (m, rad) that weights are made of: below the resolution of any instrument, so that simulated
 /// readings without noise, whose residuals are rounding, have finite weights.
 pub const LEAST_SIGMA: f64 = 1e-9;
@@ -50,12 +59,8 @@ pub struct CampaignProblem<'a> {
 impl<'a> CampaignProblem<'a> {
     /// `start` are all values by slot, `sigmas` the standard deviation of each row of the predictor (m, rad).
     pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
-        let of_reading = |reading: &Reading| {
-            let (lengths, is_load) = (reading.observes.length_rows(), reading.observes.by_variable().is_some());
-            (0..reading.observes.rows()).map(move |row| if is_load { 2 } else { usize::from(row >= lengths) })
-        };
         Self {
-            kinds: predictor.campaign.readings.iter().flat_map(of_reading).collect(),
+            kinds: row_kinds(predictor.campaign),
             predictor,
             start: start.to_vec(),
             sigmas,

@@ -1,8 +1,8 @@
 //! How angles weigh against lengths where a campaign does not state the noise of orientations: by what a calibration leaves
 //! of both.
 //!
-//! Of readings whose noise has two unknown variances the ratio of what is left of each kind, fitted again until it stands, is the
-//! weight (iterated almost unbiased estimation of variance components; Foerstner 1979). Medians of the residuals' sizes stand for
+//! The residuals of lengths and of angles estimate the two unknown variances; their ratio is the weight of the next fit, until it
+//! no longer changes (iterated almost unbiased estimation of variance components; Foerstner 1979). Medians of the residuals' sizes stand for
 //! their deviations, and Huber's weights keep outliers from the fit.
 
 use std::borrow::Cow;
@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 
 use super::calibration::calibrate_as_weighed;
-use super::problem::row_sigmas;
+use super::problem::{row_kinds, row_sigmas};
 use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};
 use crate::description::campaign::{Campaign, Reading};
@@ -19,7 +19,7 @@ use crate::math::{least_squares, median};
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};
 
-/// Fits of the linear problem; the ratio converges by a factor each, slowly where one kind of rows is far too heavy at first.
+/// Most fits of the linear problem: the ratio converges linearly, slowly where one kind of rows weighs far too much at first.
 const ROUNDS: usize = 200;
 /// Scale of Huber's loss, in medians of sizes: 1.345 standard deviations.
 const HUBER: f64 = 1.345 * 1.4826;
@@ -72,13 +72,8 @@ fn ratio(
     let mut at_end = Linearised::default();
     predictor.linearise(&found.values, true, &mut at_end)?;
     let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
-    // Lengths, angles, and what is neither.
-    let kind = |reading: &Reading| -> Vec<usize> {
-        let lengths = reading.observes.length_rows();
-        let is_load = reading.observes.by_variable().is_some();
-        (0..reading.observes.rows()).map(|row| if is_load { 2 } else { usize::from(row >= lengths) }).collect()
-    };
-    let mut kinds: Vec<usize> = fitted.readings.iter().flat_map(kind).collect();
+    let mut kinds = row_kinds(&fitted);
+    // Constraints are neither lengths nor angles that are read.
     kinds.resize(sigmas.len(), 2);
     let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);
     let right = DVector::from_fn(sigmas.len(), |row, _| at_end.residual[row] / sigmas[row]);
