@@ -7,6 +7,7 @@ use super::calibrated::calibrated;
 use super::plant::Plant;
 use super::shapes::Shape;
 use crate::description::campaign::Campaign;
+use crate::math::linear::Svd;
 use crate::model::Model;
 use crate::parameter::Kind;
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -112,11 +113,10 @@ fn basis(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     for mut column in matrix.column_iter_mut().filter(|column| column.norm() > 0.0) {
         column /= column.norm();
     }
-    let rows = matrix.nrows();
-    let split = matrix.svd(true, false);
-    let least = DEPENDENT * split.singular_values.max();
-    let kept: Vec<usize> = (0..split.singular_values.len()).filter(|&k| split.singular_values[k] > least).collect();
-    split.u.map_or_else(|| DMatrix::zeros(rows, 0), |u| u.select_columns(&kept))
+    let Some(Svd { left, values, .. }) = Svd::new(&matrix) else { return DMatrix::zeros(matrix.nrows(), 0) };
+    let least = DEPENDENT * values.first().copied().unwrap_or(0.0);
+    let kept = values.iter().take_while(|value| **value > least).count();
+    left.columns(0, kept).into_owned()
 }
 
 /// Whether a machine can have a cause of this size.

@@ -16,6 +16,7 @@ use super::projection::Subset;
 use super::rivals::{Rival, rivals};
 use super::selection::Selector;
 use super::settings::Settings;
+use super::shared_site::curves_for_laws;
 use super::stability::stability;
 use crate::description::campaign::Campaign;
 
@@ -36,13 +37,14 @@ pub fn choice(
         Forward { problem, selector: &selector, folds: &folds, settings: &settings.claims, noise: known, sigma: noise };
     // A search over subsets finds causes that hide one another. It is trusted where it leaves nothing but noise that is
     // known: where something stays that no hypothesis has, it would fit that.
-    let causes: Vec<Vec<usize>> = match is_noise(&selector, &selector.fit(found), noise, settings) {
-        true => found.iter().map(|&member| vec![member]).collect(),
+    let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
+    let causes: Vec<Vec<usize>> = match leaves_noise(&selector.fit(found)) {
+        true => curves_for_laws(&selector, found, leaves_noise).into_iter().map(|member| vec![member]).collect(),
         false => forward.chosen(settings.selection.most),
     };
     let members = causes.concat();
     let fit = selector.fit(&members);
-    let sharp = is_noise(&selector, &fit, noise, settings).then(|| {
+    let sharp = leaves_noise(&fit).then(|| {
         let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
         rivals(&selector, &fit, per_pose, &settings.rivals)
     });
@@ -149,13 +151,22 @@ fn curve(forward: &Forward, taken: &[usize], settings: &Settings) -> Option<Clai
     let near = |&at: &usize| paired(&losses.beside[at], &losses.beside[best]).t < settings.claims.paired_t;
     let site = &hypotheses[candidates[best]].site.name;
     let is_certain = (0..candidates.len()).filter(near).all(|at| hypotheses[candidates[at]].site.name == *site);
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.swap(0, best);
+    let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
     (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
         hypothesis: candidates[best],
         level: Level::Site,
         rivals: Vec::new(),
         of_free: None,
         elsewhere: None,
-        stability: stability(forward.problem, &beside, &candidates, best, (settings.claims.halves, settings.seed)),
+        stability: stability(
+            forward.problem,
+            &beside.only(&order),
+            &ordered,
+            0,
+            (settings.claims.halves, settings.seed),
+        ),
     })
 }
 

@@ -70,6 +70,9 @@ pub fn claims(
     let compared =
         Compared { forward, sets: &sets, beside: &beside, losses: &losses, tests, is_sharp: sharp.is_some() };
     let first = |at: usize| &hypotheses[sets[at][0]];
+    if first(0).is_free() {
+        return vec![compared.curve(0, Level::Site)];
+    }
     let is_tied = |at: usize| match sharp {
         Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
         None => compared.is_near(at, 0),
@@ -162,7 +165,15 @@ impl Compared<'_> {
         } else {
             return Vec::new();
         };
-        let stability = self.stability(own);
+        let tied: Vec<usize> = rivals.iter().map(|(at, _)| *at).collect();
+        let stability = self.stability(own, &tied);
+        // What fewer than half of the halves choose is not known to be there.
+        let least = self.forward.settings.least_halves;
+        let level = match level {
+            Level::Law if stability.group >= least => Level::Law,
+            _ if stability.family >= least => Level::Family,
+            _ => return Vec::new(),
+        };
         let rivals: Vec<Rival> = rivals
             .iter()
             .map(|(at, _)| Rival {
@@ -195,8 +206,13 @@ impl Compared<'_> {
         } else {
             return None;
         };
-        let (hypothesis, stability) = (self.sets[best][0], self.stability(best));
-        Some(Claim { hypothesis, level, rivals: Vec::new(), of_free: None, elsewhere: None, stability })
+        Some(self.curve(best, level))
+    }
+
+    /// A free curve, claimed without a law.
+    fn curve(&self, at: usize, level: Level) -> Claim {
+        let (hypothesis, stability) = (self.sets[at][0], self.stability(at, &[]));
+        Claim { hypothesis, level, rivals: Vec::new(), of_free: None, elsewhere: None, stability }
     }
 
     /// Squares that the candidate takes away, over what an error free in every configuration carries at its site.
@@ -212,16 +228,16 @@ impl Compared<'_> {
         (carried > 0.0).then(|| taken / carried)
     }
 
-    /// Stability among those that come near: what comes later hardly ever wins.
-    fn stability(&self, own: usize) -> Stability {
+    /// Stability among those that come near: what comes later hardly ever wins. `tied` does as well.
+    fn stability(&self, own: usize, tied: &[usize]) -> Stability {
         let settings = self.forward.settings;
-        let mut near: Vec<usize> = (0..self.sets.len()).filter(|&at| at != own).collect();
+        let mut near: Vec<usize> = (0..self.sets.len()).filter(|&at| at != own && !tied.contains(&at)).collect();
         near.sort_by(|&a, &b| self.total(a).total_cmp(&self.total(b)));
         near.truncate(settings.compared);
-        near.insert(0, own);
+        near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
         let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();
         let halves = (settings.halves, settings.seed);
-        stability(self.forward.problem, &self.beside.only(&near), &first, 0, halves)
+        stability(self.forward.problem, &self.beside.only(&near), &first, tied.len(), halves)
     }
 
     fn gates(&self, at: usize) -> Gates {

@@ -24,6 +24,8 @@ pub struct Stability {
     pub site: f64,
     /// The same effect at the same site.
     pub law: f64,
+    /// The same family at the same site, or at that of something that cannot be distinguished from the cause.
+    pub group: f64,
 }
 
 impl Stability {

@@ -36,6 +36,7 @@ mod result;
 mod rivals;
 mod selection;
 mod settings;
+mod shared_site;
 mod stability;
 mod untried;
 mod verdict;

@@ -143,6 +143,10 @@ pub struct ClaimSettings {
     pub compared: usize,
     /// Pairs of complementary halves; 50 choices resolve 2 %.
     pub halves: usize,
+    /// Least share of the halves that choose the site of a law, or that of something tied with it, for it to be named, and its
+    /// family for that to be: one half is where bounds on what is chosen by mistake begin (Meinshausen and Buehlmann,
+    /// *Stability selection*, J. R. Stat. Soc. B 72, 2010, theorem 1).
+    pub least_halves: f64,
     /// Seed of folds, halves and flips.
     pub seed: u64,
     /// Probability of chance over all hypotheses below which something shows, by flipped signs; and the flips.
@@ -167,6 +171,7 @@ impl Default for ClaimSettings {
             group: 3,
             compared: 24,
             halves: 25,
+            least_halves: 0.5,
             seed: 1,
             chance: 0.01,
             flips: 499,

@@ -10,17 +10,18 @@ use super::level::Stability;
 use super::linear_problem::LinearProblem;
 use crate::simulation::generator;
 
-/// Stability of the hypothesis `own` (by its place among `candidates`), from complementary halves of the configurations.
+/// Stability of the first of some candidates, with which the next `tied` ones are tied, from complementary halves of the
+/// configurations.
 pub fn stability(
     problem: &LinearProblem,
     beside: &Beside,
     candidates: &[usize],
-    own: usize,
+    tied: usize,
     (pairs, seed): (usize, u64),
 ) -> Stability {
     let hypotheses = &problem.hypotheses;
     let poses = problem.poses().len();
-    let (mut counts, mut draws) = ([0_usize; 3], 0);
+    let (mut counts, mut draws) = ([0_usize; 4], 0);
     for pair in 0..pairs {
         let mut order: Vec<usize> = (0..poses).collect();
         order.shuffle(&mut generator(seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
@@ -32,16 +33,22 @@ pub fn stability(
                 (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| losses.beside[at][pose]).sum()
             };
             let Some(best) = (0..candidates.len()).min_by(|&a, &b| loss(a).total_cmp(&loss(b))) else { continue };
-            let [one, other] = [own, best].map(|at| &hypotheses[candidates[at]]);
+            let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);
             let same_family = one.family() == other.family();
             let same_site = same_family && one.site.name == other.site.name;
             counts[0] += usize::from(same_family);
             counts[1] += usize::from(same_site);
-            counts[2] += usize::from(same_site && one.is_same(other));
+            let same_law = same_site && one.is_same(other);
+            counts[2] += usize::from(same_law);
+            let is_at = |at: usize| {
+                let own = &hypotheses[candidates[at]];
+                own.family() == other.family() && own.site.name == other.site.name
+            };
+            counts[3] += usize::from((0..=tied).any(is_at));
             draws += 1;
         }
     }
     // Laplace's rule of succession, which never says certain.
-    let [family, site, law] = counts.map(|count| (count as f64 + 1.0) / (draws as f64 + 2.0));
-    Stability { family, site, law }
+    let [family, site, law, group] = counts.map(|count| (count as f64 + 1.0) / (draws as f64 + 2.0));
+    Stability { family, site, law, group }
 }

@@ -21,7 +21,7 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::description::campaign::{Campaign, Reading};
-use crate::least_squares::{Bounds, Loss, Progress};
+use crate::least_squares::{Bounds, Loss, Problem, Progress};
 use crate::math::mean_rms_max;
 use crate::math::quantiles::t95;
 use crate::model::Model;
@@ -46,7 +46,14 @@ pub fn calibrate_as_weighed(
     let (registration, registered) = task.errors(&start)?;
     let mut selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
-    let found = fit(&problem, &bounds, settings, progress)?;
+    let mut history = Vec::new();
+    let mut noted = |step: &Progress| {
+        if step.accepted {
+            history.push((2.0 * step.cost / task.sigmas.len().max(1) as f64).sqrt());
+        }
+        progress(step);
+    };
+    let found = fit(&problem, &bounds, settings, &mut noted)?;
 
     let covariance = covariance(&task.fitted, &problem, &found);
     let ci95 = covariance.ci95();
@@ -84,6 +91,7 @@ pub fn calibrate_as_weighed(
         shared: covariance.shared,
         direction_noise,
         iterations: found.iterations,
+        history,
         ending: found.status,
         residual,
         registered,
@@ -173,12 +181,14 @@ impl<'a> Task<'a> {
     fn quick_fit(&self, slots: Vec<Slot>, start: &[f64], bounds: &Bounds) -> Result<Vec<f64>, CalibrationError> {
         let predictor = Predictor::new(self.model, &self.fitted, slots)?;
         let problem = CampaignProblem::new(predictor, start, self.sigmas.clone(), vec![]);
-        let solution = robust::minimize(&problem, bounds, &self.settings.least_squares(), &mut |_| {})?;
+        let solution =
+            robust::minimize(&problem, bounds, &self.settings.least_squares(problem.residuals()), &mut |_| {})?;
         Ok(problem.values(&solution.x))
     }
 
     /// All values with base, tool and markers fitted and the robot as described. What the readings hardly show of them
-    /// stays as described: it would run away.
+    /// stays as described: it would run away. What they cannot tell from others stays where the search put it: those
+    /// others would take up its difference, and with errors of the geometry they do so to first order only.
     fn registered(&self) -> Result<Vec<f64>, CalibrationError> {
         let mut start = rough(self.model, &self.fitted, &self.nominal, &self.settings.registration)?;
         self.held.iter().for_each(|&slot| start[slot] = self.nominal[slot]);
@@ -189,19 +199,20 @@ impl<'a> Task<'a> {
         let predictor = Predictor::new(self.model, &self.fitted, slots.clone())?;
         let (scaling, criterion) = (self.settings.scaling, self.settings.criterion);
         let shown = |values: &[f64]| reduced(&predictor, values, &self.sigmas, &self.held, scaling, criterion);
-        let mut kept = shown(&start)?.identifiability.kept;
+        let mut found = shown(&start)?.identifiability;
         // Which directions show depends on where base and tool are: once more from there.
         for _ in 0..2 {
-            let others = (0..slots.len()).filter(|column| !kept.contains(column)).map(|column| slots[column]);
-            others.for_each(|slot| start[slot] = self.nominal[slot]);
-            let fitted: Vec<Slot> = kept.iter().map(|&column| slots[column]).collect();
+            let merged: Vec<usize> = found.merged().collect();
+            let others = found.dropped.iter().map(|(column, _)| *column).filter(|column| !merged.contains(column));
+            others.for_each(|column| start[slots[column]] = self.nominal[slots[column]]);
+            let fitted: Vec<Slot> = found.kept.iter().map(|&column| slots[column]).collect();
             let bounds = Bounds::none(fitted.len());
             start = self.quick_fit(fitted, &start, &bounds)?;
-            let now = shown(&start)?.identifiability.kept;
-            if now == kept {
+            let now = shown(&start)?.identifiability;
+            if now.kept == found.kept {
                 break;
             }
-            kept = now;
+            found = now;
         }
         Ok(start)
     }

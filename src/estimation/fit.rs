@@ -36,7 +36,7 @@ pub fn fit(
     if settings.scheme != Scheme::Batch {
         return in_turns(problem, bounds, settings);
     }
-    let solution = robust::minimize(problem, bounds, &settings.least_squares(), progress)?;
+    let solution = robust::minimize(problem, bounds, &settings.least_squares(problem.residuals()), progress)?;
     Ok(Fit {
         at_bound: solution.at_bound.iter().map(Option::is_some).collect(),
         iterations: solution.iterations,

@@ -58,9 +58,12 @@ pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings
     }
 }
 
-/// Standard deviations of the priors: of base and points, m, and of rotations, rad. Thousands of times what an instrument
-/// resolves, so that they decide only what no reading does.
-const LOOSE: [f64; 2] = [30.0, 10.0];
+/// Standard deviations of the priors of the base, m and rad. Thousands of times what an instrument resolves, so that they
+/// decide only what no reading does.
+const LOOSE_BASE: [f64; 2] = [30.0, 10.0];
+/// The same of points and of the tool's rotation: where only their sum with the base shows, the description is believed of
+/// the tool, which was drawn, rather than of the base, which depends on where the instrument stood.
+const LOOSE_TOOL: [f64; 2] = [3.0, 1.0];
 
 /// Residuals of some readings of a group in standard deviations, then weak priors, as a function of the base's position,
 /// its rotation from `rotation`, the points and the tool's rotation.
@@ -94,12 +97,12 @@ impl<'a> Rigid<'a> {
         points.retain(|_| group.are_points_free);
         let mut expected = [values[group.base..group.base + 3].to_vec(), vec![0.0; 3]].concat();
         expected.extend(points.iter().flat_map(|&slot| values[slot..slot + 3].to_vec()));
-        let mut deviations = [[LOOSE[0]; 3], [LOOSE[1]; 3]].concat();
-        deviations.resize(expected.len(), LOOSE[0]);
+        let mut deviations = [[LOOSE_BASE[0]; 3], [LOOSE_BASE[1]; 3]].concat();
+        deviations.resize(expected.len(), LOOSE_TOOL[0]);
         let turn = group.tool_rotation.map_or_else(Vector3::zeros, |(slot, _)| at(values, slot));
         if group.tool_rotation.is_some_and(|(_, is_free)| is_free) {
             expected.extend(turn.iter());
-            deviations.extend([LOOSE[1]; 3]);
+            deviations.extend([LOOSE_TOOL[1]; 3]);
         }
         let observes = group.observes;
         Self {

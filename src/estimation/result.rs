@@ -151,6 +151,8 @@ pub struct Calibration {
     pub direction_noise: [f64; 3],
     /// Iterations of the fit.
     pub iterations: usize,
+    /// Root mean square of the residuals over their sigmas (with a robust loss, as it counts them) after each step taken.
+    pub history: Vec<f64>,
     /// Why it ended.
     pub ending: Status,
     /// Residuals of all readings after calibration, as [`crate::prediction::Linearised::residual`].

@@ -48,11 +48,9 @@ impl<'a> Selection<'a> {
         let Reduction { identifiability, .. } =
             reduced(&predictor, start, sigmas, held, settings.scaling, settings.criterion)?;
         // What moves no reading stays as described, whatever the search for a start tried with it.
-        let merged =
-            |column: usize| identifiability.combinations.iter().any(|(_, own)| own.iter().any(|(k, _)| *k == column));
-        for &(column, _) in
-            identifiability.dropped.iter().filter(|(column, why)| *why == Why::Exact && !merged(*column))
-        {
+        let merged: Vec<usize> = identifiability.merged().collect();
+        let exact = identifiability.dropped.iter().filter(|(_, why)| *why == Why::Exact).map(|(column, _)| *column);
+        for column in exact.filter(|column| !merged.contains(column)) {
             let slot = predictor.slots[column];
             if model.registry[slot].group == Group::Elastic {
                 start[slot] = model.registry[slot].nominal;

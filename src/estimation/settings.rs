@@ -154,12 +154,17 @@ impl Default for Settings {
 
 impl Settings {
     /// Limits of every batch fit within a calibration.
-    pub(super) fn least_squares(&self) -> least_squares::Settings {
+    pub(super) fn least_squares(&self, rows: usize) -> least_squares::Settings {
         let max_iterations = self.max_iterations.unwrap_or(Scheme::Batch.iterations());
         let (loss, cost_tolerance) = (self.loss, self.cost_tolerance);
-        least_squares::Settings { max_iterations, loss, cost_tolerance, ..Default::default() }
+        let cost_floor = 0.5 * rows as f64 * PERFECT.powi(2);
+        least_squares::Settings { max_iterations, loss, cost_tolerance, cost_floor, ..Default::default() }
     }
 }
+
+/// Residuals, in standard deviations of the readings, below which simulated readings without noise are fitted: what is left
+/// is rounding, of which no step can be judged.
+const PERFECT: f64 = 1e-9;
 
 /// The first guess of base, tool and markers ([`crate::estimation`] fits them properly afterwards).
 #[derive(Debug, Clone, Copy, PartialEq)]

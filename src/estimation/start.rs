@@ -11,7 +11,7 @@ use super::result::CalibrationError;
 use super::settings::Settings;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling, Why};
 use crate::kinematics::{Geometry, Placements};
-use crate::least_squares::{self, Loss, UsageError};
+use crate::least_squares::{self, Loss, Problem, UsageError};
 use crate::parameter::{Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 
@@ -120,7 +120,7 @@ impl Search<'_> {
             cost_tolerance: self.settings.start.cost_tolerance,
             // A start only: the fit that follows is robust where that was asked for.
             loss: Loss::Squares,
-            ..self.settings.least_squares()
+            ..self.settings.least_squares(problem.residuals())
         };
         match least_squares::minimize(&problem, &zero, &bounds, &limits) {
             Ok(found) => Ok((problem.values(&found.x), found.cost)),

@@ -14,7 +14,7 @@ mod reduce;
 mod sensitivity;
 
 pub use reduce::{Column, merged, reduce};
-pub use sensitivity::{Sensitivity, sensitivities};
+pub use sensitivity::{Sensitivity, elastic_parameters, elastic_sensitivities, sensitivities};
 
 use serde::{Deserialize, Serialize};
 
@@ -77,4 +77,15 @@ pub struct Identifiability {
     pub observability: Option<[f64; 5]>,
     /// The tolerance asked for, if it was relative.
     pub tolerance: Option<f64>,
+}
+
+impl Identifiability {
+    /// Dropped columns that others stand for: exactly dependent, and not zero.
+    pub fn merged(&self) -> impl Iterator<Item = usize> {
+        let takes = |column: usize| {
+            self.combinations.iter().any(|(_, terms)| terms.iter().any(|(merged, _)| *merged == column))
+        };
+        let exact = self.dropped.iter().filter(|(_, why)| *why == Why::Exact).map(|(column, _)| *column);
+        exact.filter(move |column| takes(*column))
+    }
 }

@@ -24,8 +24,6 @@ pub struct Rates {
     unknowns: Vec<f64>,
     inverse: Vec<f64>,
     right: Vec<f64>,
-    unit: Vec<f64>,
-    solution: Vec<f64>,
 }
 
 impl Rates {
@@ -63,8 +61,6 @@ impl Rates {
             unknowns: empty(),
             inverse: empty(),
             right: empty(),
-            unit: empty(),
-            solution: empty(),
         };
         rates.find_pattern(model);
         rates
@@ -227,19 +223,9 @@ impl Rates {
         }
         self.linearisation = found;
         self.inverse.clear();
-        self.inverse.resize(columns * rows, f64::NAN);
-        self.unit.clear();
-        self.unit.resize(rows, 0.0);
-        self.solution.clear();
-        self.solution.resize(columns, 0.0);
-        for row in 0..rows {
-            self.unit[row] = 1.0;
-            if linear::solve(&self.unknowns, &self.unit, rows, columns, &mut self.solution).is_some() {
-                for k in 0..columns {
-                    self.inverse[k * rows + row] = self.solution[k];
-                }
-            }
-            self.unit[row] = 0.0;
+        self.inverse.resize(columns * rows, 0.0);
+        if linear::invert(&self.unknowns, rows, columns, &mut self.inverse).is_none() {
+            self.inverse.fill(f64::NAN);
         }
         for (k, &unknown) in group.unknowns.iter().enumerate() {
             for driver in 0..n {

@@ -9,7 +9,7 @@ mod spline;
 mod summary;
 
 pub use orthonormal::{independent, joined, least_squares, orthonormal, project_off};
-pub(crate) use rigid::rigid_fit;
+pub(crate) use rigid::{nearest_rotation, rigid_fit};
 pub use se3::{left_jacobian, rotation_vector};
 pub use spline::NaturalSpline;
 pub use summary::{mean_rms_max, median};

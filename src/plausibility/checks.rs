@@ -1,7 +1,7 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
-use super::{instrument, numerics, parameters, readings, sessions};
+use super::{deflections, instrument, numerics, parameters, readings, sessions};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 
 /// One check. Those that look at a calibration find nothing where there is none.
@@ -23,6 +23,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
         find: readings::fit_the_description,
+    },
+    Check {
+        codes: &[Code::Misread],
+        of_result: false,
+        about: "deflections follow their loads as springs of the description can: else they are mirrored, or the loads reversed",
+        find: deflections::follow_their_loads,
     },
     Check {
         codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],

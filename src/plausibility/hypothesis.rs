@@ -32,6 +32,8 @@ pub enum Hypothesis {
     Mirrored(usize, bool),
     /// Two measured axes are exchanged; orientations too, or as they are.
     Exchanged(usize, usize, bool),
+    /// The wrench is that of the robot on its surroundings, not on the robot.
+    Reaction,
     /// Rows of joints belong to readings one further up (-1) or down (+1); whole configurations, or single rows.
     Shifted(isize, bool),
     /// Two markers are exchanged.
@@ -59,10 +61,15 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 pub const LENGTH_FACTORS: [f64; 10] = [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254];
 
 impl Hypothesis {
-    /// All that a campaign of a robot admits; readings of which only lengths under load are known have none.
+    /// All that a campaign of a robot admits. Of deflections only what reverses them: a spring that is missing in the description
+    /// can look like two axes exchanged, but nothing passive gives way against its load.
     pub fn all(model: &Model, campaign: &Campaign) -> Vec<Self> {
-        if campaign.is_difference() || campaign.readings.is_empty() {
+        if campaign.readings.is_empty() {
             return Vec::new();
+        }
+        if campaign.is_difference() {
+            let mirrored = handedness(campaign).into_iter().filter(|way| matches!(way, Self::Mirrored(..)));
+            return std::iter::once(Self::Reaction).chain(mirrored).collect();
         }
         let joints = 0..model.variables.len();
         let angles = || joints.clone().filter(|&k| model.variables[k].is_angle);
@@ -122,6 +129,10 @@ impl Hypothesis {
             }),
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
+            Self::Reaction => {
+                let wrenches = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench);
+                wrenches.for_each(|component| *component = -*component);
+            }
             Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
             Self::Markers(a, b) => campaign.readings.iter_mut().for_each(|reading| {
                 reading.marker = match reading.marker {
@@ -169,7 +180,7 @@ fn handedness(campaign: &Campaign) -> Vec<Hypothesis> {
         let mirrored = (0..3).map(move |axis| Hypothesis::Mirrored(axis, turns));
         mirrored.chain([(0, 1), (0, 2), (1, 2)].map(|(a, b)| Hypothesis::Exchanged(a, b, turns)))
     });
-    if campaign.estimate_base {
+    if campaign.estimate_base && !campaign.is_difference() {
         turns.iter().map(|&turns| Hypothesis::Mirrored(1, turns)).collect()
     } else {
         each.collect()
@@ -197,7 +208,7 @@ fn each(campaign: &mut Campaign, change: impl Fn(&mut [f64])) {
 /// Reflects positions, and orientations where they `turn` too: a rotation about r, reflected by S, is one about -S r.
 fn mirror(campaign: &mut Campaign, turns: bool, reflect: impl Fn(&mut Vector3<f64>)) {
     for reading in &mut campaign.readings {
-        if reading.observes.measured_position(&reading.measured).is_none() {
+        if reading.observes.measured_position(&reading.measured).is_none() && !reading.observes.is_difference() {
             continue;
         }
         let (lengths, angles) = reading.measured.split_at_mut(3);

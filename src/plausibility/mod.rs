@@ -7,6 +7,7 @@
 
 mod amount;
 mod checks;
+mod deflections;
 mod diagnosis;
 mod evidence;
 mod hypothesis;

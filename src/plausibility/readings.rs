@@ -10,8 +10,8 @@ use super::words::{Words, mm, words_of};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::parameter::Kind;
 
-/// A way to read the files, and what registration then leaves, m.
-type Trial = (Vec<Hypothesis>, f64);
+/// A way to read the files, and what a fit then leaves, m.
+pub(super) type Trial = (Vec<Hypothesis>, f64);
 
 pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
@@ -41,7 +41,7 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     if named.is_empty() {
         return before.and_then(|before| unlike(evidence, limits, before, allowed, tried)).into_iter().collect();
     }
-    vec![explained(evidence, before, allowed, &named)]
+    vec![explained(evidence, "registration", before, &named).figure("allowed_mm", 1e3 * allowed)]
 }
 
 /// How many ways were tried, and those that explain, the best first: single ones; else signs of several joints together, and
@@ -85,9 +85,9 @@ const BEGUN: usize = 3;
 /// Joints up to which all combinations of signs are tried: 2^7 of them.
 const MOST_SIGNS: usize = 7;
 /// Ways whose error is within this factor of the best one's are named with it.
-const AS_GOOD: f64 = 1.25;
+pub(super) const AS_GOOD: f64 = 1.25;
 /// Most ways named.
-const SAID: usize = 3;
+pub(super) const SAID: usize = 3;
 
 /// Signs of two joints and more together.
 fn signs(joints: usize) -> Vec<Vec<Hypothesis>> {
@@ -108,8 +108,8 @@ fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
     found
 }
 
-/// What the best way explains.
-fn explained(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Trial]) -> Diagnostic {
+/// What the best way explains, `fit` being what leaves an error.
+pub(super) fn explained(evidence: &Evidence, fit: &str, before: Option<f64>, named: &[Trial]) -> Diagnostic {
     let words = |ways: &[Hypothesis]| -> Vec<Words> {
         ways.iter().map(|way| words_of(way, evidence.model, evidence.campaign)).collect()
     };
@@ -118,8 +118,8 @@ fn explained(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Tr
     let Some((best, after)) = named.first() else { return Diagnostic::error("") };
     let first = words(best);
     let fall = match before {
-        Some(before) => format!("the error of registration falls from {} to {} mm", mm(before), mm(*after)),
-        None => format!("the robot can be assembled, and registration leaves {} mm", mm(*after)),
+        Some(before) => format!("the error of {fit} falls from {} to {} mm", mm(before), mm(*after)),
+        None => format!("the robot can be assembled, and {fit} leaves {} mm", mm(*after)),
     };
     let question = joined(first.iter().map(|words| words.question.clone()), " ");
     let others: Vec<String> =
@@ -133,7 +133,6 @@ fn explained(evidence: &Evidence, before: Option<f64>, allowed: f64, named: &[Tr
         .remedy(remedy)
         .figure("before_mm", before.map_or(f64::NAN, |before| 1e3 * before))
         .figure("after_mm", 1e3 * after)
-        .figure("allowed_mm", 1e3 * allowed)
 }
 
 /// Parts in their order, each once.

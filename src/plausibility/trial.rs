@@ -24,14 +24,7 @@ pub struct Trials<'a> {
 impl<'a> Trials<'a> {
     /// With configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
     pub fn new(model: &'a Model, campaign: &'a Campaign, limits: &'a Limits) -> Self {
-        let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-        poses.sort_unstable();
-        poses.dedup();
-        let share = limits.readings as f64 / campaign.readings.len().max(1) as f64;
-        let most = ((share * poses.len() as f64).round() as usize).max(limits.least_configurations);
-        poses.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(0));
-        let mut chosen = vec![false; campaign.poses.len()];
-        poses.into_iter().take(most).for_each(|pose| chosen[pose] = true);
+        let chosen = drawn(campaign, limits);
         Self { model, whole: campaign, chosen, limits }
     }
 
@@ -92,6 +85,19 @@ impl<'a> Trials<'a> {
         let mean = sum / campaign.readings.len().max(1) as f64;
         (mean > 0.0 && mean.is_finite()).then(|| mean.sqrt())
     }
+}
+
+/// Configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
+pub fn drawn(campaign: &Campaign, limits: &Limits) -> Vec<bool> {
+    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+    poses.sort_unstable();
+    poses.dedup();
+    let share = limits.readings as f64 / campaign.readings.len().max(1) as f64;
+    let most = ((share * poses.len() as f64).round() as usize).max(limits.least_configurations);
+    poses.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(0));
+    let mut chosen = vec![false; campaign.poses.len()];
+    poses.into_iter().take(most).for_each(|pose| chosen[pose] = true);
+    chosen
 }
 
 /// Median error of the readings, m: half are better. Outliers do not count; a rotation counts by what it moves at the end of

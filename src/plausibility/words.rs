@@ -70,7 +70,12 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             format!("are they {}?", recorded(factor)),
             "state the length unit of the table under `units:` of the campaign; if that is right, look at `units:` of the description",
         ),
-        Hypothesis::Mirrored(..) if campaign.estimate_base => say(
+        Hypothesis::Reaction => say(
+            "the wrenches reversed".into(),
+            "are they those of the robot on the load cell?",
+            "give the force and torque that act on the robot: negate their columns".into(),
+        ),
+        Hypothesis::Mirrored(..) if campaign.estimate_base && !campaign.is_difference() => say(
             "one axis of the readings mirrored".into(),
             "a left-handed frame, or two axes exchanged?",
             "give the readings in a right-handed frame: negate one coordinate, or name the columns right".into(),

@@ -108,7 +108,7 @@ fn cause(number: usize, cause: &Cause) -> String {
     };
     let (before, after, less) = (cause.rms_before, cause.rms_after, 100.0 * cause.shrinkage);
     let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}");
-    if let Some(Stability { family, site, law }) = cause.stability {
+    if let Some(Stability { family, site, law, .. }) = cause.stability {
         let shown = |share: f64| format!("{:.0} %", 100.0 * share);
         let law = if cause.level == Level::Law { format!(", law {}", shown(law)) } else { String::new() };
         let (family, site) = (shown(family), shown(site));

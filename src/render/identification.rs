@@ -7,8 +7,9 @@ use super::table::{Screen, number};
 
 use crate::results::units::{deg, mm};
 use crate::results::{
-    DescriptionResiduals, Dropped, IN_BOTH_READINGS, Identification, MovedParameter, ParameterEstimate, PartErrors,
-    ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup, WorstReading,
+    DescriptionResiduals, Dropped, ElasticSensitivity, IN_BOTH_READINGS, Identification, MovedParameter,
+    ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup,
+    WorstReading,
 };
 
 /// Factors below this are not shown.
@@ -66,7 +67,30 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
         let (p, o) = (&s.position, &s.orientation);
         vec![s.name.clone(), position(p.mean), position(p.max), orientation(o.mean), orientation(o.max)]
     });
-    screen.table(&["parameter", "mu_P mean", "mu_P max", "mu_Phi mean", "mu_Phi max"], rows)
+    let mut out = screen.table(&["parameter", "mu_P mean", "mu_P max", "mu_Phi mean", "mu_Phi max"], rows);
+    // What moves nothing here is left out.
+    let mut elastic: Vec<&ElasticSensitivity> = found.elastic.iter().filter(|s| s.position.max > 0.0).collect();
+    if elastic.is_empty() {
+        return out;
+    }
+    elastic.sort_by(|a, b| b.of_value.mean.total_cmp(&a.of_value.mean));
+    let rows = elastic.into_iter().map(|s| {
+        let ten_percent = |m: f64| format!("{:.4} mm", 0.1 * mm(m));
+        let turned = format!("{:.5} deg", 0.1 * deg(s.turn_of_value.mean));
+        let of_value = match s.value == 0.0 {
+            true => ["-", "-", "-"].map(String::from),
+            false => [ten_percent(s.of_value.mean), ten_percent(s.of_value.max), turned],
+        };
+        let value = format!("{:.3e} {}", s.value, s.unit);
+        let own =
+            [s.name.clone(), value, format!("{:.3e} m", s.position.mean), format!("{:.3e} rad", s.orientation.mean)];
+        own.into_iter().chain(of_value).collect()
+    });
+    out += "\nunder the campaign's loads: by one SI unit, and by 10 % of the value\n";
+    let header =
+        ["elastic parameter", "value", "mu_P mean", "mu_Phi mean", "10 %: mean", "10 %: max", "10 %: rotation mean"];
+    out += &screen.table(&header, rows);
+    out
 }
 
 /// A table of errors, one row a set of readings; sets of no readings are left out.

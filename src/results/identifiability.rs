@@ -152,18 +152,58 @@ pub struct ParameterSensitivity {
 pub struct Sensitivities {
     pub unit: &'static str,
     pub parameters: Vec<ParameterSensitivity>,
+    /// Springs, sections and masses under the campaign's loads, m or rad per SI unit of each.
+    pub elastic: Vec<ElasticSensitivity>,
+}
+
+/// What an elastic parameter does to the tool's deflection, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElasticSensitivity {
+    pub name: String,
+    /// Its unit, and its value in it.
+    pub unit: &'static str,
+    pub value: f64,
+    /// Position, m per SI unit.
+    #[serde(rename = "mu_P")]
+    pub position: MeanMax,
+    /// Orientation, rad per SI unit.
+    #[serde(rename = "mu_Phi")]
+    pub orientation: MeanMax,
+    /// Position by the whole value, m: of a compliance what it makes of the deflection.
+    #[serde(rename = "mu_P_of_value")]
+    pub of_value: MeanMax,
+    /// Orientation by the whole value, rad.
+    #[serde(rename = "mu_Phi_of_value")]
+    pub turn_of_value: MeanMax,
 }
 
 impl Sensitivities {
-    /// With the names of a model.
-    pub fn new(model: &Model, found: &[Sensitivity]) -> Self {
+    /// Of geometric and of elastic parameters, with the names of a model.
+    pub fn new(model: &Model, found: &[Sensitivity], elastic: &[Sensitivity]) -> Self {
         let pair = |[mean, max]: [f64; 2]| MeanMax { mean, max };
+        let of_elastic = |s: &Sensitivity| {
+            let parameter = &model.registry[s.slot];
+            let whole = parameter.nominal.abs();
+            ElasticSensitivity {
+                name: parameter.name.clone(),
+                unit: parameter.kind.unit(),
+                value: parameter.nominal,
+                position: pair(s.position),
+                orientation: pair(s.orientation),
+                of_value: pair(s.position.map(|mu| mu * whole)),
+                turn_of_value: pair(s.orientation.map(|mu| mu * whole)),
+            }
+        };
         let one = |s: &Sensitivity| ParameterSensitivity {
             name: model.registry[s.slot].name.clone(),
             position: pair(s.position),
             orientation: pair(s.orientation),
             per: unit(model.registry[s.slot].kind),
         };
-        Self { unit: "m or rad per m or rad", parameters: found.iter().map(one).collect() }
+        Self {
+            unit: "m or rad per m or rad",
+            parameters: found.iter().map(one).collect(),
+            elastic: elastic.iter().map(of_elastic).collect(),
+        }
     }
 }

@@ -101,6 +101,8 @@ pub struct Identification {
     pub correlation: Vec<Vec<f64>>,
     pub unit: &'static str,
     pub iterations: usize,
+    /// Root mean square of the residuals over their sigmas after each step taken.
+    pub history: Vec<f64>,
     /// What has moved since an earlier description, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub since: Option<Since>,
@@ -158,6 +160,7 @@ impl Identification {
             correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
             unit: "mm",
             iterations: found.iterations,
+            history: found.history.clone(),
             since: None,
             ending: found.ending.to_string(),
             converged: found.converged(),

@@ -43,7 +43,9 @@ pub use fuzzy::{
     AfterFit, ComponentRules, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
     MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
 };
-pub use identifiability::{Dropped, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities};
+pub use identifiability::{
+    Dropped, ElasticSensitivity, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities,
+};
 pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
 pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
 pub use parts::{PartErrors, WorstReading};

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::diagnosis::Diagnosis;
+use super::identifiability::Sensitivities;
 use super::identification::Identification;
 use super::units::{mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
@@ -38,6 +39,7 @@ pub struct Sources {
     pub diagnose: String,
     pub stiffness: String,
     pub residuals: String,
+    pub sensitivity: String,
     pub report: String,
 }
 
@@ -49,6 +51,7 @@ impl Sources {
             diagnose: format!("elastogeo diagnose {given}"),
             stiffness: format!("elastogeo stiffness {robot} --joints .."),
             residuals: format!("elastogeo residuals {robot} {given}"),
+            sensitivity: format!("elastogeo sensitivity {robot} {given}"),
             report: format!("elastogeo report {given}"),
         }
     }
@@ -159,6 +162,7 @@ pub struct Report {
     pub waterfall: Vec<WaterfallStep>,
     pub stages: Vec<StageLabel>,
     pub stiffness: StiffnessReview,
+    pub sensitivity: Sensitivities,
     pub readings: Vec<ReadingReview>,
     /// The answer in two sentences; written with the page.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -203,6 +207,7 @@ impl Report {
                 own_loads: shares.map(|found| found.own_loads),
                 readings: shares.map(|found| found.readings),
             },
+            sensitivity: Sensitivities::new(model, &review.sensitivity[0], &review.sensitivity[1]),
             readings: (0..campaign.readings.len()).map(|index| ReadingReview::new(review, index)).collect(),
             answer: None,
             diagnostics: Vec::new(),

@@ -12,7 +12,8 @@ use crate::description::campaign::Campaign;
 use crate::description::robot::Robot;
 use crate::diagnosis::{self, Diagnosis, diagnose};
 use crate::estimation::{Calibration, CalibrationError, Settings, calibrate};
-use crate::kinematics::Placements;
+use crate::identifiability::{Sensitivity, elastic_parameters, elastic_sensitivities, sensitivities};
+use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
 use crate::parameter::Group;
 use crate::scene::{Scene, Shot, draw};
@@ -41,6 +42,8 @@ pub struct Review<'a> {
     pub slice: Option<Slice>,
     /// Shares of the elements in the strain energy.
     pub strain_energy: Option<StrainEnergy>,
+    /// How much the tool moves by each free parameter of the geometry, and by each elastic one under the campaign's loads.
+    pub sensitivity: [Vec<Sensitivity>; 2],
     /// The robot as it is drawn.
     pub scene: Scene,
     /// Configurations of the campaign that are drawn, the typical one first.
@@ -74,6 +77,11 @@ pub fn review<'a>(
     let stated: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     let diagnosis = diagnose(model, campaign, &stated, &diagnosis::Settings::new(campaign, seed), progress)?;
     let seconds = started.elapsed().as_secs_f64();
+    progress("sensitivities");
+    let sensitivity = [
+        sensitivities(&Geometry::nominal(model)?, campaign, &model.free_slots())?,
+        elastic_sensitivities(model, campaign, &elastic_parameters(model))?,
+    ];
     progress("drawing");
     let fitted = calibration.as_ref().ok().map(|(found, _)| found);
     let stages = readings(model, campaign, fitted, &diagnosis)?;
@@ -95,6 +103,7 @@ pub fn review<'a>(
         next: next.collect(),
         slice: slice(&mechanics, campaign.configuration(first)),
         strain_energy: strain_energy(&mechanics, campaign),
+        sensitivity,
         readings: stages,
         model,
         campaign,

@@ -101,10 +101,7 @@ fn coverage(arm: &Arm, seeds: u64, off: f64, spoil: &(dyn Fn(&mut Campaign, &mut
     let trial = |seed| {
         let (truth, campaign) = made(arm, seed, off, &|campaign, random| spoil(campaign, random));
         let found = calibrated(&arm.model, &campaign);
-        Trial {
-            covered: covered(&arm.model.registry.nominal(), &truth, &found),
-            warned: says_dependent(&arm.model, &campaign, &found),
-        }
+        Trial { covered: covered(&truth, &found), warned: says_dependent(&arm.model, &campaign, &found) }
     };
     let trials: Vec<Trial> = (0..seeds).into_par_iter().map(trial).collect();
     let share = |trial: &Trial| trial.covered.iter().filter(|held| **held).count() as f64 / trial.covered.len() as f64;

@@ -3,9 +3,11 @@
 use std::fmt::Write;
 
 use elastogeo::description::campaign::Campaign;
+use elastogeo::files::load_campaign;
+use elastogeo::identifiability::{elastic_parameters, elastic_sensitivities};
 use elastogeo::kinematics::{Geometry, Rates};
 use elastogeo::model::Model;
-use elastogeo::observation::{DEFLECTION, POSE, POSITION};
+use elastogeo::observation::{DEFLECTION, DEFLECTION_POSE, POSE, POSITION};
 use elastogeo::parameter::{Group, Kind, Slot};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
@@ -346,4 +348,59 @@ fn springs_of_each_lateral_direction() {
     }
     assert!(model.registry.slot("joint2.kr").is_none() && model.registry.slot("joint3.kr").is_some());
     all_agree(&model, drawn(&model, 2, 5), &moved(&model, 4), 1e-7);
+}
+
+/// Against differences of what is predicted, reading by reading: nothing of the derivatives is used.
+#[test]
+fn elastic_sensitivities_are_differences_of_the_deflection() {
+    for name in ["ir663-axial-screws", "ir663-simulated", "kr270-rigid-joint-1", "kr270-simulated"] {
+        let loaded = load_campaign(name, None).expect("bundled");
+        let (model, nominal) = (&loaded.robot.model, loaded.robot.model.registry.nominal());
+        let mut campaign = loaded.campaign;
+        let is_difference = campaign.is_difference();
+        let slots = elastic_parameters(model);
+        let found = elastic_sensitivities(model, &campaign, &slots).expect("predicted");
+        // The tool in every configuration and under every load, once.
+        let seen = std::cell::RefCell::new(Vec::new());
+        campaign = campaign.select(|_, reading| {
+            let own = (reading.pose, reading.wrench.map(f64::to_bits));
+            let is_new = !seen.borrow().contains(&own);
+            seen.borrow_mut().push(own);
+            is_new
+        });
+        for reading in &mut campaign.readings {
+            (reading.observes, reading.marker) = (if is_difference { DEFLECTION_POSE } else { POSE }, None);
+        }
+        let predictor = Predictor::new(model, &campaign, Vec::new()).expect("readings");
+        let residual = |slot: Slot, change: f64| {
+            let (mut moved, mut found) = (nominal.clone(), Linearised::default());
+            moved[slot] += change;
+            predictor.linearise(&moved, false, &mut found).expect("predicted");
+            found.residual
+        };
+        let mut compared = 0;
+        for (slot, own) in slots.iter().zip(&found) {
+            let h = step(model, *slot, nominal[*slot]);
+            let difference = |h: f64| -> Vec<f64> {
+                let (plus, minus) = (residual(*slot, h), residual(*slot, -h));
+                minus.iter().zip(&plus).map(|(minus, plus)| (minus - plus) / (2.0 * h)).collect()
+            };
+            let (coarse, fine) = (difference(h), difference(0.5 * h));
+            let by: Vec<f64> = fine.iter().zip(&coarse).map(|(fine, coarse)| (4.0 * fine - coarse) / 3.0).collect();
+            let norms = |from: usize| {
+                by.chunks(6).map(move |rows| rows[from..from + 3].iter().map(|v| v * v).sum::<f64>().sqrt())
+            };
+            for (from, mu) in [(0, own.position), (3, own.orientation)] {
+                let expected = [norms(from).sum::<f64>() / (by.len() / 6) as f64, norms(from).fold(0.0, f64::max)];
+                // Rounding of metres over the step.
+                let rounding = 1e-14 / h;
+                for (mu, expected) in mu.into_iter().zip(expected) {
+                    let name = &model.registry[*slot].name;
+                    assert!((mu - expected).abs() <= 1e-6 * expected + rounding, "{name}: {mu} {expected}");
+                    compared += usize::from(expected > 1e3 * rounding);
+                }
+            }
+        }
+        assert!(compared >= 8, "{name}: {compared}");
+    }
 }

@@ -88,7 +88,7 @@ fn laws_are_named_or_in_a_small_group() {
                 .iter()
                 .map(|cause| {
                     let tied: Vec<String> = cause.rivals.iter().map(|e| format!("{}@{}", e.effect, e.site)).collect();
-                    format!("{}@{} {:?} tied {tied:?}", cause.effect, cause.site, cause.level)
+                    format!("{}@{} {:?} {:?} tied {tied:?}", cause.effect, cause.site, cause.level, cause.stability)
                 })
                 .collect();
             println!("{effect}@{site}: {said:?}");

@@ -276,9 +276,9 @@ fn shares(case: &Case, second_order: bool) -> [f64; 3] {
         let campaign = simulate(&model, &truth, &plan, &mut generator(1_000_000 + seed)).expect("simulated");
         let none = vec![false; campaign.readings.len()];
         let found = calibrate(&model, &campaign, &none, &settings, &mut |_| {}).expect("calibrated");
-        assert!(found.converged(), "{} {seed}", case.name);
+        assert!(found.converged(), "{} {seed}: {} after {}", case.name, found.ending, found.iterations);
         assert_eq!(found.identifiability.rank, case.ranks[1], "{} {seed}", case.name);
-        let held = covered(&model.registry.nominal(), &truth, &found);
+        let held = covered(&truth, &found);
         [held.iter().filter(|held| **held).count() as f64 / held.len() as f64, found.noise_ratio.powi(2)]
     };
     let trials: Vec<[f64; 2]> = (0..SEEDS).into_par_iter().map(share).collect();

@@ -600,3 +600,40 @@ fn the_page_of_trust_shows_what_is_said() {
         }
     }
 }
+
+/// Deflections go with their loads: a mirrored axis and reversed wrenches are named, on campaigns of two robots.
+#[test]
+fn deflections_against_their_loads_are_named() {
+    let before = [0.06, 0.6]; // mm: nothing near the error of what was turned
+    let mistakes: &[(&[&str], &str)] = &[
+        (&["y"], "with y of the readings negated the error of the fitted springs falls from"),
+        (&["z"], "with z of the readings negated the error of the fitted springs falls from"),
+        (
+            &["fx", "fy", "fz", "mx", "my", "mz"],
+            "with the wrenches reversed the error of the fitted springs falls from",
+        ),
+    ];
+    for (name, noise) in ["ir663-axial-screws", "kr270-no-compensator"].into_iter().zip(before) {
+        for (columns, words) in mistakes {
+            let folder = tempfile::tempdir().expect("a folder");
+            let at = folder.path().join("c");
+            std::fs::create_dir(&at).expect("a folder");
+            let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns").join(name);
+            for file in ["campaign.yaml", "measurements.csv"] {
+                std::fs::copy(own.join(file), at.join(file)).expect("copied");
+            }
+            assert_eq!(run(folder.path(), &["check", "c"]).status, 0, "{name}");
+            spoil(&at, |table| table.scale(columns, -1.0));
+            for command in ["check", "identify", "diagnose"] {
+                refuses(folder.path(), &[command, "c"], "misread", &[words]);
+            }
+            let ran = run(folder.path(), &["identify", "c", "--format", "json"]);
+            let [from, to] =
+                ["before_mm", "after_mm"].map(|key| of_code(&json(&ran), "misread")[0]["figures"][key].as_f64());
+            assert!(
+                to.expect("a figure") < noise && from > to.map(|to| 4.0 * to),
+                "{name} {columns:?} {from:?} {to:?}"
+            );
+        }
+    }
+}

@@ -31,12 +31,12 @@ struct Trial {
 
 /// Kept parameters against what the truth makes of them: their own value plus the factors times the errors of the
 /// dropped ones.
-pub fn covered(nominal: &[f64], truth: &[f64], found: &Calibration) -> Vec<bool> {
+pub fn covered(truth: &[f64], found: &Calibration) -> Vec<bool> {
     let one = |&column: &usize| {
         let estimate = &found.estimates[column];
         let taken = found.identifiability.combinations.iter().find(|(kept, _)| *kept == column);
         let taken: f64 = taken.map_or(0.0, |(_, terms)| {
-            terms.iter().map(|&(k, factor)| factor * (truth[found.slots[k]] - nominal[found.slots[k]])).sum()
+            terms.iter().map(|&(k, factor)| factor * (truth[found.slots[k]] - found.estimates[k].value)).sum()
         });
         let away = estimate.value - truth[estimate.slot] - taken;
         estimate.ci95.is_some_and(|ci95| away.abs() <= ci95)
@@ -53,7 +53,7 @@ fn trial(model: &Model, truth: &[f64], plan: &Plan, fresh: Vec<Vec<f64>>, seed: 
     let found = calibrate(model, &campaign, &held_out, settings, &mut |_| {}).expect("calibrated");
     Trial {
         names: found.identifiability.kept.iter().map(|k| model.registry[found.slots[*k]].name.clone()).collect(),
-        covered: covered(&model.registry.nominal(), truth, &found),
+        covered: covered(truth, &found),
         errors: [found.registration.check.distance[0], found.after.check.distance[0]],
         noise_ratio: found.noise_ratio,
         converged: found.converged(),

@@ -8,6 +8,8 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::math::nearest_rotation;
+
 /// Greatest deviation of a quaternion's length from 1, and of the products of a matrix' rows from 0 and 1: files round to
 /// three digits or more, and what is farther off is another quantity.
 const OFF_UNIT: f64 = 1e-3;
@@ -112,9 +114,5 @@ fn of_matrix(matrix: &Matrix3<f64>) -> Result<Rotation3<f64>, String> {
     if matrix.determinant() < 0.0 {
         return Err("the matrix mirrors: its determinant is -1".into());
     }
-    let found = matrix.svd(true, true);
-    match (found.u, found.v_t) {
-        (Some(u), Some(v)) => Ok(Rotation3::from_matrix_unchecked(u * v)),
-        _ => Err("the matrix has no nearest rotation".into()),
-    }
+    Ok(nearest_rotation(matrix))
 }

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 use super::value::{CompensatorError, DEGENERATE, Value, refuse};
 use crate::estimation::covariance::Covariance;
 use crate::least_squares::{self, Bounds, EvaluationError, Problem};
-use crate::math::left_jacobian;
+use crate::math::linear::singular_values;
+use crate::math::{left_jacobian, nearest_rotation};
 
 /// The circle of P1 about P2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,14 +58,11 @@ pub fn circle(points: &[(f64, Vector3<f64>)]) -> Result<Circle, CompensatorError
     if turned[1] < DEGENERATE * turned[2].max(f64::MIN_POSITIVE) || turned[2] < DEGENERATE {
         return refuse("the angles of P1 are all the same, or only two: turn the joint further");
     }
-    let svd = cross.svd(true, true);
-    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return refuse("the circle's directions cannot be separated") };
-    if svd.singular_values[1] < DEGENERATE * svd.singular_values[0].max(f64::MIN_POSITIVE) {
+    let values = singular_values(&DMatrix::from_column_slice(3, 3, cross.as_slice())).unwrap_or_default();
+    if values.get(1).is_none_or(|second| *second < DEGENERATE * values[0].max(f64::MIN_POSITIVE)) {
         return refuse("the points of P1 lie on a line or in one place: they do not turn with the angles given");
     }
-    let (u, v) = (u, v.transpose());
-    let sign = (v * u.transpose()).determinant().signum();
-    let axes = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
+    let axes = nearest_rotation(&cross.transpose()).into_inner();
     let (mut along, mut size) = (0.0, 0.0);
     for (q, p) in points {
         let u = unit(*q) - mean_unit;

@@ -18,6 +18,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("waterfall.html", include_str!("templates/waterfall.html")),
     ("arrows.html", include_str!("templates/arrows.html")),
     ("parts.html", include_str!("templates/parts.html")),
+    ("sensitivity.html", include_str!("templates/sensitivity.html")),
     ("patterns.html", include_str!("templates/patterns.html")),
     ("distribution.html", include_str!("templates/distribution.html")),
     ("parameters.html", include_str!("templates/parameters.html")),

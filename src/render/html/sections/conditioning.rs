@@ -1,4 +1,5 @@
-//! How well the parameters can be separated: correlations and singular values.
+//! How well the parameters can be separated: correlations and singular values; and how the fit went, step by step (figure 7 of
+//! the IR663 calibration paper).
 
 use kuva::plot::annotations::ReferenceLine;
 use kuva::plot::{Heatmap, LinePlot, ScatterPlot};
@@ -45,6 +46,19 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
             }
         },
     );
+    let steps: Vec<(f64, f64)> =
+        found.history.iter().enumerate().filter(|(_, v)| **v > 0.0).map(|(k, v)| ((k + 1) as f64, *v)).collect();
+    let history = (steps.len() > 1).then(|| {
+        let frame = Frame {
+            size: [430.0, 300.0],
+            x: "step",
+            y: "rms residual over sigma",
+            alt: "Root mean square of the residuals over their sigmas after each step of the fit, on a logarithmic axis",
+        };
+        let line = LinePlot::new().with_data(steps.clone()).with_color(BLUE).with_stroke_width(1.5);
+        let dots = ScatterPlot::new().with_data(steps).with_color(BLUE).with_size(3.0);
+        chart(&frame, None, vec![Plot::Line(line), Plot::Scatter(dots)], |layout| layout.with_log_y())
+    });
     let correlation = &found.correlation;
     let side = (correlation.len() as f64 * 14.0 + 190.0).clamp(360.0, 860.0);
     let map = (correlation.len() > 1).then(|| {
@@ -74,7 +88,7 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     });
     let html = page.render(
         "conditioning.html",
-        context! { singular => safe(singular), correlation => map.map(safe), large => correlation.len() > 14 },
+        context! { singular => safe(singular), history => history.map(safe), correlation => map.map(safe), large => correlation.len() > 14 },
     );
     Some(Section { id: "conditioning", title: "What these poses can tell apart".into(), html })
 }

@@ -10,6 +10,7 @@ mod next;
 mod parameters;
 mod parts;
 mod patterns;
+mod sensitivity;
 mod stiffness;
 mod waterfall;
 
@@ -27,6 +28,7 @@ pub fn all(review: &Review, report: &Report, page: &Page) -> Vec<Section> {
         distribution::section(review, page),
         parameters::section(report, page),
         conditioning::section(report, page),
+        sensitivity::section(report, page),
         effects::section(report, page),
         stiffness::section(review, report, page),
         fuzzy::section(review.model, page),
