@@ -207,3 +207,26 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Error> {
     }
     Ok(serde_json::from_value(all)?)
 }
+
+/// Markers of a robot by name; the tool centre point where none is named.
+///
+/// # Errors
+/// No such marker.
+pub fn markers(model: &Model, names: &[String]) -> Result<Vec<Option<usize>>, Error> {
+    if names.is_empty() {
+        return Ok(vec![None]);
+    }
+    let mut markers = Vec::new();
+    for name in names {
+        match model.marker(name) {
+            Some(marker) => markers.push(Some(marker)),
+            None => {
+                let valid = model.markers.iter().map(|marker| marker.name.as_str());
+                return Err(Error::from(vec![
+                    Diagnostic::error(format!("unknown marker `{name}`")).suggest(name, valid),
+                ]));
+            }
+        }
+    }
+    Ok(markers)
+}

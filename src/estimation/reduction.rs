@@ -8,7 +8,7 @@ use crate::description::campaign::{Campaign, Target};
 use crate::identifiability::{Column, Criterion, Identifiability, Scaling, reduce};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor, declared};
+use crate::prediction::{Linearised, PredictionError, Predictor, declared, seated};
 
 /// Candidates and the reduction of their columns.
 #[derive(Debug, Clone)]
@@ -93,7 +93,8 @@ pub(super) fn reduced(
 /// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad).
 pub(super) fn weighted(predictor: &Predictor, values: &[f64], sigmas: &[f64]) -> Result<Vec<f64>, PredictionError> {
     let mut found = Linearised::default();
-    predictor.linearise(values, true, &mut found)?;
+    let seated = seated(predictor.model, predictor.campaign, values)?;
+    predictor.of(&seated)?.linearise(values, true, &mut found)?;
     for (row, sigma) in found.jacobian.chunks_mut(predictor.slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }

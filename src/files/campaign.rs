@@ -74,7 +74,18 @@ pub fn load_campaign(file: &str, robot: Option<&str>) -> Result<LoadedCampaign, 
     Reader::default().campaign(file, robot)
 }
 
-fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+/// A campaign file as it is written, and its robot.
+pub(super) struct Described {
+    pub raw: RawCampaign,
+    pub document: Document,
+    pub place: Place,
+    /// Faults and warnings of the file itself.
+    pub diagnostics: Vec<Diagnostic>,
+    pub robot: Result<LoadedRobot, Vec<Diagnostic>>,
+}
+
+/// Reads a campaign file and its robot, or the one given instead; no measurements.
+pub(super) fn described(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Described, Vec<Diagnostic>> {
     let place = find_campaign(file);
     let text = place.text(reader).map_err(|found| with_remedy(found, file))?;
     let (raw, document, mut diagnostics) = yaml::read::<RawCampaign>(&place.name(), &text);
@@ -107,6 +118,11 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
         }
         reported
     });
+    Ok(Described { raw, document, place, diagnostics, robot })
+}
+
+fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+    let Described { raw, document, place, mut diagnostics, robot } = described(reader, file, robot)?;
     let robot = match robot {
         Ok(robot) => robot,
         Err(mut reported) => {
@@ -122,11 +138,24 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     }
     let references = references(reader, &raw, &place, &document, &mut diagnostics);
     let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
-    match campaign::resolve(&raw, &locate, &robot.robot, &read) {
+    let mut loaded = resolved(raw, &document, robot, &read, diagnostics)?;
+    loaded.campaign.references = references;
+    Ok(loaded)
+}
+
+/// A campaign of these tables; what was found before counts.
+pub(super) fn resolved(
+    raw: RawCampaign,
+    document: &Document,
+    robot: LoadedRobot,
+    tables: &[(RawEntry, &Table)],
+    mut diagnostics: Vec<Diagnostic>,
+) -> Result<LoadedCampaign, Vec<Diagnostic>> {
+    let locate = |path: &[&str]| document.place_of_value(path);
+    match campaign::resolve(&raw, &locate, &robot.robot, tables) {
         Ok((mut campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
-            campaign.references = references;
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
             // What cannot be assembled here is told by the command that predicts it.
             let _ = fill_holding_loads(&robot.model, &mut campaign);

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod change;
+mod design;
 mod journal;
 mod path;
 mod place;
@@ -16,6 +17,7 @@ mod start;
 mod write;
 
 pub use campaign::{LoadedCampaign, load_campaign};
+pub use design::Design;
 pub use journal::settle;
 pub use place::bundled_robots;
 pub use reader::Reader;

@@ -37,6 +37,7 @@ pub fn bundled_robots() -> Vec<String> {
 }
 
 /// Where a file's text comes from: the disk, or the bundled set.
+#[derive(Debug)]
 pub(super) enum Place {
     Disk(PathBuf),
     Bundled(PathBuf),

@@ -6,13 +6,13 @@ use super::criterion::{Optimality, Target};
 use super::error::PlanningError;
 use super::place::Station;
 use super::request::Request;
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, Conditions, InSession, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Linearised, Predictor, fill_holding_loads, seated};
 use crate::simulation::{Loaded, Plan, unmeasured};
 
 /// Derivatives of readings by identifiable parameters in the coordinates in which the mean candidate's information is
@@ -21,6 +21,8 @@ pub struct Information<'a> {
     model: &'a Model,
     values: Vec<f64>,
     blank: Campaign,
+    /// Readings made together at one configuration.
+    ways: Vec<Vec<Reading>>,
     repeats: f64,
     /// Parameters by column.
     pub slots: Vec<Slot>,
@@ -30,6 +32,8 @@ pub struct Information<'a> {
     pub unwhiten: DMatrix<f64>,
     /// Information of what is measured already, with the ridge (p x p).
     pub known: DMatrix<f64>,
+    /// Its rows over their noise, row-major.
+    known_rows: Vec<f64>,
     /// As in [`super::Settings`].
     seen: f64,
     short_list: usize,
@@ -37,32 +41,41 @@ pub struct Information<'a> {
 
 impl<'a> Information<'a> {
     pub fn new(model: &'a Model, request: &Request, pool: &[Station]) -> Result<Self, PlanningError> {
-        let plan = Plan {
-            configurations: Vec::new(),
-            markers: Vec::new(),
-            repeats: 1,
-            wrenches: Vec::new(),
-            conditions: false,
-            observes: request.observes,
-            sigma: request.sigma,
-            sigma_orientation: request.sigma_orientation,
-            estimate: request.estimate,
+        let (blank, ways, values) = match &request.design {
+            Some(design) => (bare(&design.campaign), design.ways.clone(), design.values.clone()),
+            None => {
+                let blank = unmeasured(model, &plan(request));
+                let way = way(&blank, &request.markers);
+                (blank, vec![way], model.registry.nominal())
+            }
         };
-        let blank = unmeasured(model, &plan);
-        let values = model.registry.nominal();
-        let campaign = measured_at(&blank, pool);
+        let campaign = measured_at(&blank, &ways, pool);
         let mut slots = candidates(model, &campaign, request.what)?;
-        if let Some(measured) = &request.measured {
-            let also = candidates(model, measured, request.what)?;
+        // What is known without the readings to come: those made already, and constraints.
+        let before = match (&request.measured, &request.design) {
+            (Some(measured), _) => Some(seated(model, measured, &values)?.into_owned()),
+            (None, Some(design)) if !design.campaign.constraints.is_empty() => Some(Campaign {
+                constraints: design.campaign.constraints.clone(),
+                ..measured_at(&blank, &ways, &pool[..1])
+            }),
+            (None, _) => None,
+        };
+        if let Some(before) = &before {
+            let also = candidates(model, before, request.what)?;
             slots.extend(also.into_iter().filter(|slot| !slots.contains(slot)).collect::<Vec<_>>());
         }
         let repeats = request.repeats as f64;
         let mut rows = weighted(model, &values, &campaign, &slots, repeats)?;
-        let known = match &request.measured {
-            Some(measured) => weighted(model, &values, measured, &slots, 1.0)?,
+        let known = match &before {
+            Some(before) => {
+                let known = weighted(model, &values, before, &slots, 1.0)?;
+                let own = if request.measured.is_some() { 0 } else { before.rows() - before.constraints.len() };
+                known[own * slots.len()..].to_vec()
+            }
             None => Vec::new(),
         };
         let pool_rows = rows.len() / slots.len();
+        let known_rows = known.clone();
         rows.extend_from_slice(&known);
         let identifiability = reduce(&rows, &about(model, &slots, request), request.scaling, request.tolerance);
         let kept = &identifiability.kept;
@@ -80,19 +93,35 @@ impl<'a> Information<'a> {
         let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
         let (seen, short_list) = (request.settings.seen, request.settings.short_list);
         let known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
-        Ok(Self { model, values, blank, repeats, slots, identifiability, unwhiten, known, seen, short_list })
+        Ok(Self {
+            model,
+            values,
+            blank,
+            ways,
+            repeats,
+            slots,
+            identifiability,
+            unwhiten,
+            known,
+            known_rows,
+            seen,
+            short_list,
+        })
     }
 
     /// Rows of each station's readings over their noise, as columns (p x rows).
     pub fn blocks(&self, stations: &[Station]) -> Result<Vec<DMatrix<f64>>, PlanningError> {
-        let campaign = measured_at(&self.blank, stations);
+        if stations.is_empty() {
+            return Ok(Vec::new());
+        }
+        let campaign = measured_at(&self.blank, &self.ways, stations);
         let rows = weighted(self.model, &self.values, &campaign, &self.slots, self.repeats)?;
         let whitened = self.whitened(&rows);
         let mut first = 0;
         Ok(stations
             .iter()
             .map(|station| {
-                let count = station.markers.len() * self.blank.observes.rows() * self.blank.targets_per_point();
+                let count = read_at(&self.ways, station).map(|reading| reading.observes.rows()).sum();
                 let block = whitened.columns(first, count).into_owned();
                 first += count;
                 block
@@ -102,15 +131,13 @@ impl<'a> Information<'a> {
 
     /// The campaign that stations make.
     pub fn campaign(&self, stations: &[Station]) -> Campaign {
-        measured_at(&self.blank, stations)
+        measured_at(&self.blank, &self.ways, stations)
     }
 
     /// The reduction on planned readings and those already made.
     pub fn reduced(&self, request: &Request, planned: &Campaign) -> Result<Identifiability, PlanningError> {
         let mut rows = weighted(self.model, &self.values, planned, &self.slots, self.repeats)?;
-        if let Some(measured) = &request.measured {
-            rows.extend(weighted(self.model, &self.values, measured, &self.slots, 1.0)?);
-        }
+        rows.extend_from_slice(&self.known_rows);
         Ok(reduce(&rows, &about(self.model, &self.slots, request), request.scaling, request.tolerance))
     }
 
@@ -121,17 +148,28 @@ impl<'a> Information<'a> {
     }
 
     /// W with which tr(W M^-1) is the mean square position error (m^2) at the tests, in the frame of measurement.
-    pub fn tests(&self, markers: &[Option<usize>], tests: &[Loaded]) -> Result<DMatrix<f64>, PlanningError> {
+    pub fn tests(&self, tests: &[Loaded]) -> Result<DMatrix<f64>, PlanningError> {
         let observes = if self.blank.observes.is_difference() { DEFLECTION } else { POSITION };
         let blank = Campaign { observes, sigma: Some([1.0; 3]), sigma_orientation: None, ..self.blank.clone() };
+        // The points that are read; the tool centre point where it is bodies or joints.
+        let places = |reading: &&Reading| !reading.observes.ignores_arrangement();
+        let mut points: Vec<(Option<usize>, InSession)> =
+            self.ways.iter().flatten().filter(places).map(|reading| (reading.marker, reading.session)).collect();
+        points.sort_unstable();
+        points.dedup();
+        if points.is_empty() {
+            points.push((None, InSession::default()));
+        }
+        let way = points.iter().map(|&(marker, session)| Reading { marker, session, ..blank.blank() }).collect();
         let station = |(q, load): &Loaded| Station {
             q: q.clone(),
             load: *load,
-            markers: markers.to_vec(),
+            markers: points.iter().map(|(marker, _)| *marker).collect(),
             at: nalgebra::Point3::origin(),
+            way: 0,
         };
         let stations: Vec<Station> = tests.iter().map(station).collect();
-        let campaign = measured_at(&blank, &stations);
+        let campaign = measured_at(&blank, &[way], &stations);
         let rows = weighted(self.model, &self.values, &campaign, &self.slots, 1.0)?;
         let whitened = self.whitened(&rows);
         Ok(&whitened * whitened.transpose() / campaign.readings.len() as f64)
@@ -185,16 +223,51 @@ fn about(model: &Model, slots: &[Slot], request: &Request) -> Vec<Column> {
     slots.iter().map(|slot| Column::about(&model.registry[*slot], request.hold.contains(slot))).collect()
 }
 
-fn measured_at(blank: &Campaign, stations: &[Station]) -> Campaign {
+/// A campaign's words, without its readings and what holds them together.
+pub fn bare(campaign: &Campaign) -> Campaign {
+    Campaign {
+        constraints: Vec::new(),
+        poses: Vec::new(),
+        conditions: Conditions::default(),
+        ..campaign.select(|_, _| false)
+    }
+}
+
+fn plan(request: &Request) -> Plan {
+    Plan {
+        configurations: Vec::new(),
+        markers: Vec::new(),
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes: request.observes,
+        sigma: request.sigma,
+        sigma_orientation: request.sigma_orientation,
+        estimate: request.estimate,
+    }
+}
+
+/// All points, to each of what they are measured from.
+fn way(blank: &Campaign, markers: &[Option<usize>]) -> Vec<Reading> {
+    let targets = 0..blank.targets_per_point();
+    let all = markers.iter().flat_map(|&marker| targets.clone().map(move |target| (marker, target)));
+    all.map(|(marker, target)| Reading { marker, target, ..blank.blank() }).collect()
+}
+
+/// What is read at a station: of its way what can be seen.
+fn read_at<'w>(ways: &'w [Vec<Reading>], station: &'w Station) -> impl Iterator<Item = &'w Reading> {
+    let way = ways.get(station.way).into_iter().flatten();
+    way.filter(|reading| station.markers.contains(&reading.marker))
+}
+
+fn measured_at(blank: &Campaign, ways: &[Vec<Reading>], stations: &[Station]) -> Campaign {
     let mut campaign = blank.clone();
     for (pose, station) in stations.iter().enumerate() {
         campaign.poses.push(format!("p{:03}", pose + 1));
-        for &marker in &station.markers {
-            for target in 0..blank.targets_per_point() {
-                let row = campaign.readings.len() + 1;
-                campaign.readings.push(Reading { row, pose, marker, target, wrench: station.load, ..blank.blank() });
-                campaign.joints.extend_from_slice(&station.q);
-            }
+        for reading in read_at(ways, station) {
+            let row = campaign.readings.len() + 1;
+            campaign.readings.push(Reading { row, line: 0, pose, wrench: station.load, ..*reading });
+            campaign.joints.extend_from_slice(&station.q);
         }
     }
     campaign
@@ -209,7 +282,11 @@ fn weighted(
     repeats: f64,
 ) -> Result<Vec<f64>, PlanningError> {
     let mut found = Linearised::default();
-    Predictor::new(model, campaign, slots.to_vec())?.linearise(values, true, &mut found)?;
+    let mut loaded = std::borrow::Cow::Borrowed(campaign);
+    if campaign.readings.iter().any(|reading| reading.observes.by_variable().is_some()) {
+        fill_holding_loads(model, loaded.to_mut())?;
+    }
+    Predictor::new(model, &loaded, slots.to_vec())?.linearise(values, true, &mut found)?;
     for (row, sigma) in found.jacobian.chunks_mut(slots.len()).zip(row_sigmas(campaign)) {
         row.iter_mut().for_each(|value| *value *= repeats.sqrt() / sigma);
     }

@@ -22,7 +22,7 @@ mod settings;
 pub use criterion::Optimality;
 pub use error::PlanningError;
 pub use place::Station;
-pub use request::{Request, Sight};
+pub use request::{Design, Request, Sight};
 pub use result::{Bought, Planned};
 pub use search::plan;
 pub use settings::Settings;

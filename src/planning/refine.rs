@@ -39,7 +39,7 @@ pub fn refine(
                     let moved = current.q.iter().zip(&direction).zip(&rules.request.within);
                     let q: Vec<f64> =
                         moved.map(|((q, d), [low, high])| (q + step * d * (high - low)).clamp(*low, *high)).collect();
-                    trials.extend(rules.station(&mut placements, &q, current.load));
+                    trials.extend(rules.station(&mut placements, &q, current.load, current.way));
                 }
                 let blocks = information.blocks(&trials);
                 let Ok(blocks) = blocks else { break };

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::criterion::Optimality;
 use super::settings::Settings;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::What;
 use crate::identifiability::{Criterion, Scaling};
 use crate::observation::Observes;
@@ -28,6 +28,18 @@ impl Sight {
         let towards = self.instrument - point;
         towards.norm() > 0.0 && axis.angle(&towards) <= self.cone
     }
+}
+
+/// What can be read, as a campaign says it.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// The campaign; its readings do not count.
+    pub campaign: Campaign,
+    /// Readings that are made together at one configuration; a configuration gets the ones that serve best. Those of a contact
+    /// are of configurations at which the ball touches.
+    pub ways: Vec<Vec<Reading>>,
+    /// Values at which is planned, by slot, SI: where base, tool and what readings refer to are about.
+    pub values: Vec<f64>,
 }
 
 /// What is to be planned.
@@ -68,6 +80,9 @@ pub struct Request {
     pub tested_within: Vec<[f64; 2]>,
     /// Readings that are made already.
     pub measured: Option<Campaign>,
+    /// What can be read at a configuration, where a campaign file says it: then what is observed, markers, noise and unknowns
+    /// are those of it.
+    pub design: Option<Design>,
     /// Parameters to hold at their nominal values.
     pub hold: Vec<Slot>,
     /// Column scaling of the reduction.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::criterion::{Target, join};
 use super::error::PlanningError;
 use super::exchange::{Candidate, Design};
-use super::information::Information;
+use super::information::{Information, bare};
 use super::place::{Rules, Station};
 use super::refine::refine;
 use super::request::Request;
@@ -49,6 +49,7 @@ use crate::simulation::{Loaded, draw_in_box, generator};
 ///     tests: Vec::new(),
 ///     tested_within: joint_box(&model, 0.5),
 ///     measured: None,
+///     design: None,
 ///     hold: Vec::new(),
 ///     scaling: Scaling::Norm,
 ///     tolerance: Criterion::Relative(DEFAULT_TOLERANCE),
@@ -61,14 +62,16 @@ use crate::simulation::{Loaded, draw_in_box, generator};
 /// # Ok::<(), elastogeo::Error>(())
 /// ```
 pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<Planned, PlanningError> {
-    let geometry = Geometry::nominal(model)?;
+    let values = request.design.as_ref().map_or_else(|| model.registry.nominal(), |design| design.values.clone());
+    let geometry = Geometry::new(model, &values)?;
+    let ways = ways(request);
     let loads = if request.loads.is_empty() { vec![[0.0; 6]] } else { request.loads.clone() };
-    let rules = Rules::new(request, &geometry);
+    let rules = Rules::new(request, &geometry, &ways)?;
     let stations = draw(&rules, &loads)?;
-    let candidates = stations.len() / loads.len();
+    let candidates = stations.len() / loads.len() / rules.ways();
     let tests = tests(&rules, &loads)?;
     let information = Information::new(model, request, &stations)?;
-    let weight = information.tests(&request.markers, &tests)?;
+    let weight = information.tests(&tests)?;
     let blocks = information.blocks(&stations)?;
     let measured = request.measured.as_ref();
     let before = measured.map_or(Ok(Vec::new()), |measured| measured_before(&rules, measured))?;
@@ -256,6 +259,9 @@ impl Search<'_> {
 fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError> {
     let (request, geometry) = (rules.request, rules.geometry);
     let wanted = request.settings.drawn.max(3 * request.count);
+    if (0..rules.ways()).any(|way| rules.touches(way)) {
+        return draw_touching(rules, loads, wanted);
+    }
     let accepted = |q: &[f64], placements: &Placements| rules.seen(q, placements).is_some();
     let (drawn, error) = draw_in_box(geometry, &request.within, wanted, &mut generator(request.seed), accepted);
     if drawn.len() < request.count.max(1) {
@@ -267,8 +273,42 @@ fn draw(rules: &Rules, loads: &[[f64; 6]]) -> Result<Vec<Station>, PlanningError
         };
     }
     let mut placements = Placements::default();
-    let all = drawn.iter().flat_map(|q| loads.iter().map(move |load| (q, *load)));
-    Ok(all.filter_map(|(q, load)| rules.station(&mut placements, q, load)).collect())
+    let ways = (0..rules.ways()).flat_map(|way| loads.iter().map(move |load| (way, *load)));
+    let all = drawn.iter().flat_map(|q| ways.clone().map(move |(way, load)| (q, way, load)));
+    Ok(all.filter_map(|(q, way, load)| rules.station(&mut placements, q, load, way)).collect())
+}
+
+/// Candidates of which some touch something: each way has its share of the configurations.
+fn draw_touching(rules: &Rules, loads: &[[f64; 6]], wanted: usize) -> Result<Vec<Station>, PlanningError> {
+    let (request, geometry) = (rules.request, rules.geometry);
+    let each = wanted.div_ceil(rules.ways()).max(request.count.min(50));
+    let mut placements = Placements::default();
+    let mut all = Vec::new();
+    for way in 0..rules.ways() {
+        let mut random = generator(request.seed ^ (way as u64) << 32);
+        let (drawn, _) = draw_in_box(geometry, &request.within, 8 * each, &mut random, |_, _| true);
+        let mut found = 0;
+        for q in drawn {
+            let own: Vec<Station> =
+                loads.iter().filter_map(|load| rules.station(&mut placements, &q, *load, way)).collect();
+            found += usize::from(!own.is_empty());
+            all.extend(own);
+            if found == each {
+                break;
+            }
+        }
+    }
+    match all.len() < request.count.max(1) {
+        true => Err(PlanningError::TooFewAllowed { found: all.len(), tried: 8 * each * rules.ways() }),
+        false => Ok(all),
+    }
+}
+
+/// The readings of all ways, one after the other, as a campaign.
+fn ways(request: &Request) -> Campaign {
+    let Some(design) = &request.design else { return Campaign::default() };
+    let readings: Vec<_> = design.ways.iter().flatten().copied().collect();
+    Campaign { joints: vec![0.0; readings.len() * design.campaign.variables], readings, ..bare(&design.campaign) }
 }
 
 /// Test poses as given, or drawn in the box under loads in turns.
@@ -298,7 +338,7 @@ fn measured_before(rules: &Rules, measured: &Campaign) -> Result<Vec<Station>, P
     for (index, reading) in measured.readings.iter().enumerate() {
         let q = measured.configuration(index).to_vec();
         rules.geometry.place(&q, &mut placements)?;
-        let station = Station { q, load: reading.wrench, markers: Vec::new(), at: rules.tool(&placements) };
+        let station = Station { q, load: reading.wrench, markers: Vec::new(), at: rules.tool(&placements), way: 0 };
         if !stations.contains(&station) {
             stations.push(station);
         }

@@ -73,6 +73,18 @@ impl<'a> Predictor<'a> {
         Self { moves_deflection: true, ..self }
     }
 
+    /// The same of a campaign with the same readings at other configurations.
+    ///
+    /// # Errors
+    /// [`PredictionError::Empty`].
+    pub fn of<'c>(&self, campaign: &'c Campaign) -> Result<Predictor<'c>, PredictionError>
+    where
+        'a: 'c,
+    {
+        let moves_deflection = self.moves_deflection;
+        Ok(Predictor { moves_deflection, ..Predictor::new(self.model, campaign, self.slots.clone())? })
+    }
+
     /// Number of residuals.
     pub fn rows(&self) -> usize {
         self.campaign.rows()
@@ -122,15 +134,15 @@ impl<'a> Predictor<'a> {
             let [a, b] = [0, 1].map(|k| {
                 let mut at = campaign.targets[constraint.targets[k]].assumed();
                 own[k].iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |slot| values[slot]));
-                Vector3::from_column_slice(&at[..3])
+                at
             });
             let length =
                 constraint.length.and_then(|length| self.model.target_values(length).first().copied().flatten());
             let expected = length.map_or(constraint.value, |slot| values[slot]);
-            let (found, direction) = constraint.of([a, b], expected);
+            let (found, direction) = constraint.of([&a, &b], expected);
             out.residual[row] = expected - found;
             for (column, slot) in slots.iter().enumerate() {
-                let by = |own: &[Option<Slot>]| own.iter().take(3).position(|known| *known == Some(*slot));
+                let by = |own: &[Option<Slot>]| own.iter().take(4).position(|known| *known == Some(*slot));
                 let of = |k: usize| by(own[k]).map_or(0.0, |axis| direction[k][axis]);
                 let derivative = of(0) + of(1);
                 let of_length = if length == Some(*slot) { 1.0 } else { 0.0 };

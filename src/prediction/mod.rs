@@ -14,6 +14,7 @@ mod reading;
 mod single;
 mod survey;
 mod terms;
+mod touching;
 
 pub use batch::{Linearised, Predictor};
 pub use effects::effect_columns;
@@ -23,3 +24,4 @@ pub use reading::undeflected_point;
 pub use single::{Seen, SingleError, SinglePredictor, SingleWorkspace};
 pub use survey::survey;
 pub use terms::{Declared, Term, declared};
+pub use touching::{Toucher, seated, target_values};

@@ -52,6 +52,13 @@ fn poses(found: &Plan, screen: Screen) -> String {
     if under_load {
         header.extend(["fx N", "fy N", "fz N", "mx N.m", "my N.m", "mz N.m"]);
     }
+    let mut columns: Vec<&str> = Vec::new();
+    for name in found.poses.iter().flat_map(|pose| pose.names.keys()) {
+        if !columns.contains(&name.as_str()) {
+            columns.push(name);
+        }
+    }
+    header.extend(&columns);
     if !all_seen {
         header.push("seen");
     }
@@ -62,6 +69,7 @@ fn poses(found: &Plan, screen: Screen) -> String {
         if under_load {
             row.extend(pose.wrench.iter().map(|w| format!("{w}")));
         }
+        row.extend(columns.iter().map(|name| pose.names.get(*name).cloned().unwrap_or_default()));
         if !all_seen {
             row.push(pose.markers.join(" "));
         }

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::identifiability::Reduction;
 use super::units::{half_width_95, mm, unit};
+use crate::description::campaign::names;
 use crate::model::Model;
 use crate::planning::{Planned, Request};
 
@@ -17,6 +18,9 @@ pub struct PlannedPose {
     pub wrench: [f64; 6],
     /// Markers seen there; `TCP` is the tool centre point.
     pub markers: Vec<String>,
+    /// Of a campaign with contacts, payloads or sessions: what is touched, carried, and in which session, by column.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub names: IndexMap<String, String>,
 }
 
 /// Position error after compensation, rms at the test poses, mm.
@@ -84,6 +88,9 @@ impl Plan {
             joints: model.variables.iter().zip(&station.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
             wrench: station.load,
             markers: station.markers.iter().map(marker).collect(),
+            names: request.design.as_ref().map_or_else(IndexMap::new, |design| {
+                names(&design.campaign, design.ways.get(station.way).map_or(&[][..], Vec::as_slice))
+            }),
         });
         let bought =
             planned.bought.iter().map(|b| Bought { poses: b.count, planned: mm(b.planned), random: mm(b.random) });

@@ -265,10 +265,94 @@ fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
     for (wrong, expected) in [
         ("angles: {fx-fq: 90}", "`fx-fq` names no two contacts"),
         ("angles: {fx-fy: 0}", "must be between 1 and 179 deg"),
-        ("distances: {fx-fy: 50}", "between two sockets or spheres"),
+        ("distances: {fx-fy: 50}", "the radius of the ball on `fx` is not known"),
     ] {
         campaign(folder.path(), &touched, &format!("{}\n{wrong}", contacts.lines().next().expect("a line")));
         let said = run(folder.path(), &["check", "campaign.yaml"]);
         assert!(said.status == 2 && said.err.contains(expected) && said.err.contains("campaign.yaml"), "{}", said.err);
+    }
+}
+
+/// Opposite faces of a cube, `apart` (mm), touched from outside by a ball of radius `radius` (mm) with few orientations.
+#[test]
+fn parallel_faces_at_a_known_distance_give_the_robot_its_size() {
+    let mut random = ChaCha8Rng::seed_from_u64(21);
+    let (apart, radius) = (200.0, 12.0);
+    let cube = UnitQuaternion::new(Vector3::new(0.1, -0.2, 0.4));
+    let middle = Vector3::new(430.0, 120.0, 140.0);
+    let face = |axis: usize, sign: f64| {
+        let normal = cube * Vector3::ith(axis, sign);
+        Touched::Face(middle + normal * (0.5 * apart + radius), normal)
+    };
+    let names = ["px", "mx", "py", "my", "pz"];
+    let faces = [face(0, 1.0), face(0, -1.0), face(1, 1.0), face(1, -1.0), face(2, 1.0)];
+    let poses: Vec<Vec<Vec<f64>>> = faces.iter().map(|on| touching(*on, 25, &mut random)).collect();
+    let touched: Vec<(&str, Touched, &[Vec<f64>])> =
+        names.iter().zip(&faces).zip(&poses).map(|((name, on), poses)| (*name, *on, poses.as_slice())).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let kinds: Vec<String> = names.iter().map(|name| format!("{name}: {{kind: plane, radius: {radius}}}")).collect();
+    let contacts = format!("contacts: {{{}}}\n", kinds.join(", "));
+    let angles = "angles: {px-py: 90, px-pz: 90, py-pz: 90}\n";
+    let rank = |distances: &str| {
+        campaign(folder.path(), &touched, &format!("{contacts}{angles}{distances}"));
+        json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"].as_u64().expect("a number")
+    };
+    // Parallel faces fix the two directions of each second face, and their distance the size.
+    let (without, with) = (rank(""), rank("distances: {px-mx: 200, py-my: 200}\n"));
+    assert!(with > without, "{without} {with}");
+    let held = |distance: f64| {
+        campaign(
+            folder.path(),
+            &touched,
+            &format!("{contacts}{angles}distances: {{px-mx: {distance}, py-my: {distance}}}\n"),
+        );
+        json(folder.path(), &["identify", "campaign.yaml", "--check", "0", "--force"])
+    };
+    let found = held(apart);
+    let scale = |found: &serde_json::Value| value(found, "3.d") / -425.0;
+    assert!((scale(&found) - 1.0).abs() < 1e-6, "{}", scale(&found));
+    for (name, truth) in ["tool.x", "tool.y", "tool.z"].into_iter().zip(BALL) {
+        assert!((value(&found, name) - truth).abs() < 1e-2, "{name}: {}", value(&found, name));
+    }
+    // A cube that is said to be larger by a hundredth makes the robot larger.
+    let larger = scale(&held(1.01 * apart));
+    assert!((larger - 1.01).abs() < 2e-3, "{larger}");
+    for (wrong, expected) in [
+        ("distances: {px-mx: unknown}", "the distance of two faces must be known"),
+        ("distances: {px-mx: -3}", "must be a finite number above 0"),
+    ] {
+        campaign(folder.path(), &touched, &format!("{contacts}{wrong}"));
+        let said = run(folder.path(), &["check", "campaign.yaml"]);
+        assert!(said.status == 2 && said.err.contains(expected) && said.err.contains("campaign.yaml"), "{}", said.err);
+    }
+}
+
+/// What a campaign of sockets identifies must not depend on how well the ball sat: with noise and an arm that is off, the
+/// rank is that of the independent model where the ball sits exactly.
+#[test]
+fn what_sockets_tell_does_not_depend_on_their_noise() {
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let one = Touched::Socket(Vector3::new(420.0, 150.0, 120.0));
+    let two = Touched::Socket(Vector3::new(465.0, 130.0, 128.0));
+    let exact = [touching(one, 16, &mut random), touching(two, 16, &mut random)];
+    let theirs = rank(&[(one, exact[0].clone()), (two, exact[1].clone())], &[[0, 1]]);
+    let folder = tempfile::tempdir().expect("a folder");
+    for noise in [0.0, 1e-4, 1e-3] {
+        let noisy: Vec<Vec<Vec<f64>>> = exact
+            .iter()
+            .map(|poses| {
+                let shaken = |q: &Vec<f64>| q.iter().map(|q| q + random.random_range(-noise..=noise)).collect();
+                poses.iter().map(shaken).collect()
+            })
+            .collect();
+        let touched = [("a", one, noisy[0].as_slice()), ("b", two, noisy[1].as_slice())];
+        campaign(
+            folder.path(),
+            &touched,
+            "contacts: {a: {kind: socket}, b: {kind: socket}}\ndistances: {a-b: 49.889878}",
+        );
+        let ours = json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"]);
+        assert_eq!(ours["rank"].as_u64(), Some(theirs as u64), "noise {noise}: {}", ours["dropped"]);
+        assert_eq!(ours["kept"].as_u64(), Some(theirs as u64), "noise {noise}");
     }
 }

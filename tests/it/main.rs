@@ -11,6 +11,7 @@ mod contacts;
 mod convention;
 mod dependence;
 mod derivatives;
+mod designed;
 mod diagnosis;
 mod diagnostics;
 mod docs;

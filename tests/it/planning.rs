@@ -39,6 +39,7 @@ fn request(model: &Model, count: usize) -> Request {
         tests: Vec::new(),
         tested_within: joint_box(model, 1.0),
         measured: None,
+        design: None,
         hold: Vec::new(),
         scaling: Scaling::Norm,
         tolerance: Criterion::Relative(DEFAULT_TOLERANCE),

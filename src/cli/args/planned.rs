@@ -11,7 +11,9 @@ use crate::observation::{FAMILY, Observes};
 /// `simulate`
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// Bundled name, or a .yaml or .urdf file.
+    /// Bundled name, or a .yaml or .urdf file. Or a campaign file, of which nothing need be measured: its contacts, sensors,
+    /// payloads, sessions and unknowns are simulated, each of its files with the configurations asked for.
+    #[arg(value_name = "ROBOT|CAMPAIGN")]
     pub robot: String,
     /// Number of configurations to draw, or a CSV of configurations in the description's units: one column a variable, and
     /// loads fx, .., mz. Where it has a pose next to the joints, as `compensate --table` writes it, the joints count.
@@ -24,9 +26,9 @@ pub struct Simulate {
     /// it, and hold its wrench; --poses may be a path of poses. Without errors or noise unless they are given.
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,
-    /// What a reading is.
-    #[arg(long, value_parser = kinds_of_readings(), default_value = "position")]
-    pub observes: Observes,
+    /// What a reading is; by default a position.
+    #[arg(long, value_parser = kinds_of_readings())]
+    pub observes: Option<Observes>,
     /// Markers read at each configuration; the tool centre point by default.
     #[arg(long, value_delimiter = ',')]
     pub markers: Vec<String>,
@@ -62,6 +64,9 @@ pub struct Simulate {
     /// base and tool are others in each, and declared unknown per session.
     #[arg(long, value_delimiter = ',', value_name = "NAME,..", conflicts_with = "process")]
     pub sessions: Vec<String>,
+    /// How often the fixture of a campaign's contacts is put down anew: members of their `group:`.
+    #[arg(long, default_value_t = 1)]
+    pub placements: usize,
     /// Share of each variable's limits from which configurations are drawn.
     #[arg(long, default_value_t = 0.8)]
     pub share: f64,
@@ -83,7 +88,9 @@ pub struct Simulate {
 /// `plan`
 #[derive(Debug, Args)]
 pub struct Plan {
-    /// Bundled name, or a .yaml or .urdf file.
+    /// Bundled name, or a .yaml or .urdf file. Or a campaign file: what it says can be read is planned, whether anything is
+    /// measured yet or not.
+    #[arg(value_name = "ROBOT|CAMPAIGN")]
     pub robot: String,
     /// Number of configurations to choose.
     #[arg(long, value_name = "N")]
@@ -157,7 +164,16 @@ pub struct Plan {
     /// Add to the readings of this campaign, which says what is observed, how well, and what is unknown.
     #[arg(long, value_name = "CAMPAIGN", conflicts_with_all = ["observes", "unknown_base", "unknown_tool"])]
     pub add_to: Option<String>,
-    /// Write the configurations (and loads) as a CSV.
+    /// Session of the campaign in which is measured next, one of its own or a new one; by default its last.
+    #[arg(long, value_name = "NAME")]
+    pub session: Option<String>,
+    /// Placement in which the fixture of the campaign's contacts stands; by default the last in its files.
+    #[arg(long, value_name = "NAME")]
+    pub placement: Option<String>,
+    /// How often the fixture is put down, where nothing is measured yet; once by default.
+    #[arg(long, value_name = "N")]
+    pub placements: Option<usize>,
+    /// Write the configurations (and loads) as a CSV; of a campaign with its columns, in its units.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
     /// Reduction.

@@ -6,6 +6,7 @@ pub mod compensate;
 pub mod compensator;
 pub mod completions;
 pub mod convert;
+mod designed;
 pub mod diagnose;
 pub mod explain;
 pub mod identifiability;

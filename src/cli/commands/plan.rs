@@ -1,20 +1,24 @@
 //! `plan`: which configurations to measure.
 
+mod design;
+
 use std::path::Path;
 use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
+use design::Campaigned;
+
+use super::designed::sheet as table_of;
 use super::identifiability::{reduction, what};
 use super::pose::loaded_configurations;
-use super::simulate::{markers, observed};
+use super::simulate::observed;
 use crate::Error;
 use crate::cli::args::Plan;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{known_parameters, numbers, ranges, wrench};
-use crate::description::campaign::Campaign;
-use crate::description::campaign::WRENCH;
+use crate::cli::values::{known_parameters, markers, numbers, ranges, wrench};
+use crate::description::campaign::{Campaign, Reading, WRENCH};
 use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
@@ -35,19 +39,35 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
-    let robot = session.reader.robot(&command.robot)?;
-    let measured =
-        command.add_to.as_deref().map(|name| session.reader.campaign(name, Some(&command.robot))).transpose()?;
+    let planned_for = planned_for(command, session, seed)?;
+    let measured = match (&command.add_to, &planned_for) {
+        (Some(name), None) => Some(session.reader.campaign(name, Some(&command.robot))?),
+        _ => None,
+    };
     // A campaign may leave elements out.
-    let loaded = measured.as_ref().map_or(&robot, |measured| &measured.robot);
-    let mut diagnostics = measured.as_ref().map_or(&robot.diagnostics, |measured| &measured.diagnostics).clone();
+    let robot = if planned_for.is_none() { Some(session.reader.robot(&command.robot)?) } else { None };
+    let loaded = match (&planned_for, &measured, &robot) {
+        (Some(own), ..) => &own.robot,
+        (None, Some(measured), _) => &measured.robot,
+        (None, None, Some(robot)) => robot,
+        (None, None, None) => return Err(Error::input("no robot", "name one")),
+    };
+    let mut diagnostics = match (&planned_for, &measured) {
+        (Some(own), _) => own.diagnostics.clone(),
+        (None, Some(measured)) => measured.diagnostics.clone(),
+        (None, None) => loaded.diagnostics.clone(),
+    };
     let (model, units) = (&loaded.model, &loaded.raw.units);
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let measured = measured.as_ref().map(|measured| &measured.campaign);
+    let measured = match &planned_for {
+        Some(own) => own.measured.as_ref(),
+        None => measured.as_ref().map(|measured| &measured.campaign),
+    };
+    let said_by = planned_for.as_ref().map(|own| &own.design.campaign).or(measured);
     let length = units.length.factor();
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = test_poses(command, session, loaded, &mut diagnostics)?;
-    let observes = kind_of_readings(command, model, measured, asked)?;
+    let observes = kind_of_readings(command, model, said_by, asked)?;
     let what = asked.unwrap_or_else(|| What::of(observes));
     if observes.is_difference() && loads.is_empty() {
         return Err(Error::input(
@@ -65,34 +85,93 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         count: command.poses,
         what,
         observes,
-        markers: match measured {
-            Some(measured) if command.markers.is_empty() => used(measured),
-            _ => markers(loaded, &command.markers)?,
+        markers: match (&planned_for, measured) {
+            (Some(own), _) => used(own.design.ways.iter().flatten()),
+            (None, Some(measured)) if command.markers.is_empty() => used(measured.readings.iter()),
+            _ => markers(&loaded.model, &command.markers)?,
         },
         loads,
         repeats: command.repeats,
-        sigma: measured
+        sigma: said_by
             .and_then(|m| m.sigma)
             .map_or(command.noise * 1e-3, |sigma| sigma.into_iter().fold(0.0, f64::max)),
-        sigma_orientation: measured
-            .and_then(|measured| measured.sigma_orientation)
+        sigma_orientation: said_by
+            .and_then(|said| said.sigma_orientation)
             .unwrap_or(command.orientation_noise.to_radians()),
-        estimate: measured.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
+        estimate: said_by.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight: sight(command, length)?,
         workspace: workspace(command, length)?,
         apart: command.apart * length,
         tests,
         measured: measured.cloned(),
+        design: planned_for.as_ref().map(|own| own.design.clone()),
         hold: command.reduction.hold.iter().filter_map(|name| model.registry.slot(name)).collect(),
         scaling,
         tolerance,
         seed,
         settings: planning::Settings::default(),
     };
-    let mut output = carry_out(command, session, loaded, &request)?;
+    let mut output = carry_out(command, session, loaded, &request, planned_for.as_ref())?;
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// What a campaign file says of the readings to come: of the one that is to be planned for, or of the one to which is added where
+/// it holds more than readings of points.
+fn planned_for(command: &Plan, session: &Session, seed: u64) -> Result<Option<Campaigned>, Error> {
+    let (name, robot) = match &command.add_to {
+        None if !session.reader.is_campaign(&command.robot) => {
+            let of_campaign = [
+                ("--session", command.session.is_some()),
+                ("--placement", command.placement.is_some()),
+                ("--placements", command.placements.is_some()),
+            ];
+            return match of_campaign.into_iter().find(|(_, is_given)| *is_given) {
+                Some((flag, _)) => Err(Error::input(
+                    format!("{flag}, and `{}` is no campaign", command.robot),
+                    format!("leave {flag} out, or give a campaign file"),
+                )),
+                None => Ok(None),
+            };
+        }
+        Some(_) if session.reader.is_campaign(&command.robot) => {
+            return Err(Error::input(
+                format!("--add-to, and `{}` is a campaign", command.robot),
+                "leave --add-to out: what is measured of a campaign counts",
+            ));
+        }
+        None => {
+            let said = [
+                ("--observes", command.observes.is_some()),
+                ("--unknown-base", command.unknown_base),
+                ("--unknown-tool", command.unknown_tool),
+            ];
+            if let Some((flag, _)) = said.into_iter().find(|(_, is_given)| *is_given) {
+                let message = format!("{flag}, and `{}` is a campaign, which says what is read", command.robot);
+                return Err(Error::input(message, format!("leave {flag} out")));
+            }
+            (&command.robot, None)
+        }
+        Some(name) => (name, Some(command.robot.as_str())),
+    };
+    let file = session.reader.design(name, robot)?;
+    let loaded = if file.is_unmeasured() { None } else { Some(session.reader.campaign(name, robot)?) };
+    // Points seen by an instrument are planned as without a campaign.
+    let is_plain = |campaign: &Campaign| {
+        let one = |reading: &Reading| {
+            reading.observes == campaign.observes
+                && !reading.observes.ignores_arrangement()
+                && reading.payload.is_none()
+        };
+        !campaign.sessions.is_several()
+            && campaign.observes.target_column() != Some("contact")
+            && campaign.readings.iter().all(one)
+    };
+    match &loaded {
+        Some(loaded) if is_plain(&loaded.campaign) && command.add_to.is_some() && command.session.is_none() => Ok(None),
+        _ => design::campaigned(command, &file, loaded, seed).map(Some),
+    }
 }
 
 /// A configuration (rad and m) and the wrench (N and N.m) that loads it.
@@ -115,7 +194,13 @@ fn test_poses(
 }
 
 /// Plans, and writes the configurations.
-fn carry_out(command: &Plan, session: &Session, loaded: &LoadedRobot, request: &Request) -> Result<Output, Error> {
+fn carry_out(
+    command: &Plan,
+    session: &Session,
+    loaded: &LoadedRobot,
+    request: &Request,
+    planned_for: Option<&Campaigned>,
+) -> Result<Output, Error> {
     let model = &loaded.model;
     let started = Instant::now();
     let bar = session.terminal.bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
@@ -125,10 +210,15 @@ fn carry_out(command: &Plan, session: &Session, loaded: &LoadedRobot, request: &
         rename(&mut planned, &measured.poses);
     }
     let result = results::Plan::new(model, request, &planned, started.elapsed().as_secs_f64());
-    let mut output = Output::new(render::plan(&result, session.terminal.screen), &result)?;
+    let said = planned_for.map_or("", |own| own.said.as_str());
+    let mut output = Output::new(said.to_string() + &render::plan(&result, session.terminal.screen), &result)?;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
-        output.tables.push((path.clone(), table(loaded, &planned, path)?));
+        let table = match planned_for {
+            Some(own) => table_of(&design::rows(own, &planned)).file(path, 0..planned.stations.len())?,
+            None => table(loaded, &planned, path)?,
+        };
+        output.tables.push((path.clone(), table));
     }
     Ok(output)
 }
@@ -148,9 +238,9 @@ fn kind_of_readings(
     }
 }
 
-/// Markers of a campaign's readings.
-fn used(measured: &Campaign) -> Vec<Option<usize>> {
-    let mut used: Vec<Option<usize>> = measured.readings.iter().map(|reading| reading.marker).collect();
+/// Markers of readings.
+fn used<'a>(readings: impl Iterator<Item = &'a Reading>) -> Vec<Option<usize>> {
+    let mut used: Vec<Option<usize>> = readings.map(|reading| reading.marker).collect();
     used.sort_unstable();
     used.dedup();
     used

@@ -58,6 +58,7 @@ pub(super) fn mounts(raw: &RawCampaign, robot: &Robot, sources: &[Source]) -> Ve
             values,
             // No better start than that it is mounted along the body's axes.
             has_start: true,
+            is_near: false,
         });
     }
     all

@@ -40,7 +40,7 @@ pub use read::resolve;
 pub use references::{ReferenceReading, References, completed as completed_reference, reference_columns};
 pub use sessions::{InSession, Sessions, Sharing};
 pub use targets::{Between, Constraint, Target, TargetValue};
-pub use write::csv;
+pub use write::{csv, csv_in, names};
 
 pub use super::columns::{LOAD_POINT, WRENCH};
 
@@ -227,7 +227,9 @@ impl Campaign {
                 target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
             })
         };
-        let is_known = |constraint: &Constraint| constraint.length.is_none() && constraint.between == Between::Points;
+        let is_known = |constraint: &Constraint| {
+            constraint.length.is_none() && [Between::Points, Between::Faces].contains(&constraint.between)
+        };
         !self.constraints.iter().any(is_known) && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
     }
 

@@ -96,6 +96,9 @@ pub struct RawContact {
     /// The point: of a socket or sphere its centre, of a plane any point of it; unknown where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<OrUnknown<[f64; 3]>>,
+    /// Where it is about, if unknown: `plan` and `simulate` put it there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near: Option<[f64; 3]>,
     /// Of a plane its normal, towards the ball; unknown where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<OrUnknown<[f64; 3]>>,

@@ -114,6 +114,7 @@ fn anchor(name: &str, raw: &RawAnchor, length: f64) -> Target {
         observes: None,
         values: values(name, &of),
         has_start: near.is_some(),
+        is_near: near.is_some(),
     }
 }
 
@@ -139,7 +140,8 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
     let points = |symbols: [&'static str; 3], given: Option<[f64; 3]>, kind: Kind, start: [f64; 3]| {
         [0, 1, 2].map(|k| (symbols[k], kind, or_unknown(given.map(|given| given[k])), start[k]))
     };
-    let centre = || points(["x", "y", "z"], at, Kind::Length, [0.0; 3]).to_vec();
+    let near = raw.near.unwrap_or_default().map(|v| v * length);
+    let centre = || points(["x", "y", "z"], at, Kind::Length, near).to_vec();
     let (observes, of) = match raw.kind {
         ContactKind::Socket => (SOCKET, centre()),
         ContactKind::Sphere => {
@@ -153,7 +155,9 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
                 let n = Vector3::from(n);
                 n.dot(&Vector3::from(at)) / n.norm().max(f64::MIN_POSITIVE) + radius.flatten().unwrap_or(0.0)
             });
-            of.push(("offset", Kind::Length, or_unknown(along), 0.0));
+            let normal = normal.map_or_else(Vector3::z, Vector3::from);
+            let start = normal.dot(&Vector3::from(near)) / normal.norm().max(f64::MIN_POSITIVE);
+            of.push(("offset", Kind::Length, or_unknown(along), start));
             (PLANE, of)
         }
     };
@@ -165,6 +169,7 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
         observes: Some(observes),
         values,
         has_start: false,
+        is_near: raw.near.is_some(),
     }
 }
 
@@ -175,7 +180,11 @@ pub(super) fn constraints(
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<Constraint> {
-    let distances = raw.distances.iter().map(|(key, value)| (Between::Points, key, *value));
+    let between = |key: &String| match faces(raw, key) {
+        true => Between::Faces,
+        false => Between::Points,
+    };
+    let distances = raw.distances.iter().map(|(key, value)| (between(key), key, *value));
     let angles = raw.angles.iter().map(|(key, value)| (Between::Normals, key, OrUnknown::Known(*value)));
     let mut constraints = Vec::new();
     for (between, key, value) in distances.chain(angles) {
@@ -185,12 +194,25 @@ pub(super) fn constraints(
                 targets.extend(unknown);
             }
             Err((message, remedy)) => {
-                let list = if between == Between::Points { "distances" } else { "angles" };
+                let list = if between == Between::Normals { "angles" } else { "distances" };
                 diagnostics.push(Diagnostic::error(message).at(locate(&[list, key])).remedy(remedy));
             }
         }
     }
     constraints
+}
+
+/// The two contacts that a key `a-b` names.
+fn pair<'r>(raw: &'r RawCampaign, key: &'r str) -> Option<[(&'r str, &'r RawContact); 2]> {
+    key.match_indices('-').find_map(|(at, _)| {
+        let (one, other) = (&key[..at], &key[at + 1..]);
+        Some([(one, raw.contacts.get(one)?), (other, raw.contacts.get(other)?)])
+    })
+}
+
+/// Whether a key names two faces.
+fn faces(raw: &RawCampaign, key: &str) -> bool {
+    pair(raw, key).is_some_and(|both| both.iter().all(|(_, contact)| contact.kind == ContactKind::Plane))
 }
 
 /// One entry of `distances:` or `angles:` in each group, and the target that holds it if it is unknown; what is wrong with it,
@@ -201,31 +223,43 @@ fn constraint(
     (between, key): (Between, &str),
     value: OrUnknown<f64>,
 ) -> Result<(Vec<Constraint>, Option<Target>), (String, String)> {
-    let (what, shape) = match between {
-        Between::Points => ("distance", "sockets or spheres"),
-        Between::Normals => ("angle", "planes"),
-    };
-    let pair = key.match_indices('-').find_map(|(at, _)| {
-        let (one, other) = (&key[..at], &key[at + 1..]);
-        Some([(one, raw.contacts.get(one)?), (other, raw.contacts.get(other)?)])
-    });
-    let Some([(one, first), (other, second)]) = pair else {
+    let what = if between == Between::Normals { "angle" } else { "distance" };
+    let Some([(one, first), (other, second)]) = pair(raw, key) else {
         return Err((
             format!("`{key}` names no two contacts"),
             format!("write `a-b: {what}`, a and b as in `contacts`"),
         ));
     };
-    let is_meant = |contact: &RawContact| (contact.kind == ContactKind::Plane) == (between == Between::Normals);
-    if !is_meant(first) || !is_meant(second) {
-        let remedy = "`distances:` are between sockets or spheres, `angles:` between planes";
-        return Err((format!("`{key}`: a known {what} is between two {shape}"), remedy.into()));
+    let is_plane = |contact: &RawContact| contact.kind == ContactKind::Plane;
+    if is_plane(first) != is_plane(second) || between == Between::Normals && !is_plane(first) {
+        let shapes = if between == Between::Normals { "planes" } else { "sockets or spheres, or two planes" };
+        let remedy =
+            "`distances:` are between sockets or spheres, or between parallel planes; `angles:` between planes";
+        return Err((format!("`{key}`: a known {what} is between two {shapes}"), remedy.into()));
+    }
+    // The ball's centre is at its radius outside of each face.
+    let mut radii = 0.0;
+    if between == Between::Faces {
+        if value.known().is_none() {
+            let remedy = "leave the entry out where it is not known";
+            return Err((format!("`{key}`: the distance of two faces must be known"), remedy.into()));
+        }
+        for (name, face) in [(one, first), (other, second)] {
+            let Some(radius) = face.radius.and_then(OrUnknown::known) else {
+                let message = format!(
+                    "`{key}`: the radius of the ball on `{name}` is not known, and its faces' distance needs it"
+                );
+                return Err((message, format!("give `radius:` of `{name}`, the ball's")));
+            };
+            radii += radius * raw.units.length.factor();
+        }
     }
     let (factor, sigma) = match between {
-        Between::Points => (raw.units.length.factor(), DISTANCE_SIGMA),
         Between::Normals => (raw.units.angle.factor(), ANGLE_SIGMA),
+        _ => (raw.units.length.factor(), DISTANCE_SIGMA),
     };
     let known = value.known().map(|value| value * factor);
-    if known.is_some_and(|value| between == Between::Points && !(value.is_finite() && value > 0.0)) {
+    if known.is_some_and(|value| between != Between::Normals && !(value.is_finite() && value > 0.0)) {
         let given = value.known().unwrap_or_default();
         let remedy = "give it in the length unit, or write `unknown`";
         return Err((format!("the distance `{given}` must be a finite number above 0"), remedy.into()));
@@ -243,8 +277,19 @@ fn constraint(
     let mut constraints = Vec::new();
     for (i, first) in of_one {
         for (j, _) in of_other.iter().filter(|(_, second)| second.member.1 == first.member.1) {
-            let value = known.unwrap_or(0.0);
-            constraints.push(Constraint { targets: [i, *j], between, value, length, sigma });
+            let value = known.map_or(0.0, |value| value + radii);
+            let targets = [i, *j];
+            constraints.push(Constraint { targets, between, value, length, sigma });
+            if between == Between::Faces {
+                let parallel = |axis: usize| Constraint {
+                    targets,
+                    between: Between::Parallel(axis),
+                    value: 0.0,
+                    length: None,
+                    sigma: ANGLE_SIGMA,
+                };
+                constraints.extend((0..3).map(parallel));
+            }
         }
     }
     if constraints.is_empty() && targets.iter().any(|target| target.column == "contact") {

@@ -116,7 +116,9 @@ impl<'a> RowReader<'a> {
             true => sensor(entry, self.robot, campaign),
             false => (blank.marker, target(row, observes, campaign, faults)),
         };
-        let observes = campaign.targets.get(target).and_then(|target| target.observes).unwrap_or(observes);
+        // What is touched decides the kind of a contact; other kinds refer to nothing.
+        let of_target = campaign.targets.get(target).filter(|_| observes.target_column().is_some());
+        let observes = of_target.and_then(|target| target.observes).unwrap_or(observes);
         let reading = Reading { observes, marker, target, ..blank };
         let measured = measured(row, observes, faults);
         campaign.readings.push(Reading { measured, noise: reading.noise.at(&*observes, &measured), ..reading });

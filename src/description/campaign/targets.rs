@@ -35,8 +35,10 @@ pub struct Target {
     pub observes: Option<Observes>,
     /// Its values, in the order of that kind.
     pub values: Vec<TargetValue>,
-    /// Whether the campaign says where it is about.
+    /// Whether the campaign says where it is about, and no other start is to be sought.
     pub has_start: bool,
+    /// Whether the campaign says where it is about.
+    pub is_near: bool,
 }
 
 /// What a constraint says of two targets.
@@ -46,6 +48,10 @@ pub enum Between {
     Points,
     /// The angle of their normals, rad, or what it lacks to a half turn: a face has two sides.
     Normals,
+    /// The distance of two faces that are parallel, m: of the planes in which the ball's centre is.
+    Faces,
+    /// The component of the sine of their angle along an axis: none where they are parallel.
+    Parallel(usize),
 }
 
 /// A distance between the points of two targets, or an angle between their normals.
@@ -64,24 +70,41 @@ pub struct Constraint {
 }
 
 impl Constraint {
-    /// What is constrained, of the first three values of both targets, and its derivatives by these.
-    pub fn of(&self, [a, b]: [Vector3<f64>; 2], expected: f64) -> (f64, [Vector3<f64>; 2]) {
+    /// What is constrained, of the values of both targets, and its derivatives by the first four of them.
+    pub fn of(&self, values: [&TargetValues; 2], expected: f64) -> (f64, [[f64; 4]; 2]) {
+        let [a, b] = values.map(|values| Vector3::from_column_slice(&values[..3]));
+        let by = |by: Vector3<f64>, fourth: f64| [by.x, by.y, by.z, fourth];
+        if self.between == Between::Points {
+            let arm = a - b;
+            let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
+            return (arm.norm(), [by(direction, 0.0), by(-direction, 0.0)]);
+        }
+        let lengths = [a, b].map(|normal| normal.norm().max(f64::MIN_POSITIVE));
+        let [a, b] = [a / lengths[0], b / lengths[1]];
         match self.between {
-            Between::Points => {
-                let arm = a - b;
-                let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
-                (arm.norm(), [direction, -direction])
-            }
-            Between::Normals => {
-                let lengths = [a, b].map(|normal| normal.norm().max(f64::MIN_POSITIVE));
-                let [a, b] = [a / lengths[0], b / lengths[1]];
+            Between::Points | Between::Normals => {
                 let (sine, cosine) = (a.cross(&b).norm(), a.dot(&b));
                 let angle = sine.atan2(cosine);
                 let side = if (angle - expected).abs() <= (PI - angle - expected).abs() { 1.0 } else { -1.0 };
                 // Parallel normals have no direction in which their angle grows.
                 let steep = if sine > 0.0 { -side / sine } else { 0.0 };
                 let derivatives = [(b - a * cosine) * (steep / lengths[0]), (a - b * cosine) * (steep / lengths[1])];
-                (if side > 0.0 { angle } else { PI - angle }, derivatives)
+                (if side > 0.0 { angle } else { PI - angle }, derivatives.map(|derivative| by(derivative, 0.0)))
+            }
+            Between::Faces => {
+                let alike = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
+                let apart = values[0][3] - alike * values[1][3];
+                let side = if apart < 0.0 { -1.0 } else { 1.0 };
+                let none = Vector3::zeros();
+                (apart.abs(), [by(none, side), by(none, -side * alike)])
+            }
+            Between::Parallel(axis) => {
+                let unit = Vector3::ith(axis, 1.0);
+                let sine = a.cross(&b)[axis];
+                // The derivative of n / |n| is across n.
+                let across = |v: Vector3<f64>, n: &Vector3<f64>, length: f64| (v - n * n.dot(&v)) / length;
+                let derivatives = [across(b.cross(&unit), &a, lengths[0]), across(unit.cross(&a), &b, lengths[1])];
+                (sine, derivatives.map(|derivative| by(derivative, 0.0)))
             }
         }
     }
@@ -98,6 +121,7 @@ impl Target {
             observes: None,
             values,
             has_start: true,
+            is_near: true,
         }
     }
 
@@ -112,6 +136,7 @@ impl Target {
             values: vec![TargetValue { value: 0.0, kind: Kind::Length, parameter }],
             // It follows from the contacts'.
             has_start: true,
+            is_near: false,
         }
     }
 

@@ -59,6 +59,7 @@ pub(super) fn sensors(raw: &RawCampaign, robot: &Robot, kinds: &[Observes]) -> V
                 value("offset", own.offset, 0.0, Kind::Other(unit), factor),
             ],
             has_start: true,
+            is_near: false,
         }
     };
     robot.variables.iter().map(target).collect()

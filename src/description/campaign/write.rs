@@ -1,46 +1,108 @@
-//! Measurements as a CSV with the columns that [`super::expected_columns`] names: mm, deg, N, N.m, s.
+//! Measurements as a CSV with the columns that [`super::expected_columns`] names.
 
 use std::io;
+
+use indexmap::IndexMap;
 
 use super::{Campaign, ConditionColumn, InSession, Payload, Reading, WRENCH};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
+use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::observation::{Observes, ValueColumn};
 use crate::parameter::Kind;
 
-/// The readings of a campaign, one a row. `variables` and `markers` are the robot's; the set is `fit` where none is given.
+/// The readings of a campaign, one a row: mm, deg, N, N.m, s. `variables` and `markers` are the robot's; the set is `fit` where
+/// none is given.
 ///
 /// # Errors
 /// As [`Sheet::csv`].
 pub fn csv(campaign: &Campaign, variables: &[Variable], markers: &[String]) -> io::Result<String> {
+    let units = Units {
+        length: Length::Millimetre,
+        angle: Angle::Degree,
+        force: Force::Newton,
+        torque: Torque::NewtonMetre,
+        ..Units::default()
+    };
+    csv_in(campaign, variables, markers, &units)
+}
+
+/// A number with as many digits as an instrument could give.
+fn shown(value: f64, kind: Kind, units: &Units) -> String {
+    let value = value / units.of(kind);
+    match kind {
+        Kind::Length if units.length == Length::Millimetre => format!("{value:.6}"),
+        Kind::Length | Kind::Angle if units.angle == Angle::Degree || kind == Kind::Length => format!("{value:.9}"),
+        Kind::Angle => format!("{value:.11}"),
+        _ => value.to_string(),
+    }
+}
+
+/// The same in other units. Readings that were one row of a file are one row again.
+///
+/// # Errors
+/// As [`Sheet::csv`].
+pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], units: &Units) -> io::Result<String> {
     let readings = &campaign.readings;
+    let begins = |row: &usize| *row == 0 || readings[*row].row == 0 || readings[*row].row != readings[*row - 1].row;
+    let of_row = |row: usize| {
+        let more = readings[row + 1..].iter().take_while(move |other| other.row != 0 && other.row == readings[row].row);
+        std::iter::once(&readings[row]).chain(more)
+    };
     let any = |holds: fn(&Reading) -> bool| readings.iter().any(holds);
     let mut sheet = Sheet::new();
     sheet.texts("pose", |row| campaign.poses[readings[row].pose].clone());
-    if any(|reading| reading.marker.is_some()) {
-        sheet.texts("marker", |row| readings[row].marker.map_or("TCP".into(), |marker| markers[marker].clone()));
+    if readings.iter().any(|reading| reading.marker.is_some_and(|marker| marker < markers.len())) {
+        let name = |row: usize| readings[row].marker.and_then(|marker| markers.get(marker));
+        sheet.texts("marker", move |row| name(row).map_or("TCP".into(), String::clone));
     }
     for (k, variable) in variables.iter().enumerate() {
         sheet.column(&variable.name, move |row| {
-            let value = campaign.configuration(row)[k];
-            format!("{:.9}", if variable.is_angle { value.to_degrees() } else { value * 1e3 })
+            let value = campaign.configuration(row)[k] / units.of(variable.kind());
+            format!("{value:.9}")
         });
     }
     for column in measured_columns(campaign) {
         sheet.column(column.name, move |row| {
-            let own = readings[row].observes.columns().iter().position(|known| known.name == column.name);
-            let Some(value) = own.map(|k| readings[row].measured[k]) else { return String::new() };
-            match column.kind {
-                Kind::Length => format!("{:.6}", value * 1e3),
-                Kind::Angle => format!("{:.9}", value.to_degrees()),
-                _ => value.to_string(),
-            }
+            let own = |reading: &Reading| {
+                let own = reading.observes.columns().iter().position(|known| known.name == column.name);
+                own.map(|k| reading.measured[k])
+            };
+            of_row(row).find_map(own).map_or_else(String::new, |value| shown(value, column.kind, units))
         });
     }
     for name in target_columns(campaign) {
         sheet.texts(name, move |row| {
-            let target = campaign.targets.get(readings[row].target);
-            target.filter(|target| target.column == name).map_or_else(String::new, |target| target.member.0.clone())
+            let own = |reading: &Reading| {
+                let target = campaign.targets.get(reading.target).filter(|target| target.column == name);
+                target.filter(|_| reading.observes.target_column() == Some(name))
+            };
+            of_row(row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
+        });
+    }
+    for group in groups(campaign).into_iter().filter(|_| target_columns(campaign).contains(&"contact")) {
+        sheet.texts(group, move |row| {
+            let own = |reading: &Reading| {
+                let target = campaign.targets.get(reading.target);
+                let target = target.filter(|target| reading.observes.target_column() == Some(target.column));
+                let member = target.and_then(|target| target.member.1.as_ref());
+                member.filter(|[column, _]| column == group).map(|[_, member]| member.clone())
+            };
+            of_row(row).find_map(own).unwrap_or_default()
+        });
+    }
+    for variable in variables {
+        let of_variable = move |reading: &&Reading| {
+            let target = campaign.targets.get(reading.target);
+            reading.observes.by_variable().is_some() && target.is_some_and(|own| own.member.0 == variable.name)
+        };
+        let Some(prefix) = readings.iter().find(of_variable).and_then(|reading| reading.observes.by_variable()) else {
+            continue;
+        };
+        let unit = if variable.is_angle { units.torque.factor() } else { units.force.factor() };
+        sheet.column(format!("{prefix}.{}", variable.name), move |row| {
+            let own = of_row(row).find(of_variable);
+            own.map_or_else(String::new, |reading| (reading.measured[0] / unit).to_string())
         });
     }
     for (name, names, of) in [
@@ -59,7 +121,8 @@ pub fn csv(campaign: &Campaign, variables: &[Variable], markers: &[String]) -> i
     }
     if any(|reading| reading.wrench != [0.0; 6]) {
         for (k, name) in WRENCH.into_iter().enumerate() {
-            sheet.column(name, move |row| readings[row].wrench[k].to_string());
+            let unit = if k < 3 { units.force.factor() } else { units.torque.factor() };
+            sheet.column(name, move |row| (readings[row].wrench[k] / unit).to_string());
         }
     }
     if campaign.conditions.is_ordered {
@@ -71,7 +134,41 @@ pub fn csv(campaign: &Campaign, variables: &[Variable], markers: &[String]) -> i
         sheet.column(condition.column(|k| variables[k].name.as_str()), |row| values[row].to_string());
     }
     sheet.texts("set", |row| if readings[row].check == Some(true) { "check" } else { "fit" }.into());
-    sheet.csv(0..readings.len())
+    sheet.csv((0..readings.len()).filter(begins))
+}
+
+/// What a row says of readings besides its joints, by column: what is touched and where, what is carried, in which session.
+pub fn names(campaign: &Campaign, readings: &[Reading]) -> IndexMap<String, String> {
+    let mut cells = IndexMap::new();
+    for reading in readings {
+        let target = campaign.targets.get(reading.target);
+        if let Some(target) = target.filter(|target| Some(target.column) == reading.observes.target_column()) {
+            cells.insert(target.column.to_string(), target.member.0.clone());
+            if let Some([group, member]) = &target.member.1 {
+                cells.insert(group.clone(), member.clone());
+            }
+        }
+        let session = campaign.sessions.names.get(reading.session.session).filter(|name| !name.is_empty());
+        if let Some(name) = session {
+            cells.insert("session".into(), name.clone());
+        }
+        if !campaign.payloads.is_empty() {
+            let own = campaign.payloads.iter().find(|(_, known)| Some(*known) == reading.payload);
+            cells.insert("payload".into(), own.map_or_else(|| "none".into(), |(name, _)| name.clone()));
+        }
+    }
+    cells
+}
+
+/// Columns that say in which placement a fixture stood.
+fn groups(campaign: &Campaign) -> Vec<&str> {
+    let mut groups: Vec<&str> = Vec::new();
+    for [column, _] in campaign.targets.iter().filter_map(|target| target.member.1.as_ref()) {
+        if !groups.contains(&column.as_str()) {
+            groups.push(column);
+        }
+    }
+    groups
 }
 
 /// Columns of the measured values of all kinds of readings.
@@ -94,11 +191,14 @@ fn target_columns(campaign: &Campaign) -> Vec<&'static str> {
 
 /// Kinds of readings, in the order in which they first come; the campaign's where there are none.
 fn kinds_read(campaign: &Campaign) -> Vec<Observes> {
-    let mut kinds = vec![campaign.observes];
+    let mut kinds = Vec::new();
     for reading in &campaign.readings {
         if kinds.iter().all(|kind| *kind != reading.observes) {
             kinds.push(reading.observes);
         }
+    }
+    if kinds.is_empty() {
+        kinds.push(campaign.observes);
     }
     kinds
 }

@@ -42,17 +42,39 @@ pub fn delivered(
     random: &mut ChaCha8Rng,
 ) -> Result<Output, Error> {
     let Made { command, loaded, values, plan, seed } = *made;
-    let model = &loaded.model;
+    campaign = with_sets(command, campaign, random);
+    let header = raw_campaign(command, loaded, &campaign, plan, seed);
+    let files = vec![("measurements.csv".to_string(), csv(loaded, &campaign)?)];
+    written(command, loaded, values, (&campaign, &header), files, seed, points)
+}
+
+/// The campaign with a share of its configurations drawn to check.
+pub fn with_sets(command: &Simulate, mut campaign: Campaign, random: &mut ChaCha8Rng) -> Campaign {
     let mut order: Vec<usize> = (0..campaign.poses.len()).collect();
     order.shuffle(random);
     order.truncate((command.check * order.len() as f64).round() as usize);
     campaign.readings.iter_mut().for_each(|reading| reading.check = Some(order.contains(&reading.pose)));
+    campaign
+}
 
+/// A campaign with its file and those of its readings, and its truth.
+///
+/// # Errors
+/// As [`delivered`].
+pub fn written(
+    command: &Simulate,
+    loaded: &LoadedRobot,
+    values: &[f64],
+    (campaign, header): (&Campaign, &RawCampaign),
+    files: Vec<(String, String)>,
+    seed: u64,
+    points: Option<Vec<PathPoint>>,
+) -> Result<Output, Error> {
+    let model = &loaded.model;
     let truth = Truth::new(model, values, seed);
-    let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let header_file = command.into.join("campaign.yaml");
     let (readings, poses) = (campaign.readings.len(), campaign.poses.len());
-    let own_weight = OwnWeight::of_campaign(model, values, &campaign);
+    let own_weight = OwnWeight::of_campaign(model, values, campaign);
     let text = format!(
         "{readings} readings at {poses} configurations: {}\n{}\n",
         header_file.display(),
@@ -65,24 +87,27 @@ pub fn delivered(
         Error::input(format!("`{}` cannot be made: {error}", command.into.display()), "give another folder")
     })?;
     let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
-    let made = [("measurements.csv", csv(loaded, &campaign)?), ("campaign.yaml", line + &yaml::write(&header)?)];
+    let mut made = files;
+    made.push(("campaign.yaml".into(), line + &yaml::write(header)?));
     // By their digests the next run knows whether someone has edited them since.
     let mut truth = output.json["truth"].clone();
-    let digests = made.iter().map(|(name, text)| (name.to_string(), digest(text).into())).collect();
+    let digests = made.iter().map(|(name, text)| (name.clone(), digest(text).into())).collect();
     truth.as_object_mut().map(|truth| truth.insert(DIGESTS.into(), Value::Object(digests)));
-    output.files = made.map(|(name, text)| (command.into.join(name), text)).into();
+    output.files = made.into_iter().map(|(name, text)| (command.into.join(name), text)).collect();
     output.files.push((command.into.join("truth.json"), serde_json::to_string_pretty(&truth)? + "\n"));
     Ok(output)
+}
+
+/// What a campaign file says of where its readings come from.
+pub fn source(seed: u64) -> String {
+    format!("simulated by elastogeo {} with seed {seed}; truth.json holds the truth", env!("CARGO_PKG_VERSION"))
 }
 
 fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, plan: &Plan, seed: u64) -> RawCampaign {
     let robot = as_seen_from(&command.into, &command.robot);
     RawCampaign {
         campaign: Some(campaign.name.clone()),
-        source: Some(format!(
-            "simulated by elastogeo {} with seed {seed}; truth.json holds the truth",
-            env!("CARGO_PKG_VERSION")
-        )),
+        source: Some(source(seed)),
         robot: Some(robot),
         units: Units {
             length: Length::Millimetre,
@@ -111,7 +136,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
 }
 
 /// The robot as a campaign in `folder` names it: a file relative to the folder where that is plain, else absolute.
-fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
+pub fn as_seen_from(folder: &std::path::Path, robot: &str) -> String {
     use std::path::{Component, Path};
     if !Path::new(robot).is_file() {
         return robot.into();

@@ -11,6 +11,7 @@ use crate::cli::session::Session;
 use crate::compensation::{Hold, Settings, predict_path};
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
+use crate::observation::POSITION;
 use crate::results::PathPoint;
 use crate::results::units::mm;
 use crate::simulation::{Plan, measure};
@@ -25,7 +26,7 @@ pub struct Scene<'a> {
 
 pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng) -> Result<Output, Error> {
     let Scene { command, loaded, values, markers } = *scene;
-    let observes = command.observes;
+    let observes = command.observes.unwrap_or(POSITION);
     let marker = check(command, markers)?;
     let (process, mut diagnostics) = session.reader.process(file)?;
     let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
@@ -93,7 +94,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
 
 /// The marker on which the process pushes; `None` for the tool centre point.
 fn check(command: &Simulate, markers: &[Option<usize>]) -> Result<Option<usize>, Error> {
-    let observes = command.observes;
+    let observes = command.observes.unwrap_or(POSITION);
     if observes.is_difference() || observes.target_column().is_some() {
         return Err(Error::input(
             "--process: what is read along a path are positions or poses",

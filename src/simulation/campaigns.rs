@@ -277,11 +277,25 @@ pub fn carry_out(
 pub fn measure(
     model: &Model,
     values: &[f64],
-    mut campaign: Campaign,
+    campaign: Campaign,
     sigma: [f64; 2],
     random: &mut ChaCha8Rng,
 ) -> Result<Campaign, PredictionError> {
     let noise = Noise::of([sigma[0]; 3], sigma[1]);
+    measure_with(model, values, campaign, |_| noise, random)
+}
+
+/// The same with a noise for each reading.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn measure_with(
+    model: &Model,
+    values: &[f64],
+    mut campaign: Campaign,
+    noise: impl Fn(&Reading) -> Noise,
+    random: &mut ChaCha8Rng,
+) -> Result<Campaign, PredictionError> {
     let reads_moves = model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::LastMove));
     if reads_moves && campaign.conditions.last_move.is_empty() {
         campaign.number_in_order();
@@ -290,6 +304,7 @@ pub fn measure(
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {
         reading.measured = value;
+        let noise = noise(reading).at(&*reading.observes, &value);
         reading.observes.disturb(&mut reading.measured, &noise, &mut || StandardNormal.sample(random));
     }
     Ok(campaign)
@@ -299,7 +314,7 @@ pub fn measure(
 const PACE: f64 = 80.0;
 
 /// Sides of approach at random, time by configuration, a temperature (degC) that settles from 20 towards 35.
-fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
+pub fn conditions(model: &Model, campaign: &mut Campaign, random: &mut ChaCha8Rng) {
     let poses = campaign.poses.len();
     let by_pose = |campaign: &Campaign, values: &[f64]| campaign.readings.iter().map(|r| values[r.pose]).collect();
     let times: Vec<f64> = (0..poses).map(|pose| PACE * (pose + 1) as f64).collect();

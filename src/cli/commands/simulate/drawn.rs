@@ -1,0 +1,47 @@
+//! Configurations that are drawn, or read from a file.
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::Error;
+use crate::cli::args::Simulate;
+use crate::cli::commands::pose::loaded_configurations;
+use crate::cli::session::Session;
+use crate::cli::values::ranges;
+use crate::diagnostic::Diagnostic;
+use crate::files::LoadedRobot;
+use crate::kinematics::Geometry;
+use crate::simulation::{draw_configurations_in, joint_box};
+
+/// Configurations, with loads of the rows where they come from a file that has loads, and warnings.
+pub type Configurations = (Vec<Vec<f64>>, Vec<[f64; 6]>, Vec<Diagnostic>);
+
+/// As `--poses` asks.
+///
+/// # Errors
+/// Too many or none, or a file that cannot be read.
+pub fn configurations(
+    command: &Simulate,
+    session: &Session,
+    loaded: &LoadedRobot,
+    geometry: &Geometry,
+    random: &mut ChaCha8Rng,
+) -> Result<Configurations, Error> {
+    match command.poses.parse::<usize>() {
+        Ok(0) => Err(Error::input("--poses 0", "give at least one configuration")),
+        Ok(count) if count > 100_000 => Err(Error::input(format!("--poses {count}"), "at most 100000 configurations")),
+        Ok(count) => {
+            let (within, warnings) =
+                ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
+            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), warnings))
+        }
+        Err(_) if !command.range.is_empty() => {
+            Err(Error::input("--range and a file of configurations", "leave --range out, or give --poses a number"))
+        }
+        Err(_) => {
+            let (rows, warnings) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
+            let (configurations, loads): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+            let is_loaded = loads.iter().any(|load| *load != [0.0; 6]);
+            Ok((configurations, if is_loaded { loads } else { Vec::new() }, warnings))
+        }
+    }
+}
