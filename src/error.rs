@@ -65,8 +65,13 @@ pub enum Error {
         error: Box<Error>,
     },
     /// The question has no answer for this robot or campaign.
-    #[error("{0}")]
-    Impossible(String),
+    #[error("{message}")]
+    Impossible {
+        /// Why.
+        message: String,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 impl Error {
@@ -75,19 +80,37 @@ impl Error {
         Diagnostic::error(message).remedy(remedy).into()
     }
 
-    /// What to try where a computation failed, if it is always the same; diagnostics of inputs have their own.
+    /// What to try where a computation failed; diagnostics of inputs have their own.
     pub fn remedy(&self) -> Option<&'static str> {
         Some(match self {
+            Self::Input(_) => return None,
             Self::At { error, .. } => return error.remedy(),
             Self::Inverse(_) => "give a target within reach and limits, free a part of it, or start elsewhere",
             Self::Process(_) | Self::Refusal(Refusal::Process(_)) => {
                 "move the path, or the workpiece in the process file"
             }
             Self::Refusal(_) => "choose another posture, or another place of the path",
-            Self::Assembly(_) => "give joint values within limits at which the loops close on the declared branch",
+            Self::Assembly(_) => ASSEMBLY,
             Self::Mechanism(_) => "give what moves without force a stiffness, or support it",
-            Self::Prediction(_) => "look at the reading named; `check` says what the campaign holds",
-            _ => return None,
+            Self::Prediction(error) => of_prediction(error),
+            Self::Calibration(error) => of_calibration(error),
+            Self::Compensator(_) => "measure more of what it is identified from, or give what is known of it",
+            Self::Planning(error) => match error {
+                PlanningError::Calibration(error) => of_calibration(error),
+                PlanningError::Prediction(error) => of_prediction(error),
+                PlanningError::Assembly(_) | PlanningError::Test { .. } => ASSEMBLY,
+                PlanningError::TooFewAllowed { .. } | PlanningError::NoTest { .. } => {
+                    "widen limits (`--range`), the workspace or the line of sight"
+                }
+                PlanningError::NothingSeen => "choose readings that show what is free, or free other parameters",
+                PlanningError::TooNear { .. } => "ask for fewer configurations, or let them be nearer to each other",
+                PlanningError::TooFew { .. } => "ask for more configurations, or hold parameters",
+            },
+            Self::Json(_) | Self::Yaml(_) => "look at the values: they have to be finite, and text to be valid",
+            Self::Io(_) => {
+                "look whether the file or folder exists, may be read or written, and whether the disk is full"
+            }
+            Self::Impossible { remedy, .. } => remedy,
         })
     }
 
@@ -125,5 +148,40 @@ impl From<Diagnostic> for Error {
 impl From<Vec<Diagnostic>> for Error {
     fn from(diagnostics: Vec<Diagnostic>) -> Self {
         Self::Input(diagnostics.into())
+    }
+}
+
+const ASSEMBLY: &str = "give joint values within limits at which the loops close on the declared branch";
+
+fn of_prediction(error: &PredictionError) -> &'static str {
+    match error {
+        PredictionError::Assembly { .. } | PredictionError::Model(_) => {
+            "look at joints of that row (signs, columns, units; `check` says what it holds) and at the lengths of the loop"
+        }
+        PredictionError::Mechanism { .. } => "give what moves without force a stiffness, or support it",
+        PredictionError::TooGreat { .. } => {
+            "look at the loads of that row and at `force`, `torque` and `stiffness` under `units:`"
+        }
+        PredictionError::Empty => "give readings under `measurements:`",
+    }
+}
+
+fn of_calibration(error: &CalibrationError) -> &'static str {
+    match error {
+        CalibrationError::Prediction(error) => of_prediction(error),
+        CalibrationError::NothingFree => {
+            "write `estimate: {base: true, tool: true}` into the campaign, or free parameters (`calibration: {free: [..]}`)"
+        }
+        CalibrationError::NothingElastic => {
+            "give springs `identifiable: true` in the description, or name parameters under `calibration: {free: [..]}`"
+        }
+        CalibrationError::TooFew { .. } => "measure more configurations, or hold parameters (`--hold`)",
+        CalibrationError::Usage(_) | CalibrationError::Malformed(_) => {
+            "leave that option out, or give it a value that fits the campaign"
+        }
+        CalibrationError::NotConverged { .. } => "run `identify` on the same campaign: it says what to try",
+        CalibrationError::Stopped(_) => {
+            "hold what the readings hardly show (`--hold`), or let tolerances pull (`--prior`)"
+        }
     }
 }

@@ -81,6 +81,10 @@ codes! {
     TooLittleData "too-little-data",
     /// Sessions, or files, do not share the base or the tool that the campaign says they share.
     SessionsDiffer "sessions-differ",
+    /// A few readings are far from what all others say.
+    OutlyingReadings "outlying-readings",
+    /// What is left steps at one row: instrument, base or marker was moved.
+    MovedMidway "moved-midway",
     /// The computation has no answer for this input.
     NotComputed "not-computed",
     /// A fit stopped before it reached a minimum.
@@ -117,7 +121,15 @@ impl Code {
 
     /// Whether it casts doubt on the figures of a result, and stands before them.
     pub fn is_about_figures(self) -> bool {
-        self.is_plausibility() || matches!(self, Self::NoiseUnlikeStated | Self::TooLittleData | Self::SessionsDiffer)
+        self.is_plausibility()
+            || matches!(
+                self,
+                Self::NoiseUnlikeStated
+                    | Self::TooLittleData
+                    | Self::SessionsDiffer
+                    | Self::OutlyingReadings
+                    | Self::MovedMidway
+            )
     }
 }
 

@@ -21,14 +21,10 @@ pub enum CalibrationError {
     #[error("nothing is free: the campaign estimates neither base nor tool, and the description frees no parameter")]
     NothingFree,
     /// Nothing elastic to estimate.
-    #[error(
-        "nothing elastic is identifiable: give springs `identifiable: true` in the description, or name parameters under `calibration: free`"
-    )]
+    #[error("nothing elastic is identifiable")]
     NothingElastic,
     /// Too few readings.
-    #[error(
-        "{rows} residuals cannot determine {parameters} parameters: measure more configurations, or hold some parameters"
-    )]
+    #[error("{rows} residuals cannot determine {parameters} parameters")]
     TooFew {
         /// Residuals.
         rows: usize,

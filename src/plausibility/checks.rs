@@ -1,7 +1,7 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
-use super::{deflections, instrument, numerics, parameters, readings, sessions};
+use super::{deflections, instrument, midway, numerics, outlying, parameters, readings, sessions};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 
 /// One check. Those that look at a calibration find nothing where there is none.
@@ -19,7 +19,7 @@ pub struct Check {
 /// All checks, in the order in which they speak.
 pub const CHECKS: &[Check] = &[
     Check {
-        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread],
+        codes: &[Code::UnlikeDescription, Code::WrongUnits, Code::Misread, Code::OutlyingReadings],
         of_result: false,
         about: "registration leaves what tolerances and noise allow; else the files are read in other ways",
         find: readings::fit_the_description,
@@ -71,6 +71,18 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "readings of one configuration scatter about the model as much as configurations do: repeats average out only what they do not share",
         find: numerics::dependent,
+    },
+    Check {
+        codes: &[Code::OutlyingReadings],
+        of_result: true,
+        about: "no reading is far from what all others say",
+        find: outlying::after,
+    },
+    Check {
+        codes: &[Code::MovedMidway],
+        of_result: true,
+        about: "what is left does not step at one row of the files",
+        find: midway::stands_still,
     },
     Check {
         codes: &[Code::MovedFar],

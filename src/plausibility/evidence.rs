@@ -91,6 +91,14 @@ pub struct Limits {
     pub sessions_fall: f64,
     /// Such sessions are at least so many standard deviations of the noise apart.
     pub sessions_apart: f64,
+    /// While readings that are simply wrong are sought before a calibration, those whose error is so many times the median are
+    /// left out: normal errors of three coordinates reach 2.2 times it one in a thousand times, errors of geometry are bounded.
+    pub trimmed: f64,
+    /// A reading is called wrong whose error is so many times the median after calibration. Normal noise reaches 3, Student's t
+    /// of three degrees of freedom 30 once in some thousand readings.
+    pub outlying: f64,
+    /// Greatest share of the readings that can be wrong and the rest right: beyond it something else is the matter.
+    pub wrong_share: f64,
     /// Least shared error that is spoken of, in standard deviations of the stated noise: simulated readings without noise
     /// leave rounding.
     pub shared_least: f64,
@@ -123,6 +131,9 @@ impl Default for Limits {
             rows_per_parameter: 1.5,
             sessions_fall: 1.5,
             sessions_apart: 5.0,
+            trimmed: 5.0,
+            outlying: 30.0,
+            wrong_share: 0.25,
             shared_least: 1e-3,
         }
     }

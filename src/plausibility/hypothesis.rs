@@ -57,8 +57,9 @@ pub enum Hypothesis {
 /// Radians in a degree.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Factors between the units in which lengths are recorded and declared: m, cm, mm, um and inches.
-pub const LENGTH_FACTORS: [f64; 10] = [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254];
+/// Factors between the units in which lengths are recorded and declared: m, cm, mm, um, inches and feet.
+pub const LENGTH_FACTORS: [f64; 12] =
+    [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254, 304.8, 1.0 / 304.8];
 
 impl Hypothesis {
     /// All that a campaign of a robot admits. Of deflections only what reverses them: a spring that is missing in the description

@@ -11,22 +11,44 @@ use crate::parameter::{Group, Kind, Parameter};
 /// Most parameters named in one message.
 const NAMED: usize = 4;
 
-/// An identified constant of the robot, and by how many half widths of its 95 % interval it moved.
-fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = (&'a Estimate, &'a Parameter, f64)> {
-    let all = evidence.found.into_iter().flat_map(|found| &found.estimates);
-    all.filter_map(|estimate| {
-        let parameter = &evidence.model.registry[estimate.slot];
-        let width = estimate.ci95.filter(|width| width.is_finite())?;
-        let widths = (estimate.value - estimate.nominal).abs() / width.max(f64::MIN_POSITIVE);
-        (parameter.group == Group::Geometry).then_some((estimate, parameter, widths))
+/// An identified constant of the robot.
+struct Moved<'a> {
+    estimate: &'a Estimate,
+    parameter: &'a Parameter,
+    /// Column among the candidates.
+    column: usize,
+    /// Half widths of its 95 % interval by which it moved.
+    widths: f64,
+    /// One standard deviation of where it may be by the tolerances: its own, and those of the constants that are merged into it.
+    tolerance: f64,
+}
+
+fn moved<'a>(evidence: &'a Evidence) -> impl Iterator<Item = Moved<'a>> {
+    let registry = &evidence.model.registry;
+    evidence.found.into_iter().flat_map(move |found| {
+        let all = found.estimates.iter().enumerate();
+        all.filter_map(move |(column, estimate)| {
+            let parameter = &registry[estimate.slot];
+            let width = estimate.ci95.filter(|width| width.is_finite())?;
+            let widths = (estimate.value - estimate.nominal).abs() / width.max(f64::MIN_POSITIVE);
+            let merged = found.identifiability.combinations.iter().filter(|(kept, _)| *kept == column);
+            let of_merged = |(dropped, factor): &(usize, f64)| {
+                let tolerance = found.slots.get(*dropped).map_or(0.0, |&slot| registry[slot].tolerance);
+                (factor * if tolerance.is_finite() { tolerance } else { 0.0 }).powi(2)
+            };
+            let merged: f64 = merged.flat_map(|(_, terms)| terms).map(of_merged).sum();
+            let tolerance = (parameter.tolerance.powi(2) + merged).sqrt();
+            let own = Moved { estimate, parameter, column, widths, tolerance };
+            (parameter.group == Group::Geometry).then_some(own)
+        })
     })
 }
 
 pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let mut far: Vec<(f64, String, bool)> = moved(evidence)
-        .filter_map(|(estimate, parameter, widths)| {
+        .filter_map(|Moved { estimate, parameter, widths, tolerance, .. }| {
             let by = (estimate.value - estimate.nominal).abs();
-            let tolerances = by / parameter.tolerance;
+            let tolerances = by / tolerance;
             let is_hopeless = match parameter.kind {
                 Kind::Angle => by > limits.turned,
                 _ => tolerances > limits.moved_hopelessly,
@@ -71,27 +93,27 @@ fn said(estimate: &Estimate, parameter: &Parameter) -> String {
 
 /// Least squares of all calibrated lengths against the declared ones: a factor that is not one is a scale or a unit.
 pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let [mut products, mut squares, mut spread, mut certain] = [0.0; 4];
-    let mut count = 0;
-    let lengths = own_slots(evidence.model, Kind::Length);
-    for (estimate, parameter, _) in moved(evidence) {
-        if parameter.kind != Kind::Length || !lengths.contains(&estimate.slot) {
-            continue;
-        }
-        let nominal = estimate.nominal;
-        if nominal.abs() > limits.moved * parameter.tolerance {
-            count += 1;
-        }
-        products += estimate.value * nominal;
-        squares += nominal * nominal;
-        spread += (nominal * parameter.tolerance).powi(2);
-        certain += (nominal * estimate.ci95.unwrap_or(0.0)).powi(2);
-    }
+    let Some(found) = evidence.found else { return Vec::new() };
+    let is_own = own_slots(evidence.model, Kind::Length);
+    let lengths: Vec<Moved> = moved(evidence)
+        .filter(|one| one.parameter.kind == Kind::Length && is_own.contains(&one.estimate.slot))
+        .collect();
+    let nominal = |one: &Moved| one.estimate.nominal;
+    let count = lengths.iter().filter(|one| nominal(one).abs() > limits.moved * one.parameter.tolerance).count();
+    let squares: f64 = lengths.iter().map(|one| nominal(one).powi(2)).sum();
     if count < 2 || squares <= 0.0 {
         return Vec::new();
     }
-    let factor = products / squares;
-    let [expected, width] = [spread, certain].map(|sum: f64| sum.sqrt() / squares);
+    let factor = lengths.iter().map(|one| one.estimate.value * nominal(one)).sum::<f64>() / squares;
+    let spread: f64 = lengths.iter().map(|one| (nominal(one) * one.tolerance).powi(2)).sum();
+    // Lengths that the readings hardly tell apart are uncertain together.
+    let place = |one: &Moved| found.identifiability.kept.iter().position(|&kept| kept == one.column);
+    let parts: Vec<(usize, f64)> =
+        lengths.iter().filter_map(|one| Some((place(one)?, nominal(one) * one.estimate.ci95.unwrap_or(0.0)))).collect();
+    let pairs = parts.iter().flat_map(|a| parts.iter().map(move |b| (a, b)));
+    let certain: f64 =
+        pairs.map(|((i, a), (j, b))| a * b * found.correlation.get((*i, *j)).copied().unwrap_or(0.0)).sum();
+    let [expected, width] = [spread, certain].map(|sum: f64| sum.max(0.0).sqrt() / squares);
     let off = (factor - 1.0).abs();
     if off <= limits.scale * expected || off <= limits.significant * width {
         return Vec::new();

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, own_slots};
+use super::outlying;
 use super::trial::{Trials, typical};
 use super::words::{Words, mm, words_of};
 use crate::diagnostic::{Code, Diagnostic};
@@ -19,7 +20,9 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
         return Vec::new();
     }
     let trials = Trials::new(model, campaign, limits);
-    let Some(allowed) = trials.allowed() else { return Vec::new() };
+    // Where the robot cannot be assembled as the files are read, what its tolerances allow is that of a way in which it can.
+    let other = || Hypothesis::all(model, campaign).par_iter().find_map_first(|way| trials.allowed(&[*way]));
+    let Some(allowed) = trials.allowed(&[]).or_else(other) else { return Vec::new() };
     let observed = match evidence.registered {
         Some(residual) => typical(campaign, residual, limits),
         None => trials.error(&[]),
@@ -31,8 +34,15 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
     if before.is_some_and(|before| before <= limits.far * allowed) {
         return Vec::new();
     }
-    let decisive =
-        |trial: &Trial| trial.1 <= limits.far * allowed && before.is_none_or(|before| trial.1 * limits.fall <= before);
+    if let Some(wrong) = before.and_then(|_| outlying::before(evidence, limits, allowed)) {
+        return vec![wrong];
+    }
+    // A way that leaves hardly less than a robot that stands still explains nothing.
+    let decisive = |(ways, error): &Trial| {
+        *error <= limits.far * allowed
+            && before.is_none_or(|before| error * limits.fall <= before)
+            && trials.still(ways).is_none_or(|still| error * limits.fall <= still)
+    };
     let (tried, named) = searched(evidence, &trials, limits, decisive);
     // A session that was set up elsewhere explains as much, and is named by its own check.
     if named.is_empty() && super::sessions::differ(evidence, limits).is_some() {

@@ -1,5 +1,6 @@
 //! How well a campaign registers when it is read in a given way.
 
+use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 
@@ -18,6 +19,8 @@ pub struct Trials<'a> {
     whole: &'a Campaign,
     /// Whether each configuration is looked at.
     chosen: Vec<bool>,
+    /// Their readings.
+    sample: Campaign,
     limits: &'a Limits,
 }
 
@@ -25,7 +28,8 @@ impl<'a> Trials<'a> {
     /// With configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
     pub fn new(model: &'a Model, campaign: &'a Campaign, limits: &'a Limits) -> Self {
         let chosen = drawn(campaign, limits);
-        Self { model, whole: campaign, chosen, limits }
+        let sample = campaign.select(|_, reading| chosen[reading.pose]);
+        Self { model, whole: campaign, chosen, sample, limits }
     }
 
     /// The readings looked at, read in these ways, and the description's values.
@@ -37,7 +41,7 @@ impl<'a> Trials<'a> {
                 ways.iter().filter(|way| way.moves_rows()).for_each(|way| way.apply(self.model, &mut all, &mut values));
                 all.select(|_, reading| self.chosen[reading.pose])
             }
-            false => self.whole.select(|_, reading| self.chosen[reading.pose]),
+            false => self.sample.clone(),
         };
         ways.iter().filter(|way| !way.moves_rows()).for_each(|way| way.apply(self.model, &mut campaign, &mut values));
         (campaign, values)
@@ -47,19 +51,24 @@ impl<'a> Trials<'a> {
     /// cannot be assembled so.
     pub fn error(&self, ways: &[Hypothesis]) -> Option<f64> {
         let (campaign, values) = self.read(ways);
-        let is_position = |reading: &Reading| reading.observes.measured_position(&reading.measured).is_some();
-        // Measured positions say where to set out from.
-        let starts = if campaign.readings.iter().all(is_position) { 2 } else { usize::MAX };
-        let readings = self.limits.readings;
-        let settings = RegistrationSettings { readings, iterations: 12, finalists: 1, starts, last_iterations: 20 };
-        let (_, residual) = registered(self.model, &campaign, &values, &settings).ok()?;
+        let (_, residual) = registered(self.model, &campaign, &values, &searching(&campaign, self.limits)).ok()?;
         typical(&campaign, &residual, self.limits).filter(|error| error.is_finite())
     }
 
+    /// Median distance (m) of measured positions from their mean, read in these ways: what a robot that stands still leaves.
+    /// `None` where not all readings are positions.
+    pub fn still(&self, ways: &[Hypothesis]) -> Option<f64> {
+        let (campaign, _) = self.read(ways);
+        let position = |reading: &Reading| reading.observes.measured_position(&reading.measured);
+        let all: Vec<Vector3<f64>> = campaign.readings.iter().map(position).collect::<Option<_>>()?;
+        let mean = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
+        median(&mut all.iter().map(|at| (at - mean).norm()).collect::<Vec<f64>>())
+    }
+
     /// What registration may leave of a reading where every free constant of the description is off by its tolerance and the
-    /// instrument by its noise: root mean square, m. First order, at the description's values.
-    pub fn allowed(&self) -> Option<f64> {
-        let (campaign, values) = self.read(&[]);
+    /// instrument by its noise: root mean square, m. First order, at the description's values, with the files read in these ways.
+    pub fn allowed(&self, ways: &[Hypothesis]) -> Option<f64> {
+        let (campaign, values) = self.read(ways);
         let model = self.model;
         let free = model.free_slots().into_iter().filter(|&slot| model.registry[slot].group == Group::Geometry);
         let mut slots: Vec<Slot> = free.collect();
@@ -103,10 +112,25 @@ pub fn drawn(campaign: &Campaign, limits: &Limits) -> Vec<bool> {
 /// Median error of the readings, m: half are better. Outliers do not count; a rotation counts by what it moves at the end of
 /// [`Limits::arm`]. `None` without readings.
 pub fn typical(campaign: &Campaign, residual: &[f64], limits: &Limits) -> Option<f64> {
-    let error = |(reading, own): (&Reading, &[f64])| {
+    median(&mut errors(campaign, residual, limits).collect::<Vec<f64>>())
+}
+
+/// Error of each reading, m.
+pub fn errors<'a>(
+    campaign: &'a Campaign,
+    residual: &'a [f64],
+    limits: &'a Limits,
+) -> impl Iterator<Item = f64> + use<'a> {
+    campaign.by_reading(residual, 1).map(|(reading, own)| {
         let lengths = reading.observes.length_rows();
         let square = |(row, r): (usize, &f64)| (if row < lengths { *r } else { limits.arm * r }).powi(2);
         own.iter().enumerate().map(square).sum::<f64>().sqrt()
-    };
-    median(&mut campaign.by_reading(residual, 1).map(error).collect::<Vec<f64>>())
+    })
+}
+
+/// How a registration of a trial proceeds: measured positions say where to set out from.
+pub fn searching(campaign: &Campaign, limits: &Limits) -> RegistrationSettings {
+    let is_position = |reading: &Reading| reading.observes.measured_position(&reading.measured).is_some();
+    let starts = if campaign.readings.iter().all(is_position) { 2 } else { usize::MAX };
+    RegistrationSettings { readings: limits.readings, iterations: 12, finalists: 1, starts, last_iterations: 20 }
 }

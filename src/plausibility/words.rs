@@ -156,6 +156,8 @@ fn recorded(factor: f64) -> String {
         f if near(f, 0.1) => &[["mm", "cm"]],
         f if near(f, 100.0) => &[["m", "cm"]],
         f if near(f, 0.01) => &[["cm", "m"]],
+        f if near(f, 304.8) => &[["feet", "mm"]],
+        f if near(f, 1.0 / 304.8) => &[["mm", "feet"]],
         f if near(f, 1.0 / 0.0254) => &[["m", "inches"]],
         _ => &[["inches", "m"]],
     };

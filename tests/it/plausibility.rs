@@ -347,6 +347,8 @@ const CODES: &[&str] = &[
     "too-little-data",
     "sessions-differ",
     "implausible",
+    "outlying-readings",
+    "moved-midway",
 ];
 
 /// A campaign of a bundled robot, simulated.
@@ -563,6 +565,111 @@ fn time_that_goes_back_and_copies_are_told() {
     std::fs::write(&path, twice).expect("written");
     let ran = run(at, &["check", "c"]);
     assert!(ran.err.contains("60 of 120 readings are copies"), "{}", ran.err);
+}
+
+/// A coordinate with a digit too many: named by its line, before and after calibration, and no unit is suspected.
+#[test]
+fn a_wrong_reading_is_named() {
+    for (robot, line) in [("palletiser", 5), ("hexapod", 12), ("franka-panda", 30), ("kuka-kr270", 5)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        simulated(at, robot, &["--poses", "40", "--unknown-base", "--unknown-tool"]);
+        spoil(&at.join("s"), |table| {
+            let x = table.column("x");
+            let cell = &mut table.rows[line - 2][x];
+            *cell = (10.0 * cell.parse::<f64>().expect("a number")).to_string();
+        });
+        let found = json(&run(at, &["check", "./s", "--format", "json"]));
+        let said = of_code(&found, "outlying-readings");
+        assert_eq!(said.len(), 1, "{robot}: {}", found["diagnostics"]);
+        let message = said[0]["message"].as_str().expect("words");
+        assert!(message.contains("1 of 40") && message.contains(&format!("measurements.csv:{line} ")), "{message}");
+        assert!(of_code(&found, "wrong-units").is_empty() && of_code(&found, "misread").is_empty(), "{robot}");
+    }
+}
+
+/// One of the fitted readings is 3 mm off, below what tolerances allow: only calibration shows it.
+#[test]
+fn a_small_wrong_reading_is_named_after_calibration() {
+    for row in [7, 20] {
+        let folder = starter();
+        let at = folder.path();
+        spoil(&at.join("c"), |table| {
+            let x = table.column("x");
+            let cell = &mut table.rows[row][x];
+            *cell = (3.0 + cell.parse::<f64>().expect("a number")).to_string();
+        });
+        let line = format!("measurements.csv:{} (3.", row + 2);
+        let other = format!("measurements.csv:{} (2.", row + 2);
+        let found = doubts(at, &["identify", "c"], "outlying-readings", &["1 of 60 readings is far off"]);
+        let message = of_code(&found, "outlying-readings")[0]["message"].as_str().expect("words").to_owned();
+        assert!(message.contains(&line) || message.contains(&other), "{message}");
+    }
+}
+
+/// A marker that slips on its body, and an instrument that is knocked, by 1 mm before row 30: told apart.
+#[test]
+fn what_moves_midway_is_told() {
+    let moved = |code: &str, words: &[&str], change: &dyn Fn(&mut Table)| {
+        let folder = starter();
+        spoil(&folder.path().join("c"), change);
+        doubts(folder.path(), &["identify", "c"], code, words);
+    };
+    moved("moved-midway", &["measurements.csv:32", "the instrument or the robot's base"], &|table| {
+        let y = table.column("y");
+        for row in table.rows.iter_mut().skip(30) {
+            row[y] = (1.0 + row[y].parse::<f64>().expect("a number")).to_string();
+        }
+    });
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = |into: &str, more: &[&str]| {
+        let arguments =
+            ["simulate", "universal-ur5", "--poses", "60", "--unknown-base", "--unknown-tool", "--into", into];
+        assert_eq!(run(at, &[&arguments[..], more].concat()).status, 0);
+        std::fs::read_to_string(at.join(into).join("measurements.csv")).expect("text")
+    };
+    let sound = made("s", &[]);
+    let found = json(&run(at, &["identify", "./s", "--format", "json"]));
+    assert!(of_code(&found, "moved-midway").is_empty(), "{}", found["diagnostics"]);
+    // The same robot with a marker 1 mm further out.
+    let other = made("t", &["--set", "tool.y=1.0"]);
+    let lines = |text: &str| text.lines().map(String::from).collect::<Vec<_>>();
+    let both: Vec<String> = lines(&sound).into_iter().take(31).chain(lines(&other).into_iter().skip(31)).collect();
+    std::fs::write(at.join("s/measurements.csv"), both.join("\n") + "\n").expect("written");
+    doubts(at, &["identify", "./s"], "moved-midway", &["measurements.csv:32", "the marker moved"]);
+}
+
+/// A robot that could not stand as the files are read: the way in which it can is named.
+#[test]
+fn a_way_in_which_loops_close_is_named() {
+    for (robot, change, words) in [
+        ("palletiser", (|t: &mut Table| t.scale(&["q2"], -1.0)) as fn(&mut Table), "with `q2` negated"),
+        ("hexapod", |t: &mut Table| t.scale(&["s2"], -1.0), "with `s2` negated"),
+        ("five-bar", |t: &mut Table| t.scale(&["q2"], -1.0), "with `q2` negated"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        simulated(at, robot, &["--poses", "30", "--unknown-base", "--unknown-tool"]);
+        spoil(&at.join("s"), change);
+        refuses(at, &["identify", "./s"], "misread", &[words]);
+    }
+}
+
+/// Readings that hardly scatter are no robot in other units.
+#[test]
+fn readings_of_one_point_are_no_robot_in_other_units() {
+    for robot in ["palletiser", "barrett-wam", "hexapod"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        simulated(at, robot, &["--poses", "40", "--unknown-base", "--unknown-tool"]);
+        spoil(&at.join("s"), |table| {
+            let columns = ["x", "y", "z"].map(|name| table.column(name));
+            let first = table.rows[0].clone();
+            table.rows.iter_mut().for_each(|row| columns.iter().for_each(|&k| row[k].clone_from(&first[k])));
+        });
+        refuses(at, &["check", "./s"], "unlike-description", &["none of"]);
+    }
 }
 
 /// The page of what is caught shows each mistake with the code and the words that the tests look for.

@@ -308,7 +308,10 @@ impl Sealed {
     }
 
     fn impossible(&self, error: &dyn std::fmt::Display) -> Error {
-        Error::Impossible(format!("`{}`: {error}", self.folder.display()))
+        Error::Impossible {
+            message: format!("`{}`: {error}", self.folder.display()),
+            remedy: "make the folder again (`blind make`)",
+        }
     }
 
     fn answered(self, session: &Session) -> Result<Answered, Error> {

@@ -11,7 +11,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::elements::Spring;
 use crate::estimation::{
     Calibration, Scheme, Settings, Split, Weights, What, calibrate, changes, comparable, compare, loss_fault, split,
@@ -110,7 +110,15 @@ pub(super) fn calibrated(
         Ok(found) => found,
         // Content that makes no sense may not even be computed with.
         Err(error) => {
-            let refused = refusing(judge(&Evidence::of(model, campaign), &Limits::default()), session.arguments.force);
+            let judged = judge(&Evidence::of(model, campaign), &Limits::default());
+            // A reading that is simply wrong pulls the fit to where nothing can be computed.
+            let is_wrong = |found: &Diagnostic| found.code == Code::OutlyingReadings;
+            if judged.iter().any(is_wrong) {
+                let message = Diagnostic::error(error.to_string()).code(Code::NotComputed);
+                let wrong = judged.into_iter().filter(is_wrong).chain([message]);
+                return Err(Error::from(wrong.collect::<Vec<_>>()));
+            }
+            let refused = refusing(judged, session.arguments.force);
             return Err(refused.map_or(error.into(), Error::from));
         }
     };

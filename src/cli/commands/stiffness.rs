@@ -40,9 +40,10 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
     linear(model, command.equilibrium)?;
     if !elastics.is_compliant() && model.fuzzy.is_none() {
-        return Err(Error::Impossible(
-            "the description declares nothing elastic: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
-        ));
+        return Err(Error::Impossible {
+            message: "the description declares nothing elastic".into(),
+            remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
+        });
     }
     let vertex = model.structure.carrier(frame, &local);
     let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;

@@ -34,7 +34,10 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     geometry.place(&q, &mut placements)?;
     let scene = draw(&loaded.robot, geometry, &placements);
     let Some(mut shot) = shot(&scene, &mechanics, &q, model.name.clone(), Vec::new()) else {
-        return Err(Error::Impossible("the robot cannot be assembled at this configuration".into()));
+        return Err(Error::Impossible {
+            message: "the robot cannot be assembled at this configuration".into(),
+            remedy: "give joint values within limits at which the loops close (`--joints`)",
+        });
     };
     let load = command.wrench.as_deref().map(|text| wrench(units, text)).transpose()?;
     let is_loaded = load.is_some() || command.weight;
@@ -46,9 +49,10 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     }
     if is_loaded {
         if !Elastics::new(model, geometry.values(), &[]).is_compliant() {
-            return Err(Error::Impossible(
-                "the description declares nothing elastic, so that nothing can be deflected: give `joint_stiffness`, `beams` or `base_stiffness`".into(),
-            ));
+            return Err(Error::Impossible {
+                message: "the description declares nothing elastic, so that nothing can be deflected".into(),
+                remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
+            });
         }
         let mut state = mechanics.state();
         mechanics.place(&q, &mut state)?;

@@ -1,0 +1,131 @@
+//! Whether something was moved half-way through: a marker that slipped, a tripod that was knocked. What calibration leaves
+//! then steps at one row, in axes of the measurement frame (the instrument) or of the body that carries the marker (the marker).
+//!
+//! Each row of the files is tried as the first one after the step, with three columns that are zero before it and an axis each
+//! from it on, fitted with all that was fitted before (the test of Quandt, *J. Am. Stat. Assoc.* 55, 1960, for a change at an
+//! unknown place; its chance is bounded by the sum over the places).
+
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+
+use super::evidence::{Evidence, Limits};
+use super::fitted::Fitted;
+use super::words::mm;
+use crate::diagnostic::{Code, Diagnostic};
+use crate::kinematics::{Geometry, Placements};
+use crate::math::quantiles::f_tail;
+
+/// Least number of readings on either side.
+const LEAST: usize = 5;
+
+/// A step: what moved, the first reading after it, its size (m) and what is left (root mean square over stated noise).
+struct Step {
+    is_marker: bool,
+    at: usize,
+    by: f64,
+    gain: f64,
+}
+
+pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    step(evidence, limits).into_iter().collect()
+}
+
+fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let (campaign, found) = (evidence.campaign, evidence.found?);
+    let is_position = |k: &usize| {
+        let reading = &campaign.readings[*k];
+        reading.observes.measured_position(&reading.measured).is_some()
+    };
+    if !found.converged() || campaign.is_difference() {
+        return None;
+    }
+    let fit = Fitted::of(evidence)?;
+    if !fit.readings().iter().all(|k| is_position(k)) || fit.readings().len() < 2 * LEAST {
+        return None;
+    }
+    let steps = [false, true].into_iter().filter_map(|is_marker| greatest(&fit, is_marker));
+    let step = steps.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    let total = fit.residual.norm_squared();
+    let freedom = fit.freedom() - 3.0;
+    if freedom < limits.noise_freedom {
+        return None;
+    }
+    let left = (total - step.gain).max(f64::MIN_POSITIVE);
+    let tried = (2 * fit.readings().len()) as f64;
+    let chance = f_tail((step.gain / 3.0) / (left / freedom), 3.0, freedom) * tried;
+    let fall = (total / left).sqrt();
+    let noise = fit.least() * (left / freedom).sqrt().max(1.0);
+    if chance > limits.chance || fall < limits.sessions_fall || step.by < limits.sessions_apart * noise {
+        return None;
+    }
+    let address = campaign.address(&campaign.readings[step.at]);
+    let (what, remedy) = match step.is_marker {
+        true => (
+            "the marker moved on its body, or the tool was changed",
+            "name sessions before and after it (column `session`) and write `estimate: {tool: per-session}`; or leave one part out",
+        ),
+        false => (
+            "the instrument or the robot's base was moved",
+            "name sessions before and after it (column `session`) and write `estimate: {base: per-session}`; or leave one part out",
+        ),
+    };
+    let message = format!(
+        "from {address} on readings are {} mm away from those before, and without that step errors fall to 1/{fall:.1}: {what}?",
+        mm(step.by)
+    );
+    Some(
+        Diagnostic::warning(message)
+            .code(Code::MovedMidway)
+            .remedy(remedy)
+            .figure("step_mm", 1e3 * step.by)
+            .figure("fall", fall),
+    )
+}
+
+/// The step that takes most out of the residuals.
+fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
+    let (model, campaign) = (fit.evidence.model, fit.evidence.campaign);
+    let geometry = Geometry::new(model, &fit.evidence.found?.values).ok()?;
+    let mut placements = Placements::default();
+    let count = fit.readings().len();
+    // Rows of the files in their order.
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|&k| campaign.readings[fit.reading(k)].row);
+    let width = fit.basis.ncols();
+    let mut on_basis = DMatrix::<f64>::zeros(width, 3);
+    let (mut square, mut right) = (Matrix3::<f64>::zeros(), Vector3::<f64>::zeros());
+    let mut best: Option<Step> = None;
+    for (before, &k) in order.iter().enumerate().rev() {
+        let index = fit.reading(k);
+        let reading = &campaign.readings[index];
+        let axes = match is_marker {
+            true => {
+                geometry.place(campaign.configuration(index), &mut placements).ok()?;
+                let frame = reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+                let base = geometry.placement(model.base_slot(reading.session));
+                (base * placements.frames[frame]).rotation.into_inner()
+            }
+            false => Matrix3::identity(),
+        };
+        let first = fit.rows[k];
+        let weights = Vector3::from_fn(|row, _| 1.0 / fit.sigma(first + row));
+        let own: SMatrix<f64, 3, 3> = Matrix3::from_diagonal(&weights) * axes;
+        square += own.transpose() * own;
+        right += own.transpose() * fit.residual.fixed_rows::<3>(first);
+        on_basis += fit.basis.rows(first, 3).transpose() * own;
+        if before < LEAST || count - before < LEAST {
+            continue;
+        }
+        let free = square - Matrix3::from_iterator((on_basis.transpose() * &on_basis).iter().copied());
+        // A step that the fitted parameters can make themselves.
+        let Some(factor) = (free / square.trace()).cholesky().filter(|factor| factor.l().diagonal().min() > 1e-3)
+        else {
+            continue;
+        };
+        let by = factor.solve(&right) / square.trace();
+        let gain = right.dot(&by);
+        if best.as_ref().is_none_or(|best| gain > best.gain) {
+            best = Some(Step { is_marker, at: index, by: by.norm(), gain });
+        }
+    }
+    best
+}
