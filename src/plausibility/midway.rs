@@ -39,7 +39,7 @@ fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         return None;
     }
     let fit = Fitted::of(evidence)?;
-    if !fit.readings().iter().all(|k| is_position(k)) || fit.readings().len() < 2 * LEAST {
+    if !fit.readings().iter().all(is_position) || fit.readings().len() < 2 * LEAST {
         return None;
     }
     let steps = [false, true].into_iter().filter_map(|is_marker| greatest(&fit, is_marker));

@@ -119,7 +119,7 @@ impl Fitted<'_> {
             let residual = self.residual.rows(own.start, own.len());
             // Without columns the residual itself is the least that it can be.
             let basis = self.basis.rows(own.start, own.len());
-            let free = DMatrix::identity(own.len(), own.len()) - &basis * basis.transpose();
+            let free = DMatrix::identity(own.len(), own.len()) - basis * basis.transpose();
             let Some(deleted) = free.cholesky().map(|factor| factor.solve(&residual)) else { continue };
             let gain = residual.dot(&deleted);
             if best.as_ref().is_none_or(|(_, most, _)| gain > *most) {
