@@ -44,7 +44,6 @@ pub fn observe(
     what: Option<What>,
 ) -> Result<Reduction, CalibrationError> {
     let what = what.unwrap_or_else(|| What::usual(campaign));
-    let predictor = Predictor::new(model, campaign, candidates(model, campaign, what)?)?;
     let (nominal, settings) = (model.registry.nominal(), RegistrationSettings::default());
     // What contacts tell depends on where they are: a ball off its place would show more, or less, than it does.
     let start = match campaign.targets.iter().any(Target::is_to_be_sought) {
@@ -52,6 +51,8 @@ pub fn observe(
         false => rough(model, campaign, &nominal, &settings)?,
     };
     let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
+    let seated = seated(model, campaign, &start).map_err(PredictionError::from)?;
+    let predictor = Predictor::new(model, &seated, candidates(model, campaign, what)?)?;
     Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
 }
 
@@ -93,8 +94,7 @@ pub(super) fn reduced(
 /// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad).
 pub(super) fn weighted(predictor: &Predictor, values: &[f64], sigmas: &[f64]) -> Result<Vec<f64>, PredictionError> {
     let mut found = Linearised::default();
-    let seated = seated(predictor.model, predictor.campaign, values)?;
-    predictor.of(&seated)?.linearise(values, true, &mut found)?;
+    predictor.linearise(values, true, &mut found)?;
     for (row, sigma) in found.jacobian.chunks_mut(predictor.slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }

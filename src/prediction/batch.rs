@@ -73,18 +73,6 @@ impl<'a> Predictor<'a> {
         Self { moves_deflection: true, ..self }
     }
 
-    /// The same of a campaign with the same readings at other configurations.
-    ///
-    /// # Errors
-    /// [`PredictionError::Empty`].
-    pub fn of<'c>(&self, campaign: &'c Campaign) -> Result<Predictor<'c>, PredictionError>
-    where
-        'a: 'c,
-    {
-        let moves_deflection = self.moves_deflection;
-        Ok(Predictor { moves_deflection, ..Predictor::new(self.model, campaign, self.slots.clone())? })
-    }
-
     /// Number of residuals.
     pub fn rows(&self) -> usize {
         self.campaign.rows()
