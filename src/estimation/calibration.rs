@@ -21,6 +21,7 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::description::campaign::{Campaign, Reading};
+use crate::description::raw::RawFit;
 use crate::least_squares::{Bounds, Loss, Problem, Progress};
 use crate::math::mean_rms_max;
 use crate::math::quantiles::t95;
@@ -76,6 +77,7 @@ pub fn calibrate_as_weighed(
         }
     };
     Ok(Calibration {
+        fit: task.carried(problem.slots(), &covariance, &open, direction_noise),
         estimates: task.estimates(&selection, &values, &covariance, &open, &found)?,
         predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
         slots: selection.predictor.slots,
@@ -319,6 +321,26 @@ impl<'a> Task<'a> {
             }
         };
         Ok(slots.iter().zip(moves).enumerate().map(estimate).collect())
+    }
+
+    /// What a description carries of the covariance: base, scale and what belongs to sessions and contacts are no part of it.
+    fn carried(&self, kept: &[Slot], covariance: &Covariance, open: &[f64], direction_noise: [f64; 3]) -> RawFit {
+        let (model, arranged) = (self.model, arrangement(self.model, self.campaign));
+        let markers = model.markers.iter().map(|marker| marker.slot..marker.slot + 3);
+        let points: Vec<_> = markers.chain([model.tool.1..model.tool.1 + 6]).collect();
+        let belongs = |slot: &Slot| !arranged.contains(slot) || points.iter().any(|own| own.contains(slot));
+        let own: Vec<usize> = (0..kept.len()).filter(|&k| belongs(&kept[k])).collect();
+        let entry = |row: usize, column: usize| {
+            let open = if row == column { open.get(row).copied().unwrap_or(0.0) } else { 0.0 };
+            covariance.matrix[(row, column)] + open * open
+        };
+        let rows = own.iter().enumerate();
+        let noise = self.campaign.sigma.unwrap_or_default();
+        RawFit {
+            parameters: own.iter().map(|&k| model.registry[kept[k]].name.clone()).collect(),
+            covariance: rows.map(|(at, &row)| own[..=at].iter().map(|&column| entry(row, column)).collect()).collect(),
+            unexplained: std::array::from_fn(|k| (direction_noise[k].powi(2) - noise[k].powi(2)).max(0.0).sqrt()),
+        }
     }
 
     /// Position error of the held-out readings that the covariance predicts (KR-270 paper, Tables X, XII).

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::equivalence::Equivalence;
 use super::shared::SharedError;
 use super::statistics::Errors;
+use crate::description::raw::RawFit;
 use crate::identifiability::Identifiability;
 use crate::least_squares::{Status, UsageError};
 use crate::math::quantiles::t95;
@@ -147,6 +148,8 @@ pub struct Calibration {
     pub direction_noise: [f64; 3],
     /// Iterations of the fit.
     pub iterations: usize,
+    /// How well the kept parameters of the robot were determined together, with what dropped ones leave open.
+    pub fit: RawFit,
     /// Root mean square of the residuals over their sigmas (with a robust loss, as it counts them) after each step taken.
     pub history: Vec<f64>,
     /// Why it ended.

@@ -113,6 +113,7 @@ pub fn with_uncertainties(raw: &RawRobot, model: &Model, found: &Calibration) ->
         let width = parameter.shown_width(estimate.value, sigma) / size(&raw, parameter);
         raw.calibration.uncertainties.insert(parameter.name.clone(), width);
     }
+    raw.calibration.fit = Some(found.fit.clone());
     raw
 }
 

@@ -16,6 +16,7 @@ use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
 use crate::kinematics::{AssemblyError, Geometry};
 use crate::model::{Fault, Model, build, contradictions};
+use crate::prediction::FittedUncertainty;
 
 /// A robot read from a file: its description, whole, and its model.
 #[derive(Debug, Clone)]
@@ -31,6 +32,11 @@ pub struct LoadedRobot {
 }
 
 impl LoadedRobot {
+    /// How certain predicted positions are, where the description says how its parameters were fitted.
+    pub fn uncertainty(&self) -> Option<FittedUncertainty> {
+        self.raw.calibration.fit.as_ref().map(|fit| FittedUncertainty::new(&self.model, fit))
+    }
+
     /// A warning where configurations (rad, m) or wrenches (N, N.m) lie outside the range in which the effects of the
     /// description were found.
     pub fn outside<'a>(&self, states: impl Iterator<Item = (&'a [f64], &'a [f64; 6])>) -> Option<Diagnostic> {

@@ -15,6 +15,7 @@ mod single;
 mod survey;
 mod terms;
 mod touching;
+mod uncertainty;
 
 pub use batch::{Linearised, Predictor};
 pub use effects::effect_columns;
@@ -25,3 +26,4 @@ pub use single::{Seen, SingleError, SinglePredictor, SingleWorkspace};
 pub use survey::survey;
 pub use terms::{Declared, Term, declared};
 pub use touching::{Toucher, seated, target_values};
+pub use uncertainty::FittedUncertainty;

@@ -50,6 +50,14 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
             mm(found.after.max)
         )
     };
+    if let Some(uncertainty) = &found.uncertainty {
+        let _ = writeln!(
+            out,
+            "standard uncertainty of the points, by the fit that the description states: {:.4} mm rms, {:.4} mm at most",
+            mm(uncertainty.rms),
+            mm(uncertainty.max)
+        );
+    }
     out += &let_go(found);
     let _ = writeln!(out, "{}", found.own_weight.words(""));
     if !found.left_out.is_empty() {

@@ -358,5 +358,11 @@ pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
         let shown: Vec<String> = axes.map(|(axis, rms)| format!("{axis} {rms:.4} mm")).collect();
         let _ = writeln!(out, "rms by direction: {}", shown.join(", "));
     }
+    if let Some(rms) = found.predicted_uncertainty {
+        let _ = writeln!(
+            out,
+            "standard uncertainty of the predicted positions {rms:.4} mm rms, by the fit that the description states"
+        );
+    }
     out + &found.own_weight.words(IN_BOTH_READINGS) + "\n"
 }

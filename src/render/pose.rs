@@ -28,6 +28,9 @@ pub fn pose(found: &Pose, screen: Screen) -> String {
     let rows = found.placed.iter().map(placed).chain(found.markers.iter().map(marker));
     out += "\n";
     out += &screen.table(&["frame", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"], rows);
+    if let Some(uncertainty) = found.standard_uncertainty {
+        let _ = writeln!(out, "standard uncertainty of the tool's position: {}", along_axes(uncertainty));
+    }
     let _ = writeln!(out, "{}", found.own_weight.words("nothing above is deflected (--weight)"));
     if found.deflection.is_some() {
         let row =
@@ -37,4 +40,9 @@ pub fn pose(found: &Pose, screen: Screen) -> String {
         out += &screen.table(&header, found.deflected.iter().map(row));
     }
     out
+}
+
+/// Standard deviations (m) along the axes of the base, in words.
+fn along_axes([x, y, z]: [f64; 3]) -> String {
+    format!("{:.4}, {:.4}, {:.4} mm along x, y, z, by the fit that the description states", mm(x), mm(y), mm(z))
 }

@@ -52,6 +52,13 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
         });
     }
     sheet.column("error", |row| format!("{:.9}", readings[row].error.iter().map(|e| e * e).sum::<f64>().sqrt()));
+    if found.predicted_uncertainty.is_some() {
+        for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
+            sheet.column(format!("uncertainty.{name}"), move |row| {
+                readings[row].standard_uncertainty.map_or_else(String::new, |own| format!("{:.9}", own[k]))
+            });
+        }
+    }
     sheet.file(file, 0..readings.len())
 }
 

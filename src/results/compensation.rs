@@ -46,6 +46,9 @@ pub struct CorrectedPoint {
     /// Predicted distance from the target.
     pub residual: f64,
     pub orientation_residual: f64,
+    /// Standard uncertainty of the point along x, y, z, m, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty: Option<[f64; 3]>,
     /// By direction that is not held: how far the point is off the target, m along x, y, z of the base, rad about rx, ry, rz of
     /// the target.
     pub let_go: IndexMap<&'static str, f64>,
@@ -108,6 +111,9 @@ pub struct Compensation {
     pub before: Distances,
     /// As predicted at the corrected commands.
     pub after: Distances,
+    /// Standard uncertainties of where the points are then, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<Distances>,
     /// Indices, from 0.
     pub refused: Vec<usize>,
     /// Where the sides of approach come from: `given`, `derived` or `unsettled`.
@@ -148,6 +154,7 @@ impl Compensation {
                 joints: joints(&found.joints),
                 residual: found.position,
                 orientation_residual: found.orientation,
+                standard_uncertainty: None,
                 let_go: hold.let_go().map(|k| (Hold::NAMES[k], found.off[k])).collect(),
                 status: "ok",
                 correction: nominal[index].as_ref().map(less).map(|by| joints(&by)),
@@ -178,6 +185,7 @@ impl Compensation {
             points: points.collect(),
             before: Distances::new(met().filter_map(|point| point.before).map(|deviation| deviation.all.norm())),
             after: Distances::new(met().map(|point| point.corrected.position)),
+            uncertainty: None,
             refused: refused.map(|(index, _)| index).collect(),
             sides: match outcome.sides {
                 Sides::Given => "given",
@@ -192,6 +200,20 @@ impl Compensation {
             robot: model.name.clone(),
             variables: model.variables.clone(),
         }
+    }
+
+    /// The same with the standard uncertainties (m) of all points of the path.
+    #[must_use]
+    pub fn with_uncertainties(mut self, all: &[[f64; 3]]) -> Self {
+        for point in &mut self.points {
+            if let CompensatedPoint::Corrected(point) = point {
+                point.standard_uncertainty = all.get(point.index).copied();
+            }
+        }
+        let size = |own: [f64; 3]| own.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let sizes: Vec<f64> = self.met().filter_map(|point| point.standard_uncertainty).map(size).collect();
+        self.uncertainty = Some(Distances::new(sizes.into_iter()));
+        self
     }
 
     /// The points that are met.

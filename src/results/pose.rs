@@ -23,6 +23,9 @@ pub struct Pose {
     pub tool: Homogeneous,
     /// Whether tool and markers stand where own weight puts them; frames are never deflected.
     pub own_weight: OwnWeight,
+    /// Standard uncertainty of the tool's position along x, y, z, m, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty: Option<[f64; 3]>,
     /// Displacement and rotation vector of tool and markers under a load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection: Option<BTreeMap<String, [f64; 6]>>,
@@ -62,6 +65,7 @@ impl Pose {
             markers: (0..model.markers.len()).map(marker).collect(),
             tool: matrix(&tool),
             own_weight: OwnWeight::nominal(model, false),
+            standard_uncertainty: None,
             deflection: None,
             deflected: Vec::new(),
             angles,

@@ -22,6 +22,10 @@ pub struct ReadingResidual {
     pub marker: String,
     /// Of x, y, z, or of the distance.
     pub error: Vec<f64>,
+    /// Standard uncertainty of the predicted position along x, y, z of the base, where the description says how it was fitted;
+    /// the noise of the reading is no part of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty: Option<[f64; 3]>,
     /// Rotation vector, of poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_error_deg: Option<Vec<f64>>,
@@ -45,6 +49,9 @@ pub struct DescriptionResiduals {
     /// By session, station, file and kind, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartErrors>,
+    /// Root mean square standard uncertainty of the predicted positions, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted_uncertainty: Option<f64>,
     /// The readings that the description fits worst.
     pub worst: Vec<WorstReading>,
     /// Root mean square error along x, y, z.
@@ -75,6 +82,7 @@ impl DescriptionResiduals {
             check: errors(&|i| campaign.readings[i].check == Some(true)),
             markers: names.iter().map(|name| ((*name).to_string(), errors(&|i| marker(i) == *name))).collect(),
             parts: parts(model, campaign, residual, |_| true).into_iter().filter(|p| p.part != "marker").collect(),
+            predicted_uncertainty: None,
             worst: worst(model, campaign, residual, &[]),
             directions: (0..directions).map(along).collect(),
             readings: readings
@@ -82,6 +90,7 @@ impl DescriptionResiduals {
                     row: reading.row,
                     pose: campaign.poses[reading.pose].clone(),
                     marker: marker(index).to_string(),
+                    standard_uncertainty: None,
                     error: residual[..lengths(reading)].iter().map(|v| mm(*v)).collect(),
                     orientation_error_deg: residual
                         .get(lengths(reading)..)
@@ -91,5 +100,17 @@ impl DescriptionResiduals {
                 })
                 .collect(),
         }
+    }
+
+    /// The same with the standard uncertainties (m) of the positions predicted for all readings.
+    #[must_use]
+    pub fn with_uncertainties(mut self, all: &[[f64; 3]]) -> Self {
+        let square = |own: &[f64; 3]| own.iter().map(|u| u * u).sum::<f64>();
+        let mean = all.iter().map(square).sum::<f64>() / all.len().max(1) as f64;
+        self.predicted_uncertainty = Some(mm(mean.sqrt()));
+        for (reading, own) in self.readings.iter_mut().zip(all) {
+            reading.standard_uncertainty = Some(own.map(mm));
+        }
+        self
     }
 }

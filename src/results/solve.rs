@@ -16,6 +16,9 @@ pub struct InverseSolution {
     pub position_error: f64,
     /// rad.
     pub orientation_error: f64,
+    /// Standard uncertainty of the tool's position along x, y, z, m, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty: Option<[f64; 3]>,
     /// Directions in which the robot moves while its tool stands still.
     pub self_motions: usize,
 }
@@ -38,6 +41,7 @@ impl InverseSolutions {
             joints: model.variables.iter().zip(&solution.joints).map(|(v, q)| (v.name.clone(), *q)).collect(),
             position_error: solution.position_error,
             orientation_error: solution.orientation_error,
+            standard_uncertainty: None,
             self_motions: solution.self_motions,
         };
         Self {

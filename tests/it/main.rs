@@ -73,6 +73,7 @@ mod table_dialects;
 mod table_parts;
 mod terminal;
 mod torques;
+mod uncertainty;
 mod ur_kinematics;
 mod urdf;
 #[cfg(feature = "xlsx")]

@@ -70,6 +70,15 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let names: Vec<String> =
         path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
     let mut found = Compensation::new(model, &names, &nominal, &poses, &outcome, settings.hold);
+    if let Some(uncertainty) = loaded.uncertainty() {
+        let mut reached = path.campaign.clone();
+        for (point, q) in outcome.points.iter().zip(reached.joints.chunks_mut(model.variables.len().max(1))) {
+            if let Ok(point) = point {
+                q.copy_from_slice(&point.corrected.joints);
+            }
+        }
+        found = found.with_uncertainties(&uncertainty.positions(model, &reached)?);
+    }
     found.process = process.map(|process| process.name);
     let all_met = found.refused.is_empty();
     let mut text = render::compensation(&found, session.terminal.screen);

@@ -72,6 +72,12 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
             Err(error) => return Err(error),
         }
     }
+    if let Some(uncertainty) = loaded.uncertainty() {
+        let at = configurations.iter().map(Vec::as_slice);
+        for (pose, own) in poses.iter_mut().zip(uncertainty.tool(&loaded.model, at, wrench)?) {
+            pose.standard_uncertainty = Some(own);
+        }
+    }
     let text = poses.iter().map(|pose| render::pose(pose, session.terminal.screen)).collect();
     let mut output = match &poses[..] {
         [pose] if command.table.is_none() => Output::new(text, pose)?,

@@ -18,7 +18,10 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let mut predicted = Linearised::default();
     Predictor::new(model, campaign, Vec::new())?.linearise(&model.registry.nominal(), false, &mut predicted)?;
-    let found = DescriptionResiduals::new(model, campaign, &predicted.residual);
+    let mut found = DescriptionResiduals::new(model, campaign, &predicted.residual);
+    if let Some(uncertainty) = loaded.robot.uncertainty().filter(|_| !campaign.is_difference()) {
+        found = found.with_uncertainties(&uncertainty.positions(model, campaign)?);
+    }
     let mut output = Output::new(render::residuals(&found, session.terminal.screen), &found)?;
     if let Some(path) = &command.table {
         output.tables.push((path.clone(), tables::residuals(&found, campaign, path)?));

@@ -37,7 +37,13 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     if command.weight {
         solutions = under_weight(&mut loaded, &target, solutions)?;
     }
-    let found = InverseSolutions::new(&loaded.model, &solutions, command.weight);
+    let mut found = InverseSolutions::new(&loaded.model, &solutions, command.weight);
+    if let Some(uncertainty) = loaded.uncertainty() {
+        let at = solutions.iter().map(|solution| solution.joints.as_slice());
+        for (solution, own) in found.solutions.iter_mut().zip(uncertainty.tool(&loaded.model, at, [0.0; 6])?) {
+            solution.standard_uncertainty = Some(own);
+        }
+    }
     let mut output = Output::new(render::solutions(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)

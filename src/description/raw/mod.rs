@@ -158,6 +158,19 @@ raw! {
 }
 
 raw! {
+    /// Covariance of fitted parameters of the robot, base and sessions left out.
+    pub struct RawFit {
+        /// Their names.
+        parameters: Vec<String>,
+        /// Lower triangle of their covariance by rows, SI.
+        covariance: Vec<Vec<f64>>,
+        /// Standard deviation along x, y, z of what the fit left above the stated noise, m, in the axes of the measurements; of all
+        /// that it left where no noise is stated.
+        unexplained: [f64; 3],
+    }
+}
+
+raw! {
     /// The range in which the effects of a description were found; outside it they are extrapolated.
     pub struct RawValidity {
         /// Least and greatest value of each variable, rad or m.
@@ -232,6 +245,9 @@ raw! {
         /// Standard deviations of single parameters as an identification left them, in the file's units (of effects SI):
         /// `identify --save` writes them, and `identify --since` reads them.
         uncertainties: IndexMap<String, f64>,
+        /// How well the fitted parameters were determined together, SI: `identify --save` writes it; `pose`, `solve`, `residuals` and
+        /// `compensate` give the standard uncertainty of positions by it. Leave it out where values are changed by hand.
+        fit: Option<RawFit>,
         /// Bounds of single parameters, in the file's units; the declared value lies within them.
         bounds: IndexMap<String, [f64; 2]>,
     }

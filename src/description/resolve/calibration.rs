@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::super::parameters::{Key, parameters};
-use super::super::raw::RawRobot;
+use super::super::raw::{RawFit, RawRobot};
 use super::super::robot::Calibration;
 use super::collector::Collector;
 
@@ -43,6 +43,7 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
             diagnostics.error(&["calibration", "uncertainties", name], message);
         }
     }
+    check_fit(given.fit.as_ref(), diagnostics);
     Calibration {
         free: given.free.clone(),
         fixed: given.fixed.clone(),
@@ -50,6 +51,27 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
         angle_tolerance,
         tolerances,
         bounds,
+    }
+}
+
+/// Rejects a covariance that is none.
+fn check_fit(fit: Option<&RawFit>, diagnostics: &mut Collector) {
+    let Some(fit) = fit else { return };
+    let path = ["calibration", "fit", "covariance"];
+    let is_triangle = fit.covariance.len() == fit.parameters.len()
+        && fit.covariance.iter().enumerate().all(|(row, own)| own.len() == row + 1);
+    if !is_triangle {
+        let n = fit.parameters.len();
+        diagnostics.error(&path, format!("the lower triangle for {n} `parameters` has rows of 1 to {n} numbers"));
+        return;
+    }
+    let is_number = |value: &f64| value.is_finite();
+    let is_variance = |own: &Vec<f64>| own.last().is_some_and(|variance| *variance >= 0.0);
+    if !fit.covariance.iter().all(|own| own.iter().all(is_number) && is_variance(own)) {
+        diagnostics.error(&path, "numbers must be finite, and the last of each row, a variance, 0 or more".to_string());
+    }
+    if !fit.unexplained.iter().all(|value| value.is_finite() && *value >= 0.0) {
+        diagnostics.error(&["calibration", "fit", "unexplained"], "must be finite numbers, 0 or more".to_string());
     }
 }
 
