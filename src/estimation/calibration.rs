@@ -77,7 +77,7 @@ pub fn calibrate_as_weighed(
         }
     };
     Ok(Calibration {
-        fit: task.carried(problem.slots(), &covariance, &open, direction_noise),
+        fit: task.carried(problem.slots(), &covariance, direction_noise),
         estimates: task.estimates(&selection, &values, &covariance, &open, &found)?,
         predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
         slots: selection.predictor.slots,
@@ -323,22 +323,24 @@ impl<'a> Task<'a> {
         Ok(slots.iter().zip(moves).enumerate().map(estimate).collect())
     }
 
-    /// What a description carries of the covariance: base, scale and what belongs to sessions and contacts are no part of it.
-    fn carried(&self, kept: &[Slot], covariance: &Covariance, open: &[f64], direction_noise: [f64; 3]) -> RawFit {
+    /// What a description carries of the covariance: base, scale and what belongs to sessions and contacts are no part of it,
+    /// nor what dropped parameters leave open in second order, which moves the kept ones so that positions stay.
+    fn carried(&self, kept: &[Slot], covariance: &Covariance, direction_noise: [f64; 3]) -> RawFit {
         let (model, arranged) = (self.model, arrangement(self.model, self.campaign));
         let markers = model.markers.iter().map(|marker| marker.slot..marker.slot + 3);
         let points: Vec<_> = markers.chain([model.tool.1..model.tool.1 + 6]).collect();
         let belongs = |slot: &Slot| !arranged.contains(slot) || points.iter().any(|own| own.contains(slot));
         let own: Vec<usize> = (0..kept.len()).filter(|&k| belongs(&kept[k])).collect();
-        let entry = |row: usize, column: usize| {
-            let open = if row == column { open.get(row).copied().unwrap_or(0.0) } else { 0.0 };
-            covariance.matrix[(row, column)] + open * open
-        };
         let rows = own.iter().enumerate();
-        let noise = self.campaign.sigma.unwrap_or_default();
+        // Residuals of the stated noise scatter themselves: their variance by sqrt(2 / n), of which 5 % exceed 1.64.
+        let excess = covariance.noise_ratio.powi(2) - 1.0;
+        let is_noise = self.campaign.sigma.is_some() && excess < 1.64 * (2.0 / covariance.freedom).sqrt();
+        let noise = if is_noise { [f64::INFINITY; 3] } else { self.campaign.sigma.unwrap_or_default() };
         RawFit {
             parameters: own.iter().map(|&k| model.registry[kept[k]].name.clone()).collect(),
-            covariance: rows.map(|(at, &row)| own[..=at].iter().map(|&column| entry(row, column)).collect()).collect(),
+            covariance: rows
+                .map(|(at, &row)| own[..=at].iter().map(|&column| covariance.matrix[(row, column)]).collect())
+                .collect(),
             unexplained: std::array::from_fn(|k| (direction_noise[k].powi(2) - noise[k].powi(2)).max(0.0).sqrt()),
         }
     }

@@ -148,7 +148,7 @@ pub struct Calibration {
     pub direction_noise: [f64; 3],
     /// Iterations of the fit.
     pub iterations: usize,
-    /// How well the kept parameters of the robot were determined together, with what dropped ones leave open.
+    /// How well the kept parameters of the robot were determined together, as descriptions carry it.
     pub fit: RawFit,
     /// Root mean square of the residuals over their sigmas (with a robust loss, as it counts them) after each step taken.
     pub history: Vec<f64>,
