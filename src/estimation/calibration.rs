@@ -328,7 +328,7 @@ impl<'a> Task<'a> {
     fn carried(&self, kept: &[Slot], covariance: &Covariance, direction_noise: [f64; 3]) -> RawFit {
         let (model, arranged) = (self.model, arrangement(self.model, self.campaign));
         let markers = model.markers.iter().map(|marker| marker.slot..marker.slot + 3);
-        let points: Vec<_> = markers.chain([model.tool.1..model.tool.1 + 6]).collect();
+        let points: Vec<_> = markers.chain(std::iter::once(model.tool.1..model.tool.1 + 6)).collect();
         let belongs = |slot: &Slot| !arranged.contains(slot) || points.iter().any(|own| own.contains(slot));
         let own: Vec<usize> = (0..kept.len()).filter(|&k| belongs(&kept[k])).collect();
         let rows = own.iter().enumerate();

@@ -49,7 +49,10 @@ pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<D
         return Vec::new();
     }
     if named.is_empty() {
-        return before.and_then(|before| unlike(evidence, limits, before, allowed, tried)).into_iter().collect();
+        return before
+            .and_then(|before| unlike(evidence, limits, [before, allowed], trials.still(&[]), tried))
+            .into_iter()
+            .collect();
     }
     vec![explained(evidence, "registration", before, &named).figure("allowed_mm", 1e3 * allowed)]
 }
@@ -157,7 +160,13 @@ fn joined(parts: impl Iterator<Item = String>, between: &str) -> String {
 }
 
 /// What no way explains.
-fn unlike(evidence: &Evidence, limits: &Limits, before: f64, allowed: f64, tried: usize) -> Option<Diagnostic> {
+fn unlike(
+    evidence: &Evidence,
+    limits: &Limits,
+    [before, allowed]: [f64; 2],
+    still: Option<f64>,
+    tried: usize,
+) -> Option<Diagnostic> {
     let message = format!(
         "registration leaves {} mm where the description's tolerances and the noise allow {} mm, and none of {tried} other ways to \
          read the files explains it",
@@ -166,7 +175,9 @@ fn unlike(evidence: &Evidence, limits: &Limits, before: f64, allowed: f64, tried
     );
     let registry = &evidence.model.registry;
     let reach: f64 = own_slots(evidence.model, Kind::Length).iter().map(|&slot| registry[slot].nominal.abs()).sum();
-    let is_hopeless = before > limits.hopeless * allowed && before > limits.hopeless_share * reach;
+    // Of a robot that moves little the spread of its readings says more than its lengths.
+    let explains_little = still.is_some_and(|still| before * limits.fall > still);
+    let is_hopeless = before > limits.hopeless * allowed && (before > limits.hopeless_share * reach || explains_little);
     let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     let remedy = "compare description and controller: lengths, zeros and senses of the joints, where the markers are; look at some \
                   configurations by hand (`residuals`)";
