@@ -8,6 +8,9 @@ use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use elastogeo::files::load_campaign;
+use elastogeo::prediction::{Linearised, Predictor};
+
 use super::cli::run;
 
 /// alpha (deg), d (mm), r (mm) of the UR5's frames.
@@ -355,4 +358,49 @@ fn what_sockets_tell_does_not_depend_on_their_noise() {
         assert_eq!(ours["rank"].as_u64(), Some(theirs as u64), "noise {noise}: {}", ours["dropped"]);
         assert_eq!(ours["kept"].as_u64(), Some(theirs as u64), "noise {noise}");
     }
+}
+
+/// Rows of angles, of parallel faces and of distances: derivatives by everything they refer to, against central differences at
+/// values drawn at random (normals of any length).
+#[test]
+fn derivatives_of_constraints_are_differences() {
+    let mut random = ChaCha8Rng::seed_from_u64(33);
+    let folder = tempfile::tempdir().expect("a folder");
+    let on = Touched::Socket(Vector3::new(420.0, 150.0, 120.0));
+    let poses = touching(on, 3, &mut random);
+    let touched: Vec<(&str, Touched, &[Vec<f64>])> =
+        ["a", "b", "c", "d", "e", "f"].map(|name| (name, on, poses.as_slice())).into();
+    let contacts = "contacts: {a: {kind: socket}, b: {kind: socket}, c: {kind: plane, radius: 12}, d: {kind: plane, radius: 12}, \
+                    e: {kind: sphere}, f: {kind: plane}}\n\
+                    distances: {a-b: 50, c-d: 200, a-e: unknown}\nangles: {c-f: 88}\n";
+    campaign(folder.path(), &touched, contacts);
+    let path = folder.path().join("campaign.yaml");
+    let loaded = load_campaign(path.to_str().expect("a name"), None).expect("readable");
+    let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
+    assert!(campaign.constraints.len() >= 4, "{}", campaign.constraints.len());
+    let slots: Vec<usize> =
+        (0..campaign.targets.len()).flat_map(|k| model.target_values(k).iter().flatten().copied()).collect();
+    let mut values = model.registry.nominal();
+    slots.iter().for_each(|&slot| values[slot] = random.random_range(0.2..1.2));
+    let predictor = Predictor::new(model, campaign, slots.clone()).expect("readings");
+    let mut at = Linearised::default();
+    predictor.linearise(&values, true, &mut at).expect("predicted");
+    let first = at.residual.len() - campaign.constraints.len();
+    let mut moving = vec![0; campaign.constraints.len()];
+    for (column, slot) in slots.iter().enumerate() {
+        let residual = |change: f64| {
+            let (mut moved, mut found) = (values.clone(), Linearised::default());
+            moved[*slot] += change;
+            predictor.linearise(&moved, false, &mut found).expect("predicted");
+            found.residual
+        };
+        let (plus, minus) = (residual(1e-6), residual(-1e-6));
+        for row in first..at.residual.len() {
+            let (by, difference) = (at.jacobian[row * slots.len() + column], (minus[row] - plus[row]) / 2e-6);
+            let name = &model.registry[*slot].name;
+            assert!((by - difference).abs() < 1e-8, "constraint {} by {name}: {by} {difference}", row - first);
+            moving[row - first] += usize::from(difference.abs() > 1e-3);
+        }
+    }
+    assert!(moving.iter().all(|count| *count >= 2), "{moving:?}");
 }
