@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use nalgebra::{Rotation3, Vector3};
 use serde_json::Value;
 
 use super::cli::{Ran, run};
@@ -670,6 +671,65 @@ fn readings_of_one_point_are_no_robot_in_other_units() {
             table.rows.iter_mut().for_each(|row| columns.iter().for_each(|&k| row[k].clone_from(&first[k])));
         });
         refuses(at, &["check", "./s"], "unlike-description", &["none of"]);
+    }
+}
+
+/// Mistakes of the table that no other way to read it explains: none of them ends with a sound figure.
+#[test]
+fn mistakes_in_a_row_are_never_sound() {
+    type Spoiled = fn(&mut Table);
+    fn changed(table: &mut Table, change: impl Fn(usize, Vec<f64>) -> Vec<f64>, names: [&str; 3]) {
+        let columns = names.map(|name| table.column(name));
+        for (k, row) in table.rows.iter_mut().enumerate() {
+            let values = columns.iter().map(|&column| row[column].parse().expect("a number")).collect();
+            for (&column, value) in columns.iter().zip(change(k, values)) {
+                row[column] = value.to_string();
+            }
+        }
+    }
+    // Roll, pitch and yaw in the place of the rotation vector.
+    let angles: Spoiled = |t| {
+        let change = |_: usize, v: Vec<f64>| {
+            let turn = Rotation3::new(Vector3::from_vec(v) * std::f64::consts::PI / 180.0);
+            let (roll, pitch, yaw) = turn.euler_angles();
+            [roll, pitch, yaw].map(f64::to_degrees).to_vec()
+        };
+        changed(t, change, ["rx", "ry", "rz"]);
+    };
+    let inverse: Spoiled = |t| changed(t, |_, v| v.iter().map(|v| -v).collect(), ["rx", "ry", "rz"]);
+    let other_robot: Spoiled = |t| {
+        let change = |k: usize, v: Vec<f64>| if k.is_multiple_of(2) { v } else { vec![v[1], v[0], v[2]] };
+        changed(t, change, ["q1", "q2", "q3"]);
+    };
+    let pasted: Spoiled = |t| {
+        let columns = ["x", "y", "z", "rx", "ry", "rz"].map(|name| t.column(name));
+        let half = t.rows.len() / 2;
+        for k in 0..half {
+            columns.iter().for_each(|&column| t.rows[half + k][column] = t.rows[k][column].clone());
+        }
+    };
+    let rounded: Spoiled = |t| {
+        changed(t, |_, v| v.iter().map(|v| v.round()).collect(), ["q1", "q2", "q3"]);
+        changed(t, |_, v| v.iter().map(|v| v.round()).collect(), ["q4", "q5", "q6"]);
+    };
+    for (what, spoiled, code) in [
+        ("angles", angles, "unlike-description"),
+        ("inverse", inverse, "unlike-description"),
+        ("other robot", other_robot, "unlike-description"),
+        ("pasted", pasted, "unlike-description"),
+        ("rounded", rounded, "noise-unlike-stated"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        simulated(at, "universal-ur5", &["--poses", "30", "--observes", "pose"]);
+        assert_eq!(run(at, &["identify", "./s"]).status, 0, "sound");
+        spoil(&at.join("s"), spoiled);
+        if code == "noise-unlike-stated" {
+            doubts(at, &["identify", "./s"], code, &[]);
+        } else {
+            refuses(at, &["identify", "./s", "--save", "i.yaml"], code, &["none of"]);
+            assert!(!at.join("i.yaml").exists(), "{what}");
+        }
     }
 }
 
