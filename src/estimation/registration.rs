@@ -12,7 +12,7 @@ use crate::least_squares::{self, Bounds};
 use crate::model::Model;
 use crate::observation::{Observes, POSE};
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_point};
+use crate::prediction::{Linearised, PredictionError, Predictor, target_values, undeflected_point};
 
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
@@ -110,9 +110,7 @@ pub fn rough(
 /// Starts for unknown distances: the mean of those between the targets that share one.
 fn start_distances(model: &Model, campaign: &Campaign, values: &mut [f64]) {
     let point = |target: usize, values: &[f64]| {
-        let mut at = campaign.targets[target].assumed();
-        model.target_values(target).iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |s| values[s]));
-        Vector3::from_column_slice(&at[..3])
+        Vector3::from_column_slice(&target_values(model, campaign, target, values)[..3])
     };
     let mut sums: Vec<(Slot, f64, f64)> = Vec::new();
     for constraint in &campaign.constraints {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::columns::{Columns, ReadingRows, elastic};
 use super::error::PredictionError;
 use super::measured_loads::LoadMotions;
-use super::reading::{Predicted, ReadingAt, by_column};
+use super::reading::{Predicted, ReadingAt, by_column, target_values};
 use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared, measured_frames};
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
@@ -119,11 +119,7 @@ impl<'a> Predictor<'a> {
         let first = self.rows() - campaign.constraints.len();
         for (row, constraint) in (first..).zip(&campaign.constraints) {
             let own = constraint.targets.map(|target| self.model.target_values(target));
-            let [a, b] = [0, 1].map(|k| {
-                let mut at = campaign.targets[constraint.targets[k]].assumed();
-                own[k].iter().zip(&mut at).for_each(|(slot, at)| *at = slot.map_or(*at, |slot| values[slot]));
-                at
-            });
+            let [a, b] = constraint.targets.map(|target| target_values(self.model, campaign, target, values));
             let length =
                 constraint.length.and_then(|length| self.model.target_values(length).first().copied().flatten());
             let expected = length.map_or(constraint.value, |slot| values[slot]);

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::math::rotation_vector;
+use crate::model::Model;
 use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, PointDerivative, TargetValues, Twist};
 use crate::state::{LoadedPoint, Mechanics, State};
 
@@ -49,13 +50,7 @@ impl ReadingAt<'_> {
     /// Values of what the reading refers to.
     fn target(&self) -> TargetValues {
         let geometry = &self.mechanics.geometry;
-        let index = self.reading().target;
-        let Some(target) = self.campaign.targets.get(index) else { return [0.0; MOST_TARGET_VALUES] };
-        let mut values = target.assumed();
-        for (value, slot) in values.iter_mut().zip(geometry.model.target_values(index)) {
-            *value = slot.map_or(*value, |slot| geometry.values()[slot]);
-        }
-        values
+        target_values(geometry.model, self.campaign, self.reading().target, geometry.values())
     }
 
     /// Prediction with what load does to the point, base axes.
@@ -115,4 +110,14 @@ pub fn undeflected_point(geometry: &Geometry, placements: &Placements, reading: 
     let model = geometry.model;
     let frame = reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
     placements.frames[frame] * geometry.point(model.point_slot(reading.marker, reading.session))
+}
+
+/// Values of what readings refer to, with these `values` of all parameters (by slot, SI); zeros where there is no such target.
+pub fn target_values(model: &Model, campaign: &Campaign, target: usize, values: &[f64]) -> TargetValues {
+    let Some(known) = campaign.targets.get(target) else { return [0.0; MOST_TARGET_VALUES] };
+    let mut own = known.assumed();
+    own.iter_mut()
+        .zip(model.target_values(target))
+        .for_each(|(own, slot)| *own = slot.map_or(*own, |slot| values[slot]));
+    own
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
+use super::reading::target_values;
 use super::single::SinglePredictor;
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
@@ -90,13 +91,6 @@ impl<'a> Toucher<'a> {
         }
         best.map(|(_, q)| q)
     }
-}
-
-/// The values of a target with these `values` of all parameters.
-pub fn target_values(model: &Model, campaign: &Campaign, target: usize, values: &[f64]) -> TargetValues {
-    let mut own = campaign.targets[target].assumed();
-    own.iter_mut().zip(model.target_values(target)).for_each(|(own, slot)| *own = slot.map_or(*own, |s| values[s]));
-    own
 }
 
 /// The campaign with the joints of each ball in a socket moved to where it sits in it: motions that change no reading leave

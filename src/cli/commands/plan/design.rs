@@ -12,6 +12,7 @@ use crate::files::{Design as CampaignFile, LoadedRobot};
 use crate::model::Model;
 use crate::observation::MOST_ROWS;
 use crate::planning::{Design, Planned};
+use crate::prediction::target_values;
 use crate::simulation::{generator, lay_out};
 
 /// A campaign file as it is planned for.
@@ -185,7 +186,7 @@ fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobo
         if !["anchor", "contact"].contains(&target.column) {
             continue;
         }
-        let own = crate::prediction::target_values(model, campaign, index, values);
+        let own = target_values(model, campaign, index, values);
         let numbers: Vec<String> = target
             .values
             .iter()
