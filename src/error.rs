@@ -2,7 +2,7 @@
 
 use crate::compensation::Refusal;
 use crate::description::yaml::WriteError;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics};
 use crate::elastics::Mechanism;
 use crate::estimation::CalibrationError;
 use crate::estimation::compensator::CompensatorError;
@@ -118,6 +118,22 @@ impl Error {
     #[must_use]
     pub fn at(self, at: impl Into<String>) -> Self {
         Self::At { at: at.into(), error: Box::new(self) }
+    }
+
+    /// The same as diagnostics: those of a wrong input, else one that says what failed and what to try.
+    pub fn explained(&self) -> Diagnostics {
+        if let Some(found) = self.diagnostics() {
+            return found.clone();
+        }
+        let code = match self {
+            Self::Calibration(CalibrationError::NotConverged { .. }) => Code::NotConverged,
+            _ => Code::NotComputed,
+        };
+        let diagnostic = Diagnostic::error(self.to_string()).code(code);
+        match self.remedy() {
+            Some(remedy) => diagnostic.remedy(remedy).into(),
+            None => diagnostic.into(),
+        }
     }
 
     /// The diagnostics of a wrong input; `None` where the input is sound and the computation failed.

@@ -7,6 +7,7 @@ mod session;
 mod terminal;
 mod values;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,9 +16,7 @@ use std::sync::Arc;
 use clap::Parser;
 
 use crate::Error;
-use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Catalogue;
-use crate::estimation::CalibrationError;
 use crate::files::Reader;
 use crate::render::diagnostics::{inert_lines, render};
 use crate::render::table::Screen;
@@ -32,18 +31,73 @@ pub fn main() -> ExitCode {
     main_with(Catalogue::standard())
 }
 
+/// Runs a command line given as a list, the program's name first, as [`main`] does that of this process; the exit status.
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    performed(&Arguments::parse_from(arguments), Catalogue::standard())
+}
+
+/// What a command found, for a program that called it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// What `--format json` prints.
+    pub json: serde_json::Value,
+    /// What people read.
+    pub text: String,
+    /// Whether the result is not to be used: exit status 1 of the command.
+    pub failed: bool,
+}
+
+/// Runs one command for a program: as [`main_with`], but nothing is printed, and signals stay with the program. `arguments` are
+/// those behind the program's name; `watch` is told how far long work is. Of `--jobs`, `--format` and `--quiet` nothing is heeded.
+///
+/// # Errors
+/// As the command, and arguments that it does not have.
+///
+/// ```
+/// use elastogeo::effects::Catalogue;
+///
+/// let pose = ["pose", "universal-ur5", "--joints", "q1=30,q2=-60,q3=90"].map(String::from);
+/// let answer = elastogeo::cli::call(Catalogue::standard(), &pose, &|_| ())?;
+/// assert!(answer.json["tool"][0][3].is_f64() && !answer.failed);
+/// # Ok::<(), elastogeo::Error>(())
+/// ```
+pub fn call(
+    catalogue: impl Into<Arc<Catalogue>>,
+    arguments: &[String],
+    watch: &(dyn Fn(&str) + Sync),
+) -> Result<Answer, Error> {
+    crate::files::leave_signals();
+    let arguments = Arguments::try_parse_from(std::iter::once("elastogeo").chain(arguments.iter().map(String::as_str)))
+        .map_err(|error| {
+            let text = error.to_string();
+            let mut lines = text.trim_start_matches("error: ").lines();
+            let message = lines.next().unwrap_or_default();
+            let rest: Vec<&str> = lines.map(str::trim).filter(|line| !line.is_empty()).collect();
+            Error::input(message, rest.join("; "))
+        })?;
+    let terminal = Terminal { screen: Screen::new(None), quiet: true, watch: Some(watch) };
+    let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
+    let output = run(&session)?;
+    spare_inputs(&session, &output)?;
+    write_files(&output, None)?;
+    Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.text), failed: output.failed })
+}
+
 /// Runs the command line of this process with a catalogue of effects: that of a program with effects of its own, for which
 /// all commands then work.
 pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
-    let arguments = Arguments::parse();
+    performed(&Arguments::parse(), catalogue).into()
+}
+
+fn performed(arguments: &Arguments, catalogue: impl Into<Arc<Catalogue>>) -> u8 {
     let color = terminal::color();
     let screen = Screen::new(terminal::width().filter(|_| arguments.output.is_none()));
     if let Some(jobs) = arguments.jobs {
         // Fails only if a pool stands already, which nothing before this makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build_global();
     }
-    let terminal = Terminal { screen, quiet: arguments.quiet };
-    let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
+    let terminal = Terminal { screen, quiet: arguments.quiet, watch: None };
+    let session = Session { arguments, terminal, reader: Reader::new(catalogue) };
     let delivered = run(&session).and_then(|output| {
         spare_inputs(&session, &output)?;
         if !arguments.quiet {
@@ -53,8 +107,8 @@ pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
         Ok(output.failed)
     });
     match delivered {
-        Ok(false) => ExitCode::SUCCESS,
-        Ok(true) => ExitCode::from(1),
+        Ok(false) => 0,
+        Ok(true) => 1,
         Err(error) => {
             let (told, status) = match error.diagnostics() {
                 Some(diagnostics) => (render(diagnostics, color), 2),
@@ -67,25 +121,14 @@ pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
             if arguments.format == Format::Json {
                 refused(&error);
             }
-            ExitCode::from(status)
+            status
         }
     }
 }
 
 /// Why there is no result, for programs: nothing but the diagnostics.
 fn refused(error: &Error) {
-    let found = error.diagnostics().cloned();
-    let code = match error {
-        Error::Calibration(CalibrationError::NotConverged { .. }) => Code::NotConverged,
-        _ => Code::NotComputed,
-    };
-    let found = found.unwrap_or_else(|| {
-        let diagnostic = Diagnostic::error(error.to_string()).code(code);
-        match error.remedy() {
-            Some(remedy) => diagnostic.remedy(remedy).into(),
-            None => diagnostic.into(),
-        }
-    });
+    let found = error.explained();
     if let Ok(text) = serde_json::to_string_pretty(&serde_json::json!({ "diagnostics": found })) {
         // A closed stream is ignored, as that of errors is.
         let _ = writeln!(std::io::stdout().lock(), "{text}");
@@ -118,12 +161,8 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
         Format::Text => inert_lines(&output.text),
         Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",
     };
-    let texts = output.files.iter().map(|(path, content)| (path.as_path(), content.as_bytes()));
-    let tables = output.tables.iter().map(|(path, content)| (path.as_path(), content.as_slice()));
-    let mut files: Vec<(&Path, &[u8])> = texts.chain(tables).collect();
     let printed_to = arguments.output.as_deref().filter(|_| !output.written);
-    files.extend(printed_to.map(|path| (path, text.as_bytes())));
-    crate::files::write_whole(&files)?;
+    write_files(output, printed_to.map(|path| (path, text.as_bytes())))?;
     if printed_to.is_some() || arguments.quiet {
         return Ok(());
     }
@@ -137,6 +176,14 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(()),
     }
+}
+
+/// Writes the files of a command, and one more.
+fn write_files<'a>(output: &'a Output, more: Option<(&'a Path, &'a [u8])>) -> Result<(), Error> {
+    let texts = output.files.iter().map(|(path, content)| (path.as_path(), content.as_bytes()));
+    let tables = output.tables.iter().map(|(path, content)| (path.as_path(), content.as_slice()));
+    let files: Vec<(&Path, &[u8])> = texts.chain(tables).chain(more).collect();
+    crate::files::write_whole(&files)
 }
 
 fn run(session: &Session) -> Result<Output, Error> {

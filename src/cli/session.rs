@@ -9,7 +9,7 @@ pub struct Session<'a> {
     /// The command line.
     pub arguments: &'a Arguments,
     /// Where text and progress go.
-    pub terminal: Terminal,
+    pub terminal: Terminal<'a>,
     /// Reads inputs, and keeps them from being written over.
     pub reader: Reader,
 }

@@ -2,7 +2,7 @@
 
 use std::io::IsTerminal;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::render::table::Screen;
 
@@ -10,26 +10,67 @@ use crate::render::table::Screen;
 const NARROWEST: usize = 40;
 
 /// Where text and progress go.
-#[derive(Debug, Clone, Copy)]
-pub struct Terminal {
+#[derive(Clone, Copy)]
+pub struct Terminal<'a> {
     /// What tables are laid out for.
     pub screen: Screen,
     /// Progress and results are not shown.
     pub quiet: bool,
+    /// Told of progress, where a program runs the command.
+    pub watch: Option<&'a (dyn Fn(&str) + Sync)>,
 }
 
-impl Terminal {
+/// Progress of long work: a bar on a terminal, words for a program.
+pub struct Bar<'a> {
+    shown: ProgressBar,
+    watch: Option<&'a (dyn Fn(&str) + Sync)>,
+}
+
+impl Bar<'_> {
+    pub fn set_position(&self, position: u64) {
+        self.shown.set_position(position);
+        if self.shown.length().is_some() {
+            self.tell(&format!("{position} %"));
+        }
+    }
+
+    pub fn set_message(&self, message: String) {
+        match self.shown.position() {
+            0 => self.tell(&message),
+            iteration => self.tell(&format!("iteration {iteration}: {message}")),
+        }
+        self.shown.set_message(message);
+    }
+
+    pub fn tick(&self) {
+        self.shown.tick();
+    }
+
+    pub fn finish_and_clear(&self) {
+        self.shown.finish_and_clear();
+    }
+
+    fn tell(&self, what: &str) {
+        if let Some(watch) = self.watch {
+            watch(what);
+        }
+    }
+}
+
+impl<'a> Terminal<'a> {
     /// A progress bar of `length` steps, or one that only turns; hidden off a terminal and by `--quiet`.
-    pub fn bar(self, length: Option<u64>, template: &str) -> ProgressBar {
+    pub fn bar(self, length: Option<u64>, template: &str) -> Bar<'a> {
         let bar = match length {
-            _ if self.quiet || !std::io::stderr().is_terminal() => ProgressBar::hidden(),
+            _ if self.quiet || !std::io::stderr().is_terminal() => {
+                ProgressBar::with_draw_target(length, ProgressDrawTarget::hidden())
+            }
             Some(length) => ProgressBar::new(length),
             None => ProgressBar::new_spinner(),
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
-        bar
+        Bar { shown: bar, watch: self.watch }
     }
 }
 

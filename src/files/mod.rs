@@ -23,6 +23,8 @@ pub use place::bundled_robots;
 pub use reader::Reader;
 pub use robot::{LoadedRobot, load_robot};
 pub use schema_line::schema_line;
+#[cfg(feature = "cli")]
+pub use signals::leave_signals;
 pub use start::{moved_to, source_urdf};
 #[cfg(feature = "cli")]
 pub use write::{writable, writable_table, write_whole};

@@ -7,7 +7,14 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
 
 /// While it lives, signals to end are noted; they are heeded when it is dropped.
-pub(super) struct Deferred(&'static State);
+pub(super) struct Deferred(Option<&'static State>);
+
+static LEFT: AtomicBool = AtomicBool::new(false);
+
+/// Leaves signals to the program that uses the library: one that handles them itself must not be ended by them.
+pub fn leave_signals() {
+    LEFT.store(true, Ordering::SeqCst);
+}
 
 struct State {
     /// Whether a signal ends the program at once.
@@ -17,6 +24,9 @@ struct State {
 
 impl Deferred {
     pub(super) fn new() -> Self {
+        if LEFT.load(Ordering::SeqCst) {
+            return Self(None);
+        }
         static STATE: OnceLock<State> = OnceLock::new();
         let state = STATE.get_or_init(|| {
             let state = State { heeded: Arc::new(AtomicBool::new(true)), noted: Arc::default() };
@@ -28,14 +38,15 @@ impl Deferred {
             state
         });
         state.heeded.store(false, Ordering::SeqCst);
-        Self(state)
+        Self(Some(state))
     }
 }
 
 impl Drop for Deferred {
     fn drop(&mut self) {
-        self.0.heeded.store(true, Ordering::SeqCst);
-        if let Ok(signal @ 1..) = i32::try_from(self.0.noted.load(Ordering::SeqCst)) {
+        let Some(state) = self.0 else { return };
+        state.heeded.store(true, Ordering::SeqCst);
+        if let Ok(signal @ 1..) = i32::try_from(state.noted.load(Ordering::SeqCst)) {
             let _ = low_level::emulate_default_handler(signal);
         }
     }

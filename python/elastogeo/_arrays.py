@@ -1,0 +1,23 @@
+"""Arrays to and from the native part."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def rows(values: npt.ArrayLike, width: int) -> tuple[Array, bool]:
+    """Values as rows of `width`, and whether it was a single one."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.ndim == 1 and array.size == width:
+        return array.reshape(1, width), True
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ValueError(f"an array of shape {array.shape}; expected (n, {width}) or ({width},)")
+    return array, False
+
+
+def array(data: bytearray, *shape: int) -> Array:
+    """An array of what the native part returned."""
+    return np.frombuffer(data, dtype=np.float64).reshape(shape)

@@ -1,0 +1,72 @@
+"""The native part. Arrays cross as bytes of 64-bit floats, row-major, SI."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+__version__: str
+
+class Error(ValueError):
+    """Why an input cannot be read or a result not be computed; `diagnostics` lists every fault found."""
+
+    diagnostics: list[dict[str, Any]]
+
+def command(
+    arguments: Sequence[str], progress: Callable[[str], object] | None = None, effects: Sequence[object] = ()
+) -> tuple[str, str, bool]: ...
+def main(arguments: Sequence[str]) -> int: ...
+def bundled_robots() -> list[str]: ...
+
+class Robot:
+    name: str
+    variables: list[tuple[str, bool, tuple[float, float] | None]]
+    frames: list[str]
+    markers: list[str]
+    parameters: list[tuple[str, str, float, float, bool]]
+    units: list[float]
+    def __new__(cls, name: str, effects: Sequence[object] = ()) -> Robot: ...
+    def forward(self, q: bytes, at: str | None = None, loads: bytes | None = None) -> bytearray: ...
+    def jacobian(self, q: bytes, at: str | None = None) -> bytearray: ...
+    def compliance(self, q: bytes, at: str | None = None) -> bytearray: ...
+
+class Campaign:
+    name: str
+    robot: str | None
+    observes: str
+    readings: int
+    poses: list[str]
+    warnings: list[str]
+    def __new__(cls, file: str, robot: str | None = None, effects: Sequence[object] = ()) -> Campaign: ...
+    def csv(self) -> str: ...
+
+class Problem:
+    start: list[float]
+    bounds: list[tuple[float, float]]
+    scale: list[float]
+    def __new__(
+        cls, campaign: Campaign, parameters: Sequence[str], values: dict[str, float], check: float, seed: int
+    ) -> Problem: ...
+    def residual(self, x: bytes) -> bytearray: ...
+    def jacobian(self, x: bytes) -> bytearray: ...
+
+class Site:
+    """Where an effect sits."""
+
+    name: str
+    variable: int
+
+class Reading:
+    """The state of the robot in one reading, SI: joints `q`, loads on them under own weight and the applied wrench (`load`) and
+    under own weight alone (`own_load`), and the surroundings, where they are known."""
+
+    q: list[float]
+    load: list[float]
+    own_load: list[float]
+    side: list[float]
+    last_move: list[float]
+    time: float | None
+    session_time: float | None
+    temperature: float | None
+    position: list[float]
+    up: list[float]
+    deflection: list[float]
+    is_difference: bool

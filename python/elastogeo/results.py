@@ -1,0 +1,239 @@
+"""What commands find: the command's JSON, with tables, arrays and plots."""
+
+from __future__ import annotations
+
+import html
+import os
+from typing import Any
+
+import numpy as np
+
+from . import plots
+from ._arrays import Array
+
+
+class Result:
+    """What a command found: :meth:`to_dict` is its JSON, ``print`` shows its text."""
+
+    def __init__(self, found: dict[str, Any], text: str, failed: bool) -> None:
+        self._found = found
+        self.text = text
+        #: Whether the result may be used: exit status 0 of the command.
+        self.usable = not failed
+
+    def to_dict(self) -> dict[str, Any]:
+        """The command's JSON (``--format json``)."""
+        return self._found
+
+    def __getitem__(self, key: str) -> Any:
+        return self._found[key]
+
+    @property
+    def diagnostics(self) -> list[dict[str, Any]]:
+        """Warnings: code, severity, message, remedy and, below ``at``, the place in the file."""
+        found: list[dict[str, Any]] = self._found.get("diagnostics", [])
+        return found
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def _plot(self) -> str:
+        return ""
+
+    def _tables(self) -> list[str]:
+        return []
+
+    def _repr_html_(self) -> str:
+        shown = self._plot() + "".join(self._tables())
+        return shown + f"<details {'' if shown else 'open'}><summary>all</summary><pre>{html.escape(self.text)}</pre></details>"
+
+
+class Identification(Result):
+    """What ``identify`` and ``register`` find. Lengths in mm, angles in deg, stiffnesses in SI."""
+
+    def __init__(self, found: dict[str, Any], text: str, failed: bool, robot: str | None = None) -> None:
+        super().__init__(found, text, failed)
+        #: File of the calibrated description; ``None`` where it was not written.
+        self.file = robot if robot is not None and os.path.isfile(robot) else None
+
+    @property
+    def parameters(self) -> Any:
+        """A row for each parameter: name, unit, nominal, value, ci95, identifiable, at_bound, ..; a pandas data frame."""
+        return _table(self._found["parameters"])
+
+    @property
+    def kept(self) -> list[str]:
+        """Names of the parameters that were identified."""
+        kept: list[str] = self._found["kept_parameters"]
+        return kept
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values by name, mm, deg and SI; infinite where a stiffness is rigid."""
+        return {each["name"]: _number(each["value"]) for each in self._found["parameters"]}
+
+    @property
+    def rms(self) -> dict[str, float | None]:
+        """Root mean square errors before, with base and tool fitted alone, and calibrated, of readings not seen (else of those
+        fitted); mm."""
+        residuals = self._found["residuals"]
+        check = "check_" if residuals.get("check_after") else ""
+        stages = ("before", "registration", "after")
+        return {stage: (residuals[check + stage] or {}).get("rms") for stage in stages}
+
+    def _plot(self) -> str:
+        shown: dict[str, list[tuple[str, float, float | None]]] = {"mm": [], "deg": [], "%": []}
+        for each in self._found["parameters"]:
+            if not each["identifiable"] or each["name"].startswith("base."):
+                continue
+            nominal, change, width = _number(each["nominal"]), _number(each["value"]), each["ci95"] or 0.0
+            change -= nominal
+            if each["unit"] in shown:
+                shown[each["unit"]].append((each["name"], change, width))
+            elif nominal:
+                shown["%"].append((each["name"], 100 * change / abs(nominal), 100 * width / abs(nominal)))
+        return "".join(plots.intervals(f"changes, {unit}", rows) for unit, rows in shown.items())
+
+    def _tables(self) -> list[str]:
+        columns = ("name", "unit", "nominal", "value", "ci95", "at_bound")
+        return [
+            plots.table([{"stage": stage, "rms, mm": rms} for stage, rms in self.rms.items()]),
+            plots.table([{c: e[c] for c in columns} for e in self._found["parameters"] if e["identifiable"]]),
+        ]
+
+
+class Diagnosis(Result):
+    """What ``diagnose`` finds."""
+
+    @property
+    def verdict(self) -> str:
+        """``no-gap``, ``explained``, ``partly-explained`` or ``unexplained``."""
+        return str(self._found["verdict"])
+
+    @property
+    def causes(self) -> Any:
+        """A row for each cause: effect, site, probability, rms before and after, shrinkage; a pandas data frame."""
+        return _table([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])
+
+    @property
+    def sites(self) -> Any:
+        """The share of the gap that could come from each site; a pandas data frame."""
+        return _table(self._found["where"]["sites"])
+
+    def _plot(self) -> str:
+        bars = [(each["site"], each["share"]) for each in self._found["where"]["sites"] if each["share"] > 0]
+        return plots.bars("share of the gap that could come from each site", bars)
+
+    def _tables(self) -> list[str]:
+        head = f"<p><b>{html.escape(self.verdict)}</b></p>"
+        return [head, plots.table([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])]
+
+
+class Stiffness(Result):
+    """What ``stiffness`` finds; SI, base axes, (displacement, rotation) against (force, moment)."""
+
+    @property
+    def stiffness(self) -> Array:
+        """Shape (6, 6)."""
+        return np.array(self._found["stiffness"], dtype=np.float64)
+
+    @property
+    def compliance(self) -> Array:
+        """Shape (6, 6)."""
+        return np.array(self._found["compliance"], dtype=np.float64)
+
+    @property
+    def deflection(self) -> Array:
+        """Shape (6,): m and rad."""
+        return np.array(self._found["deflection"], dtype=np.float64)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of the work by each element."""
+        shares: dict[str, float] = self._found["shares"]
+        return shares
+
+    def _plot(self) -> str:
+        return plots.bars("share of each element", list(self.shares.items()))
+
+
+class Residuals(Result):
+    """What ``residuals`` finds: mm (deg and N.m of other readings), measured less predicted."""
+
+    @property
+    def readings(self) -> Any:
+        """A row for each reading; a pandas data frame."""
+        return _table(self._found["readings"])
+
+    @property
+    def errors(self) -> list[Array]:
+        """The error of each reading, coordinate by coordinate."""
+        return [np.array(each["error"], dtype=np.float64) for each in self._found["readings"]]
+
+    def _plot(self) -> str:
+        sizes = [float(np.linalg.norm(error[:3])) for error in self.errors if error.size]
+        return plots.histogram(f"error of the readings, {self._found['unit']}", sizes)
+
+
+class Configurations(Result):
+    """Configurations chosen by ``plan``, or commands corrected by ``compensate``."""
+
+    def __init__(self, found: dict[str, Any], text: str, failed: bool, key: str, variables: list[str]) -> None:
+        super().__init__(found, text, failed)
+        self._rows: list[dict[str, Any]] = found[key]
+        self.variables = variables
+
+    @property
+    def joints(self) -> Array:
+        """Shape (n, joints), rad and m; nan where a point was refused."""
+        rows = [[each.get("joints", {}).get(name, np.nan) for name in self.variables] for each in self._rows]
+        return np.array(rows, dtype=np.float64).reshape(-1, len(self.variables))
+
+    @property
+    def table(self) -> Any:
+        """A row for each configuration; a pandas data frame."""
+        plain = [{k: v for k, v in each.items() if _is_plain(v)} | each.get("joints", {}) for each in self._rows]
+        return _table(plain)
+
+    def _tables(self) -> list[str]:
+        joints = [dict(zip(self.variables, row)) for row in self.joints.tolist()]
+        return [plots.table(joints[:50])]
+
+
+class Simulated(Result):
+    """What ``simulate`` wrote: its folder, and the truth."""
+
+    def __init__(self, found: dict[str, Any], text: str, failed: bool, folder: str) -> None:
+        super().__init__(found, text, failed)
+        self.folder = folder
+
+    @property
+    def truth(self) -> Any:
+        """The parameters with which it was made, SI; a pandas data frame."""
+        return _table([{"name": name} | each for name, each in self._found["truth"]["parameters"].items()])
+
+
+class Report(Result):
+    """The page that ``report`` wrote."""
+
+    def __init__(self, found: dict[str, Any], text: str, failed: bool, html: str) -> None:
+        super().__init__(found, text, failed)
+        #: The page, self-contained.
+        self.html = html
+
+    def _repr_html_(self) -> str:
+        return f'<iframe style="width:100%;height:40em;border:0" srcdoc="{html.escape(self.html)}"></iframe>'
+
+
+def _is_plain(value: object) -> bool:
+    return value is None or isinstance(value, (str, int, float))
+
+
+def _number(value: float | None) -> float:
+    return float("inf") if value is None else value
+
+
+def _table(rows: list[dict[str, Any]]) -> Any:
+    from .robot import table
+
+    return table(rows)

@@ -1,0 +1,78 @@
+"""An effect of a program's own, in Python."""
+
+from pathlib import Path
+
+import elastogeo
+import numpy as np
+import pytest
+from elastogeo.effects import Changes, Effect, joint
+from elastogeo._native import Reading, Site
+
+
+class HosePull(Effect):
+    """A hose package turns joint 5 as joints 4 and 6 wind it up."""
+
+    name = "hose-pull"
+    sites = ["joint:5"]
+    parameters = {"pull": ("1/rad", 1e-4)}
+    signature = "an angle of one joint that grows with the square of how far the hose is wound up"
+    remedy = "lengthen the hose package"
+
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        return {"pull": joint("q5", (reading.q[3] + reading.q[5]) ** 2)}
+
+
+class Faulty(HosePull):
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        raise RuntimeError("no law")
+
+
+class Nowhere(HosePull):
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        return {"pull": joint("q9", 1.0)}
+
+
+PULL = 3e-4
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign of a robot whose hose pulls."""
+    folder = tmp_path_factory.mktemp("pulled")
+    elastogeo.simulate(
+        "universal-ur5", 60, folder, effects=[HosePull()], seed=5, errors=0.5, noise=0.03,
+        unknown_base=True, unknown_tool=True, effect=f"hose-pull@joint:5:pull={PULL}",
+    )  # fmt: skip
+    return folder
+
+
+def test_it_is_found_and_explains_the_gap(pulled: Path) -> None:
+    campaign = elastogeo.Campaign(pulled, effects=[HosePull()])
+    found = elastogeo.diagnose(campaign)
+    causes = [(each["effect"], each["site"]) for each in found["causes"]]
+    assert ("hose-pull", "joint:5") in causes
+    (own,) = (each for each in found["causes"] if each["effect"] == "hose-pull")
+    assert own["parameters"][0]["value"] == pytest.approx(PULL, rel=0.1)
+    without = elastogeo.diagnose(pulled)
+    assert "hose-pull" not in [each["effect"] for each in without["causes"]]
+
+
+@pytest.mark.parametrize(("effect", "words"), [(Faulty(), "no law"), (Nowhere(), "q9")])
+def test_its_faults_are_raised(effect: Effect, words: str, pulled: Path) -> None:
+    with pytest.raises(Exception, match=words):
+        elastogeo.diagnose(pulled, effects=[effect])
+
+
+def test_what_it_lacks_is_said() -> None:
+    with pytest.raises(ValueError, match="name"):
+        elastogeo.Robot("universal-ur5", effects=[Effect()])
+
+    class Misplaced(HosePull):
+        sits_at = "elbow"
+
+    with pytest.raises(elastogeo.Error, match="elbow"):
+        elastogeo.Robot("universal-ur5", effects=[Misplaced()])
+
+
+def test_point_is_in_order() -> None:
+    assert elastogeo.effects.point(np.ones(3)) == ("point", "", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0])

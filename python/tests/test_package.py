@@ -1,0 +1,69 @@
+"""The package itself: types, examples of the documentation, notebooks, the command."""
+
+import doctest
+import importlib
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import elastogeo
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_types() -> None:
+    pytest.importorskip("mypy")
+    ran = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "-p", "elastogeo"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+def test_types_of_the_tests() -> None:
+    pytest.importorskip("mypy")
+    ran = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", str(ROOT / "python/tests")],
+        capture_output=True, text=True, check=False, cwd=ROOT / "python/tests",
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+def modules() -> list[str]:
+    found = [module.name for module in pkgutil.iter_modules(elastogeo.__path__)]
+    return ["elastogeo", *(f"elastogeo.{name}" for name in found if name not in ("__main__", "_native"))]
+
+
+@pytest.mark.parametrize("name", modules())
+def test_examples_of_the_code(name: str) -> None:
+    module = importlib.import_module(name)
+    import numpy
+
+    assert doctest.testmod(module, extraglobs={"np": numpy}).failed == 0
+
+
+def test_examples_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = doctest.testfile(str(ROOT / "docs/python.md"), module_relative=False, optionflags=doctest.ELLIPSIS)
+    assert found.attempted > 10 and found.failed == 0
+
+
+@pytest.mark.parametrize("notebook", sorted((ROOT / "python/notebooks").glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebooks_run(notebook: Path, tmp_path: Path) -> None:
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    content = nbformat.read(notebook, as_version=4)
+    assert not any(cell.get("outputs") for cell in content.cells), "notebooks are kept without outputs"
+    nbclient.NotebookClient(content, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+
+
+def test_the_command() -> None:
+    command = Path(sys.executable).parent / "elastogeo"
+    whole = [str(command)] if command.exists() else [sys.executable, "-m", "elastogeo"]
+    ran = subprocess.run([*whole, "--version"], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout.split()) == (0, ["elastogeo", elastogeo.__version__])
+    for arguments, status in ((["explain", "rank"], 0), (["check", "no-such-robot"], 2), (["--nonsense"], 2)):
+        ran = subprocess.run([*whole, *arguments], capture_output=True, text=True, check=False)
+        assert ran.returncode == status, ran.stderr

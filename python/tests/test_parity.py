@@ -1,0 +1,135 @@
+"""What Python finds is what the command prints."""
+
+from typing import Any
+
+import elastogeo
+import numpy as np
+import pytest
+from conftest import Command
+
+
+def timeless(found: Any) -> Any:
+    """Without the seconds that it took."""
+    if isinstance(found, dict):
+        return {key: timeless(value) for key, value in found.items() if key != "seconds"}
+    return [timeless(each) for each in found] if isinstance(found, list) else found
+
+
+@pytest.mark.parametrize("campaign", ["kr270-simulated", "kr270-no-compensator", "ir663-simulated"])
+def test_identify(campaign: str, command: Command) -> None:
+    found = elastogeo.identify(campaign)
+    assert timeless(found.to_dict()) == timeless(command("identify", campaign))
+    assert found.usable and len(found.parameters) == found["columns"]
+    assert "<svg" in found._repr_html_() and "<table" in found._repr_html_()
+
+
+def test_identify_with_options(command: Command) -> None:
+    found = elastogeo.identify("kr270-simulated", hold=["3.d", "4.r"], loss="huber", loss_scale=2, seed=3)
+    wanted = command("identify", "kr270-simulated", "--hold=3.d,4.r", "--loss=huber", "--loss-scale=2", "--seed=3")
+    assert timeless(found.to_dict()) == timeless(wanted)
+    assert "3.d" not in found.kept
+
+
+@pytest.mark.parametrize("campaign", ["kr270-no-compensator", "kr270-rigid-joint-1"])
+def test_diagnose(campaign: str, command: Command) -> None:
+    told: list[str] = []
+    found = elastogeo.diagnose(campaign, progress=told.append)
+    assert timeless(found.to_dict()) == timeless(command("diagnose", campaign))
+    assert found.verdict == "explained" and len(found.causes) > 0 and len(told) > 3
+    assert "<svg" in found._repr_html_()
+
+
+def test_register_and_residuals(command: Command) -> None:
+    found = elastogeo.register("kr270-simulated")
+    assert timeless(found.to_dict()) == timeless(command("register", "kr270-simulated"))
+    left = elastogeo.residuals("kuka-kr270", "kr270-simulated")
+    assert left.to_dict() == command("residuals", "kuka-kr270", "kr270-simulated")
+    assert len(left.readings) == 270 and left.errors[0].shape == (3,) and "<svg" in left._repr_html_()
+
+
+def test_identifiability_and_check(command: Command) -> None:
+    found = elastogeo.identifiability("kuka-ir663", "ir663-paper-poses")
+    assert found.to_dict() == command("identifiability", "kuka-ir663", "ir663-paper-poses")
+    assert elastogeo.Robot("kuka-ir663").check().to_dict() == command("check", "kuka-ir663")
+
+
+def test_pose_and_forward(command: Command) -> None:
+    q = np.radians([30.0, -60.0, 90.0, 0.0, 0.0, 0.0])
+    robot = elastogeo.Robot("universal-ur5")
+    wanted = command("pose", "universal-ur5", "--joints=q1=30,q2=-60,q3=90")
+    assert np.allclose(robot.pose(q)["tool"], wanted["tool"], atol=1e-14)
+    assert np.allclose(robot.forward(q), wanted["tool"], atol=1e-14)
+    assert np.allclose(robot.forward(q, at="3"), wanted["frames"]["3"], atol=1e-14)
+
+
+def test_pose_under_load(command: Command) -> None:
+    robot = elastogeo.Robot("kuka-kr270")
+    q, wrench = np.radians([0, -60, 90, 0, 20, 0]), [0.0, 0, -2500, 0, 0, 0]
+    joints = "--joints=" + ",".join(f"{name}={value!r}" for name, value in zip(robot.variables, np.degrees(q).tolist()))
+    wanted = command("pose", "kuka-kr270", joints, "--wrench=0,0,-2500,0,0,0", "--weight")
+    assert np.allclose(robot.forward(q, wrench=wrench), wanted["tool"], atol=1e-12)
+    marker = robot.markers[0]
+    assert np.allclose(robot.forward(q, wrench=wrench, at=marker)[:3, 3], wanted["markers"][marker], atol=1e-12)
+    assert np.linalg.norm(robot.forward(q, wrench=wrench)[:3, 3] - robot.forward(q)[:3, 3]) > 1e-4
+
+
+def test_stiffness(command: Command) -> None:
+    robot, q = elastogeo.Robot("kuka-kr270"), np.radians([0, -60, 90, 0, 20, 0])
+    joints = ",".join(f"{name}={value!r}" for name, value in zip(robot.variables, np.degrees(q).tolist()))
+    wanted = command("stiffness", "kuka-kr270", f"--joints={joints}", "--wrench=0,0,-2500,0,0,0")
+    found = elastogeo.stiffness(robot, q, wrench=[0, 0, -2500, 0, 0, 0])
+    assert np.allclose(found.compliance, wanted["compliance"], rtol=1e-12)
+    assert np.allclose(robot.compliance(q), wanted["compliance"], rtol=1e-10, atol=1e-18)
+    assert found.shares == pytest.approx(wanted["shares"])
+
+
+@pytest.mark.parametrize("name", ["universal-ur5", "kuka-ir663", "palletiser"])
+def test_jacobian_is_the_derivative(name: str) -> None:
+    robot = elastogeo.Robot(name)
+    limits = np.clip(robot.limits, -1, 1) if np.isinf(robot.limits).any() else robot.limits
+    q = limits.mean(axis=1)
+    step, found = 1e-6, robot.jacobian(q)
+    for k in range(len(q)):
+        moved = np.zeros(len(q))
+        moved[k] = step
+        after, before = robot.forward(q + moved), robot.forward(q - moved)
+        assert np.allclose((after - before)[:3, 3] / (2 * step), found[:3, k], atol=1e-7)
+        turned = elastogeo.rotation_vector(after[:3, :3] @ before[:3, :3].T) / (2 * step)
+        assert np.allclose(turned, found[3:, k], atol=1e-7)
+
+
+def test_many_configurations_are_single_ones() -> None:
+    robot = elastogeo.Robot("kuka-ir663")
+    low, high = robot.limits.T
+    q = np.random.default_rng(1).uniform(0.7 * low + 0.3 * high, 0.3 * low + 0.7 * high, (1500, len(low)))
+    poses, compliances = robot.forward(q), robot.compliance(q[:600])
+    for k in (0, 511, 512, 1499):
+        assert np.array_equal(poses[k], robot.forward(q[k]))
+    assert np.array_equal(compliances[550], robot.compliance(q[550]))
+
+
+def test_plan_compensate_simulate_report(tmp_path: Any, command: Command) -> None:
+    planned = elastogeo.plan("universal-ur5", 8)
+    assert timeless(planned.to_dict()) == timeless(command("plan", "universal-ur5", "--poses=8"))
+    assert planned.joints.shape == (8, 6)
+
+    path = elastogeo.compensate("kuka-ir663", "ir663-strip", process="ir663-strip")
+    assert path.to_dict() == command("compensate", "kuka-ir663", "ir663-strip", "--process=ir663-strip")
+    robot = elastogeo.Robot("kuka-kr270")
+    q = np.radians([[0, -60, 90, 0, 20, 0], [5, -60, 90, 0, 20, 0]])
+    wrench = [0, 0, -1000, 0, 0, 0]
+    corrected = elastogeo.compensate(robot, robot.forward(q), wrench=wrench, start=q[0])
+    assert corrected.usable and np.allclose(robot.forward(corrected.joints, wrench=wrench), robot.forward(q), atol=1e-6)
+
+    made = elastogeo.simulate("universal-ur5", planned.joints, tmp_path / "trial", noise=0.01)
+    assert len(elastogeo.Campaign(made.folder)) == 8 and {"name", "true"} <= set(made.truth.columns)
+    page = elastogeo.report("kr270-rigid-joint-1", tmp_path / "page.html")
+    assert page.html == (tmp_path / "page.html").read_text() and "srcdoc" in page._repr_html_()
+
+
+def test_solve() -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    q = np.array([0.3, -1.0, 1.2, 0.2, 0.5, 0.1])
+    every = robot.solve(robot.forward(q))
+    assert len(every) == 8 and np.allclose(robot.forward(every), robot.forward(q), atol=1e-9)
+    assert any(np.allclose(each, q) for each in every)
