@@ -7,12 +7,13 @@ use elastogeo::description::units::Units;
 use elastogeo::files::{LoadedCampaign, Reader};
 use pyo3::prelude::*;
 
-use crate::effect::{Own, catalogue};
+use crate::effect::{Faults, Own, catalogue};
 use crate::work::brief;
 
 #[pyclass(frozen, module = "elastogeo._native")]
 pub struct Campaign {
     pub loaded: Arc<LoadedCampaign>,
+    pub faults: Faults,
 }
 
 #[pymethods]
@@ -20,11 +21,10 @@ impl Campaign {
     #[new]
     #[pyo3(signature = (file, robot=None, effects=Vec::new()))]
     fn new(py: Python<'_>, file: String, robot: Option<String>, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let Own { catalogue, .. } = catalogue(py, &effects)?;
-        brief(py, move || {
-            let loaded = Reader::new(catalogue).campaign(&file, robot.as_deref())?;
-            Ok(Self { loaded: Arc::new(loaded) })
-        })
+        let Own { catalogue, faults } = catalogue(py, &effects)?;
+        let loaded = brief(py, move || Ok(Reader::new(catalogue).campaign(&file, robot.as_deref())?));
+        let loaded = Arc::new(faults.first(loaded)?);
+        Ok(Self { loaded, faults })
     }
 
     #[getter]

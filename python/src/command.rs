@@ -18,10 +18,7 @@ pub fn command(
 ) -> PyResult<(String, String, bool)> {
     let Own { catalogue, faults } = catalogue(py, &effects)?;
     let found = long(py, progress.as_ref(), move |watch| elastogeo::cli::call(catalogue, &arguments, watch));
-    if let Some(raised) = faults.take() {
-        return Err(raised);
-    }
-    let found = found?;
+    let found = faults.first(found)?;
     Ok((found.json.to_string(), found.text, found.failed))
 }
 

@@ -23,8 +23,13 @@ pub struct Own {
 pub struct Faults(Arc<Mutex<Option<PyErr>>>);
 
 impl Faults {
-    pub fn take(&self) -> Option<PyErr> {
+    fn take(&self) -> Option<PyErr> {
         self.0.lock().ok()?.take()
+    }
+
+    /// What was found, or the exception that an effect raised meanwhile.
+    pub fn first<T>(&self, found: PyResult<T>) -> PyResult<T> {
+        self.take().map_or(found, Err)
     }
 
     fn keep(&self, raised: PyErr) {

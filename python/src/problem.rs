@@ -15,6 +15,7 @@ use pyo3::types::PyByteArray;
 
 use crate::arrays::{bytes, rows};
 use crate::campaign;
+use crate::effect::Faults;
 use crate::error::{fault, raised};
 use crate::work::brief;
 
@@ -22,6 +23,7 @@ use crate::work::brief;
 #[pyclass(frozen, module = "elastogeo._native")]
 pub struct Problem {
     loaded: Arc<LoadedCampaign>,
+    faults: Faults,
     fitted: Campaign,
     sigmas: Vec<f64>,
     slots: Vec<Slot>,
@@ -66,7 +68,7 @@ impl Problem {
         let held_out = split(&loaded.campaign, check, seed);
         let fitted = loaded.campaign.select(|index, _| held_out.get(index) != Some(&true));
         let sigmas = row_sigmas(&fitted);
-        Ok(Self { fitted, sigmas, slots, values: all, loaded })
+        Ok(Self { fitted, sigmas, slots, values: all, loaded, faults: campaign.faults.clone() })
     }
 
     /// Values of the parameters from which they start, SI (of a spring its compliance).
@@ -91,14 +93,14 @@ impl Problem {
 
     fn residual<'py>(&self, py: Python<'py>, x: &[u8]) -> PyResult<Bound<'py, PyByteArray>> {
         let x = rows(py, x, self.slots.len(), "x")?;
-        let found = brief(py, || self.at(&x, false))?;
+        let found = self.faults.first(brief(py, || self.at(&x, false)))?;
         let all: Vec<f64> = found.residual.iter().zip(&self.sigmas).map(|(residual, sigma)| residual / sigma).collect();
         bytes(py, &all)
     }
 
     fn jacobian<'py>(&self, py: Python<'py>, x: &[u8]) -> PyResult<Bound<'py, PyByteArray>> {
         let x = rows(py, x, self.slots.len(), "x")?;
-        let found = brief(py, || self.at(&x, true))?;
+        let found = self.faults.first(brief(py, || self.at(&x, true)))?;
         let own = found.jacobian.chunks(self.slots.len().max(1)).zip(&self.sigmas);
         let all: Vec<f64> = own.flat_map(|(row, sigma)| row.iter().map(move |by| -by / sigma)).collect();
         bytes(py, &all)

@@ -1,7 +1,5 @@
 //! A robot: its names, and its models over many configurations.
 
-use std::sync::Arc;
-
 use elastogeo::elastics::{Elastics, Response, Statics};
 use elastogeo::files::{LoadedRobot, Reader};
 use elastogeo::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
@@ -14,7 +12,7 @@ use pyo3::types::PyByteArray;
 use rayon::prelude::*;
 
 use crate::arrays::{bytes, rows};
-use crate::effect::{Own, catalogue};
+use crate::effect::{Faults, Own, catalogue};
 use crate::error::{fault, raised};
 use crate::work::brief;
 
@@ -31,7 +29,8 @@ self_cell::self_cell!(
 
 #[pyclass(frozen, module = "elastogeo._native")]
 pub struct Robot {
-    placed: Arc<Placed>,
+    placed: Placed,
+    faults: Faults,
 }
 
 /// Configurations that one task takes: below that many a second thread costs more than it gives.
@@ -53,11 +52,11 @@ impl Robot {
     #[new]
     #[pyo3(signature = (name, effects=Vec::new()))]
     fn new(py: Python<'_>, name: String, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let Own { catalogue, .. } = catalogue(py, &effects)?;
+        let Own { catalogue, faults } = catalogue(py, &effects)?;
         brief(py, move || {
             let loaded = Reader::new(catalogue).robot(&name)?;
             let placed = Placed::try_new(loaded, |loaded| Geometry::nominal(&loaded.model))?;
-            Ok(Self { placed: Arc::new(placed) })
+            Ok(Self { placed, faults })
         })
     }
 
@@ -119,7 +118,7 @@ impl Robot {
                         return Err(fault(py, "frames are not deflected", "ask for a marker, or for the tool"));
                     }
                 };
-                brief(py, || self.loaded_at(&q, &loads, index))?
+                self.faults.first(brief(py, || self.loaded_at(&q, &loads, index)))?
             }
         };
         bytes(py, &poses)

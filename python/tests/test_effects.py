@@ -63,6 +63,18 @@ def test_its_faults_are_raised(effect: Effect, words: str, pulled: Path) -> None
         elastogeo.diagnose(pulled, effects=[effect])
 
 
+def test_a_description_that_has_it(pulled: Path, tmp_path: Path) -> None:
+    file = tmp_path / "diagnosed.yaml"
+    elastogeo.diagnose(pulled, effects=[HosePull()], apply=file)
+    q = np.array([0.1, -1.0, 1.0, 0.8, 0.5, 0.7])
+    robot = elastogeo.Robot(file, effects=[HosePull()])
+    assert np.linalg.norm((robot.forward(q, weight=True) - robot.forward(q))[:3, 3]) > 1e-5
+    with pytest.raises(RuntimeError, match="no law"):
+        elastogeo.Robot(file, effects=[Faulty()]).forward(q, weight=True)
+    with pytest.raises(elastogeo.Error, match="hose-pull"):
+        elastogeo.Robot(file)
+
+
 def test_what_it_lacks_is_said() -> None:
     with pytest.raises(ValueError, match="name"):
         elastogeo.Robot("universal-ur5", effects=[Effect()])

@@ -79,7 +79,11 @@ pub fn call(
     let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
     let output = run(&session)?;
     spare_inputs(&session, &output)?;
-    write_files(&output, None)?;
+    if !output.files.is_empty() || !output.tables.is_empty() {
+        // Who has stopped the work by unwinding it is asked once more.
+        watch("writing files");
+        write_files(&output, None)?;
+    }
     Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.text), failed: output.failed })
 }
 
