@@ -15,6 +15,9 @@ from ._arrays import Array
 class Result:
     """What a command found: :meth:`to_dict` is its JSON, ``print`` shows its text."""
 
+    #: Lines of the text that are the answer.
+    _answer = 0
+
     def __init__(self, found: dict[str, Any], text: str, failed: bool) -> None:
         self._found = found
         self.text = text
@@ -44,12 +47,17 @@ class Result:
         return []
 
     def _repr_html_(self) -> str:
+        lines = [line for line in self.text.splitlines() if line.strip()][: self._answer]
+        head = "".join(f"<p><b>{html.escape(line)}</b></p>" for line in lines)
         shown = self._plot() + "".join(self._tables())
-        return shown + f"<details {'' if shown else 'open'}><summary>all</summary><pre>{html.escape(self.text)}</pre></details>"
+        text = f"<summary>all</summary><pre>{html.escape(self.text)}</pre>"
+        return f"{head}{shown}<details>{text}</details>" if shown else f"<pre>{html.escape(self.text)}</pre>"
 
 
 class Identification(Result):
     """What ``identify`` and ``register`` find. Lengths in mm, angles in deg, stiffnesses in SI."""
+
+    _answer = 2
 
     def __init__(self, found: dict[str, Any], text: str, failed: bool, robot: str | None = None) -> None:
         super().__init__(found, text, failed)
@@ -105,6 +113,8 @@ class Identification(Result):
 class Diagnosis(Result):
     """What ``diagnose`` finds."""
 
+    _answer = 2
+
     @property
     def verdict(self) -> str:
         """``no-gap``, ``explained``, ``partly-explained`` or ``unexplained``."""
@@ -125,8 +135,7 @@ class Diagnosis(Result):
         return plots.bars("share of the gap that could come from each site", bars)
 
     def _tables(self) -> list[str]:
-        head = f"<p><b>{html.escape(self.verdict)}</b></p>"
-        return [head, plots.table([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])]
+        return [plots.table([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])]
 
 
 class Stiffness(Result):

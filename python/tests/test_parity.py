@@ -39,6 +39,7 @@ def test_every_bundled_campaign(name: str, campaign: str, command: Command) -> N
 def test_identify(campaign: str) -> None:
     found = elastogeo.identify(campaign)
     assert found.usable and len(found.parameters) == found["columns"]
+    assert found._repr_html_().index("mm calibrated") < found._repr_html_().index("<svg")
     assert "<svg" in found._repr_html_() and "<table" in found._repr_html_()
 
 
