@@ -18,6 +18,14 @@ def rows(values: npt.ArrayLike, width: int) -> tuple[Array, bool]:
     return array, False
 
 
+def finite(values: Array, what: str) -> Array:
+    """The values, if all of them are finite: a file cannot hold others."""
+    if not np.isfinite(values).all():
+        row = int(np.argwhere(~np.isfinite(values))[0][0])
+        raise ValueError(f"{what}: row {row} has a number that is not finite")
+    return values
+
+
 def array(data: bytearray, *shape: int) -> Array:
     """An array of what the native part returned."""
     return np.frombuffer(data, dtype=np.float64).reshape(shape)

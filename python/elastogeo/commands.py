@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._arrays import Array, rows
+from ._arrays import Array, finite, rows
 from ._run import CampaignLike, Progress, RobotLike, flags, named, numbers, run
 from .campaign import Campaign, cell, columns_of
 from .effects import Effect
@@ -201,7 +201,7 @@ def simulate(
             asked = str(Path(folder) / "poses.csv")
             length, angle, _, _ = own._native.units
             sizes = np.array([angle if is_angle else length for is_angle in own.is_angle])
-            joints, _ = rows(poses, len(sizes))
+            joints = finite(rows(poses, len(sizes))[0], "poses")
             _write(str(asked), dict(zip(own.variables, (joints / sizes).T.tolist())))
         given = flags(poses=asked, into=into, seed=seed, **options)
         found = run(["simulate", own.source, *given, *_wrenches(own, wrench)], effects=own.effects)
@@ -253,7 +253,7 @@ def _wrenches(robot: Robot, wrench: npt.ArrayLike | None) -> list[str]:
 
 
 def _path(robot: Robot, path: Any) -> dict[str, list[Any]]:
-    points: Array = np.asarray(path, dtype=np.float64)
+    points: Array = finite(np.asarray(path, dtype=np.float64), "path")
     if points.ndim == 3 and points.shape[1:] == (4, 4):
         turned = rotation_vector(points[:, :3, :3])
         return dict(zip(("x", "y", "z", "rx", "ry", "rz"), np.hstack([points[:, :3, 3], turned]).T.tolist()))

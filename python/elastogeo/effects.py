@@ -17,6 +17,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from ._native import Reading, Site
@@ -48,9 +50,13 @@ class Effect:
         raise NotImplementedError
 
     def _declared(self) -> list[tuple[str, str, float, bool]]:
-        if not self.name or not self.parameters:
-            raise ValueError("an effect has a `name` and `parameters`")
-        return [(name, own[0], float(own[1]), len(own) > 2 and bool(own[2])) for name, own in self.parameters.items()]
+        if not re.fullmatch(r"[a-z][a-z0-9-]*", self.name) or not self.parameters:
+            raise ValueError(f"an effect has a `name` of small letters, digits and hyphens, and `parameters`; here {self.name!r}")
+        declared = [(name, own[0], float(own[1]), len(own) > 2 and bool(own[2])) for name, own in self.parameters.items()]
+        for name, _, scale, _ in declared:
+            if not re.fullmatch(r"[A-Za-z_]\w*", name) or not 0 < scale < math.inf:
+                raise ValueError(f"parameter {name!r} of {self.name!r}: a word, and a common size above 0")
+        return declared
 
 
 def joint(variable: str, by: float) -> Change:

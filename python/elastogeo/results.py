@@ -91,7 +91,7 @@ class Identification(Result):
 
     def _plot(self) -> str:
         shown: dict[str, list[tuple[str, float, float | None]]] = {"mm": [], "deg": [], "%": []}
-        for each in self._found["parameters"]:
+        for each in self._found.get("parameters", []):
             if not each["identifiable"] or each["name"].startswith("base."):
                 continue
             nominal, change, width = _number(each["nominal"]), _number(each["value"]), each["ci95"] or 0.0
@@ -104,6 +104,8 @@ class Identification(Result):
 
     def _tables(self) -> list[str]:
         columns = ("name", "unit", "nominal", "value", "ci95", "at_bound")
+        if "parameters" not in self._found:  # schemes side by side, or rules
+            return []
         return [
             plots.table([{"stage": stage, "rms, mm": rms} for stage, rms in self.rms.items()]),
             plots.table([{c: e[c] for c in columns} for e in self._found["parameters"] if e["identifiable"]]),

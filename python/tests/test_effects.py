@@ -79,6 +79,12 @@ def test_what_it_lacks_is_said() -> None:
     with pytest.raises(ValueError, match="name"):
         elastogeo.Robot("universal-ur5", effects=[Effect()])
 
+    class Sizeless(HosePull):
+        parameters = {"pull": ("1/rad", float("nan"))}
+
+    with pytest.raises(ValueError, match="above 0"):
+        elastogeo.Robot("universal-ur5", effects=[Sizeless()])
+
     class Misplaced(HosePull):
         sits_at = "elbow"
 

@@ -60,6 +60,15 @@ def test_numbers_that_are_not_finite() -> None:
     assert robot.forward(np.zeros((0, 6))).shape == (0, 4, 4)
 
 
+def test_arrays_for_files_are_finite(tmp_path: Path) -> None:
+    q = np.zeros((3, 6))
+    q[2, 1] = np.nan
+    with pytest.raises(ValueError, match="row 2"):
+        elastogeo.simulate("universal-ur5", q, tmp_path / "trial")
+    with pytest.raises(ValueError, match="row 2"):
+        elastogeo.compensate("universal-ur5", q)
+
+
 def test_a_hook_that_raises_stops_the_work(tmp_path: Path) -> None:
     def stop(_: str) -> None:
         raise RuntimeError("enough")

@@ -50,6 +50,12 @@ def test_identify_with_options(command: Command) -> None:
     assert "3.d" not in found.kept
 
 
+def test_schemes_side_by_side(command: Command) -> None:
+    found = elastogeo.identify("kr270-simulated", compare=True)
+    assert timeless(found.to_dict()) == timeless(command("identify", "kr270-simulated", "--compare"))
+    assert "<pre>" in found._repr_html_()
+
+
 def test_diagnose() -> None:
     told: list[str] = []
     found = elastogeo.diagnose("kr270-rigid-joint-1", progress=told.append)
