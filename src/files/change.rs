@@ -1,7 +1,9 @@
 //! Elements that a campaign leaves out of a description before it is resolved.
 
-use crate::description::parameters::{JOINT, RATE};
-use crate::description::raw::{RawEffect, RawRobot};
+use std::collections::HashSet;
+
+use crate::description::parameters::parameters;
+use crate::description::raw::{RawEffect, RawFit, RawRobot};
 
 /// Names that `without:` may hold.
 pub(super) fn elements(raw: &RawRobot) -> Vec<String> {
@@ -13,28 +15,46 @@ pub(super) fn elements(raw: &RawRobot) -> Vec<String> {
 /// Leaves a named element (spring, beam, joint stiffness `joint:2`, body, effect) out of a description, what calibration
 /// says of it too; of effects only those of `own`, if given. Whether there was one.
 pub(super) fn leave_out(raw: &mut RawRobot, name: &str, own: Option<&RawRobot>) -> bool {
+    let before = declared(raw);
     let joint = name.strip_prefix("joint:").unwrap_or(name).to_string();
     let stiffness = raw.joint_stiffness.shift_remove(&joint).is_some();
     let spring = raw.springs.shift_remove(name).is_some();
     let other = raw.beams.shift_remove(name).is_some() || raw.bodies.shift_remove(name).is_some();
-    let before = raw.effects.len();
+    let effects = raw.effects.len();
     let is_own = |effect: &RawEffect| own.is_none_or(|own| own.effects.contains(effect));
     raw.effects.retain(|effect| effect.effect.as_deref() != Some(name) || !is_own(effect));
-    let owners: Vec<String> = [(stiffness, format!("joint{joint}")), (spring, name.to_string())]
-        .into_iter()
-        .filter(|o| o.0)
-        .map(|o| o.1)
-        .collect();
+    let is_found = stiffness || spring || other || raw.effects.len() < effects;
+    let after = declared(raw);
+    let of_effect = format!("{name}@");
     let stays = |parameter: &str| {
-        let symbols: Vec<&str> = JOINT.iter().map(|row| row.symbol).chain([RATE.symbol]).collect();
-        parameter
-            .rsplit_once('.')
-            .is_none_or(|(owner, symbol)| !(symbols.contains(&symbol) && owners.iter().any(|gone| gone == owner)))
+        !parameter.starts_with(&of_effect) && (after.contains(parameter) || !before.contains(parameter))
     };
-    raw.calibration.free.retain(|parameter| stays(parameter));
-    raw.calibration.fixed.retain(|parameter| stays(parameter));
-    raw.calibration.tolerances.retain(|parameter, _| stays(parameter));
-    raw.calibration.uncertainties.retain(|parameter, _| stays(parameter));
-    raw.calibration.bounds.retain(|parameter, _| stays(parameter));
-    stiffness || spring || other || raw.effects.len() < before
+    let calibration = &mut raw.calibration;
+    calibration.free.retain(|parameter| stays(parameter));
+    calibration.fixed.retain(|parameter| stays(parameter));
+    calibration.tolerances.retain(|parameter, _| stays(parameter));
+    calibration.uncertainties.retain(|parameter, _| stays(parameter));
+    calibration.bounds.retain(|parameter, _| stays(parameter));
+    if let Some(fit) = &mut calibration.fit {
+        retain(fit, stays);
+    }
+    is_found
+}
+
+/// Names of the parameters that a description declares.
+fn declared(raw: &RawRobot) -> HashSet<String> {
+    parameters(raw).into_iter().filter(|key| key.declared).map(|key| key.name).collect()
+}
+
+/// Keeps the covariance of some parameters, where it is a triangle; else it is refused as it stands.
+fn retain(fit: &mut RawFit, stays: impl Fn(&str) -> bool) {
+    if fit.covariance.iter().enumerate().any(|(row, own)| own.len() != row + 1) {
+        return;
+    }
+    let kept: Vec<bool> = fit.parameters.iter().map(|name| stays(name)).collect();
+    let held = |k: usize| kept.get(k).copied().unwrap_or(true);
+    let rows = std::mem::take(&mut fit.covariance).into_iter().enumerate().filter(|(row, _)| held(*row));
+    let columns = |own: Vec<f64>| own.into_iter().enumerate().filter(|(k, _)| held(*k)).map(|(_, v)| v).collect();
+    fit.covariance = rows.map(|(_, own)| columns(own)).collect();
+    fit.parameters.retain(|name| stays(name));
 }

@@ -14,8 +14,12 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::kinematics::{Geometry, Placements};
 use crate::math::quantiles::f_tail;
 
-/// Least number of readings on either side.
+/// Least number of readings on either side: two or three wrong ones in a row are outliers and no step, and the three values of a
+/// step are then found from 15 coordinates at least.
 const LEAST: usize = 5;
+/// Least diagonal of the Cholesky factor of a step's information beside what is fitted, of its information alone: below, fitted
+/// parameters make the step themselves to within 0.1 %, and its size would be that of the model's errors times a thousand.
+const FREE: f64 = 1e-3;
 
 /// A step: what moved, the first reading after it, its size (m) and what is left (root mean square over stated noise).
 struct Step {
@@ -117,7 +121,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
         }
         let free = square - Matrix3::from_iterator((on_basis.transpose() * &on_basis).iter().copied());
         // A step that the fitted parameters can make themselves.
-        let Some(factor) = (free / square.trace()).cholesky().filter(|factor| factor.l().diagonal().min() > 1e-3)
+        let Some(factor) = (free / square.trace()).cholesky().filter(|factor| factor.l().diagonal().min() > FREE)
         else {
             continue;
         };

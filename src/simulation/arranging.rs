@@ -15,6 +15,9 @@ use crate::observation::{PLANE, TargetValues};
 use crate::parameter::Kind;
 use crate::prediction::{SinglePredictor, Toucher, target_values};
 
+// A made-up laboratory has no source: the sizes are those of bench-top fixtures and of trackers beside a robot. What is
+// simulated with them is judged against its own truth, so no result depends on them.
+
 /// Largest offset of a base in the measurement frame, m and rad.
 const BASE: f64 = 0.5;
 const BASE_TURN: f64 = 0.3;

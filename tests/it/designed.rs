@@ -180,6 +180,7 @@ fn what_a_campaign_says_the_command_must_not() {
         (&["plan", "sockets.yaml", "--poses", "9", "--unknown-tool"], "--unknown-tool"),
         (&["plan", "universal-ur5", "--poses", "9", "--session", "monday"], "is no campaign"),
         (&["plan", "universal-ur5", "--poses", "9", "--placement", "1"], "is no campaign"),
+        (&["plan", "kr270-simulated", "--poses", "9", "--session", "monday"], "name no sessions"),
     ] {
         let ran = run(folder.path(), arguments);
         assert!(ran.status == 2 && ran.err.contains(expected), "{arguments:?}: {}", ran.err);

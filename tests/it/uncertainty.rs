@@ -122,4 +122,34 @@ fn commands_give_the_uncertainty_of_a_fitted_description() {
     let refused = run(at, &["pose", "spoiled.yaml", "--joints", joints]);
     assert!(refused.status == 2 && refused.err.contains("the lower triangle for"), "{}", refused.err);
     assert!(refused.err.contains("spoiled.yaml:"), "{}", refused.err);
+
+    // So is one of a parameter that the description does not have: its share would be lost without a word.
+    let names = text.find("    parameters:\n").expect("a list");
+    let (head, tail) = text.split_at(names);
+    std::fs::write(at.join("typo.yaml"), format!("{head}{}", tail.replacen("- 2.alpha\n", "- 2.alhpa\n", 1)))
+        .expect("written");
+    let refused = run(at, &["pose", "typo.yaml", "--joints", joints]);
+    assert!(
+        refused.status == 2 && refused.err.contains("2.alhpa") && refused.err.contains("2.alpha"),
+        "{}",
+        refused.err
+    );
+}
+
+/// What a campaign leaves out of a fitted description takes its rows and columns with it.
+#[test]
+fn a_covariance_without_what_is_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let fitted = run(at, &["identify", "kr270-simulated", "--what", "elastic", "--save", "fitted.yaml"]);
+    assert_eq!(fitted.status, 0, "{}", fitted.err);
+    let text = std::fs::read_to_string(at.join("fitted.yaml")).expect("text");
+    assert!(text.contains("- joint2.kar\n"), "{text}");
+    let reader = elastogeo::files::Reader::default();
+    let path = at.join("fitted.yaml");
+    let less = reader.robot_leaving_out(path.to_str().expect("a path"), &["joint:2"]).expect("a robot");
+    let fit = less.raw.calibration.fit.as_ref().expect("a covariance");
+    assert!(fit.parameters.iter().all(|name| !name.starts_with("joint2.")));
+    assert!(fit.covariance.iter().enumerate().all(|(row, own)| own.len() == row + 1));
+    assert_eq!(fit.covariance.len(), fit.parameters.len());
 }

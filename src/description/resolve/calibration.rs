@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::super::parameters::{Key, parameters};
-use super::super::raw::{RawFit, RawRobot};
+use super::super::raw::RawRobot;
 use super::super::robot::Calibration;
 use super::collector::Collector;
 
@@ -43,7 +43,7 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
             diagnostics.error(&["calibration", "uncertainties", name], message);
         }
     }
-    check_fit(given.fit.as_ref(), diagnostics);
+    check_fit(raw, &valid, diagnostics);
     Calibration {
         free: given.free.clone(),
         fixed: given.fixed.clone(),
@@ -54,9 +54,26 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     }
 }
 
-/// Rejects a covariance that is none.
-fn check_fit(fit: Option<&RawFit>, diagnostics: &mut Collector) {
-    let Some(fit) = fit else { return };
+/// Rejects a covariance that is none, and one of parameters that the description does not have: left out of it, predicted
+/// positions would seem more certain than they are.
+fn check_fit(raw: &RawRobot, valid: &IndexMap<String, Key>, diagnostics: &mut Collector) {
+    let Some(fit) = &raw.calibration.fit else { return };
+    let effects: Vec<String> = raw
+        .effects
+        .iter()
+        .filter_map(|effect| Some(format!("{}@{}", effect.effect.as_ref()?, effect.site.as_ref()?)))
+        .collect();
+    for (position, name) in fit.parameters.iter().enumerate() {
+        let path = ["calibration", "fit", "parameters", &position.to_string()];
+        if fit.parameters[..position].contains(name) {
+            diagnostics.reject(&path, format!("`{name}` stands here twice"), "give each parameter one row and column");
+            continue;
+        }
+        let of_effect = effects.iter().filter_map(|owner| name.strip_prefix(owner.as_str()));
+        if !of_effect.into_iter().any(|rest| rest.starts_with(['.', '#'])) {
+            diagnostics.known(&path, "parameter", name, valid.keys().map(String::as_str));
+        }
+    }
     let path = ["calibration", "fit", "covariance"];
     let is_triangle = fit.covariance.len() == fit.parameters.len()
         && fit.covariance.iter().enumerate().all(|(row, own)| own.len() == row + 1);

@@ -77,6 +77,14 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
 fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCampaign) -> Result<Campaigned, Error> {
     let mut campaign = loaded.campaign;
     let names = &mut campaign.sessions.names;
+    if let (true, Some(name)) =
+        (names.len() < 2 && !names.first().is_some_and(|name| !name.is_empty()), &command.session)
+    {
+        return Err(Error::input(
+            format!("--session {name}: the readings name no sessions"),
+            "leave --session out, or name the session of the readings in a column `session`",
+        ));
+    }
     let last = names.len().saturating_sub(1);
     let session = match &command.session {
         None => last,
