@@ -104,9 +104,7 @@ fn performed(arguments: &Arguments, catalogue: impl Into<Arc<Catalogue>>) -> u8 
     let session = Session { arguments, terminal, reader: Reader::new(catalogue) };
     let delivered = run(&session).and_then(|output| {
         spare_inputs(&session, &output)?;
-        if !arguments.quiet {
-            write_error(&render(&output.diagnostics, color));
-        }
+        session.terminal.warn(&output.diagnostics);
         deliver(&session, &output)?;
         Ok(output.failed)
     });
@@ -163,6 +161,7 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
     let text = match arguments.format {
         Format::Text if output.verbatim => output.text.clone(),
         Format::Text => inert_lines(&output.text),
+        Format::Json if output.json.is_null() => String::new(),
         Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",
     };
     let printed_to = arguments.output.as_deref().filter(|_| !output.written);

@@ -26,6 +26,8 @@ pub struct Output {
     pub written: bool,
     /// The text is a file's, not for reading: it is never laid out for the screen.
     pub verbatim: bool,
+    /// The JSON is a list or a schema, and left as it is.
+    pub bare: bool,
 }
 
 impl Output {
@@ -33,13 +35,30 @@ impl Output {
     pub fn new(text: String, result: &impl Serialize) -> Result<Self, Error> {
         let json = serde_json::to_value(result)?;
         let (diagnostics, files, tables) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { text, json, diagnostics, files, tables, failed: false, written: false, verbatim: false })
+        Ok(Self { text, json, diagnostics, files, tables, failed: false, written: false, verbatim: false, bare: false })
     }
 
-    /// The JSON, with the list of diagnostics; a result that is a list or a schema is left as it is.
+    /// Of a command that has printed what it found.
+    pub fn nothing() -> Self {
+        let (diagnostics, files, tables) = (Vec::new(), Vec::new(), Vec::new());
+        let json = serde_json::Value::Null;
+        Self {
+            text: String::new(),
+            json,
+            diagnostics,
+            files,
+            tables,
+            failed: false,
+            written: false,
+            verbatim: true,
+            bare: true,
+        }
+    }
+
+    /// The JSON, with the list of diagnostics.
     pub fn with_diagnostics(&self) -> Result<serde_json::Value, Error> {
         let mut json = self.json.clone();
-        if let Some(object) = json.as_object_mut().filter(|_| !self.verbatim) {
+        if let Some(object) = json.as_object_mut().filter(|_| !self.bare) {
             object.insert("diagnostics".into(), serde_json::to_value(&self.diagnostics)?);
         }
         Ok(json)
@@ -65,6 +84,10 @@ impl Output {
 
     pub fn verbatim(self) -> Self {
         Self { verbatim: true, ..self }
+    }
+
+    pub fn bare(self) -> Self {
+        Self { bare: true, ..self }
     }
 }
 

@@ -1,9 +1,11 @@
 //! What the terminal can show: colour, progress, width.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::diagnostic::Diagnostic;
+use crate::render::diagnostics::render;
 use crate::render::table::Screen;
 
 /// Narrower than this nothing is laid out.
@@ -71,6 +73,14 @@ impl<'a> Terminal<'a> {
             bar.set_style(style);
         }
         Bar { shown: bar, watch: self.watch }
+    }
+
+    /// Shows warnings on the error stream, unless `--quiet`.
+    pub fn warn(self, diagnostics: &[Diagnostic]) {
+        if !self.quiet {
+            // A closed stream is ignored.
+            let _ = std::io::stderr().write_all(render(diagnostics, color()).as_bytes());
+        }
     }
 }
 

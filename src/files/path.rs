@@ -71,6 +71,16 @@ impl Reader {
         Ok(read(&table(self, name, robot, &units, &[])?, &robot.robot, units)?)
     }
 
+    /// Reads a path from the bytes of a table; `name` is what faults call it.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn path_text(&self, name: &str, bytes: &[u8], robot: &LoadedRobot, units: Units) -> Result<Path, Diagnostics> {
+        let expected = expected_columns(&robot.robot, &units);
+        let table = read_table(name, bytes, &expected, &BTreeMap::new(), &[], &Dialect::default(), MOST_POINTS)?;
+        Ok(read(&table, &robot.robot, units)?)
+    }
+
     /// Reads commands to carry out: where there are joints they count, and poses next to them are ignored.
     ///
     /// # Errors

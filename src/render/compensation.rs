@@ -6,11 +6,12 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::table::Screen;
+use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::observation::POSE;
 use crate::results::units::{mm, shown, shown_unit};
-use crate::results::{Compensation, CorrectedPoint};
+use crate::results::{CompensatedPoint, Compensation, CorrectedPoint};
 
 /// Greatest number of points shown in text.
 const MOST_SHOWN: usize = 200;
@@ -116,6 +117,38 @@ fn largest(found: &Compensation, point: &CorrectedPoint) -> String {
     let by = by.map(|(by, variable)| (variable, shown(*by, variable.is_angle)));
     let most = by.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     most.map_or(String::new(), |(variable, by)| format!("{} {by:+.4} {}", variable.name, shown_unit(variable.is_angle)))
+}
+
+/// Names of the columns of [`row_of`].
+pub fn header(variables: &[Variable]) -> String {
+    let joints = variables.iter().map(|variable| variable.name.as_str());
+    let names: Vec<&str> =
+        ["pose", "status"].into_iter().chain(joints).chain(POSE.columns().iter().map(|column| column.name)).collect();
+    names.join(",")
+}
+
+/// A point as a line of CSV, in units: name, `ok` or why it is refused, commands, and their pose by the controller's geometry.
+pub fn row_of(variables: &[Variable], point: &CompensatedPoint, units: &Units) -> String {
+    let mut cells: Vec<String> = Vec::new();
+    match point {
+        CompensatedPoint::Refused(point) => {
+            cells.extend([point.name.clone(), point.status.replace(['\n', '\r'], " ")]);
+            cells.resize(2 + variables.len() + POSE.columns().len(), String::new());
+        }
+        CompensatedPoint::Corrected(point) => {
+            cells.extend([point.name.clone(), point.status.to_string()]);
+            let joints = variables.iter().zip(point.joints.values());
+            cells.extend(joints.map(|(v, q)| format!("{:.9}", q / units.of(v.kind()))));
+            cells.extend(POSE.columns().iter().enumerate().map(|(k, column)| {
+                point.pose.map_or_else(String::new, |pose| format!("{:.9}", pose[k] / units.of(column.kind)))
+            }));
+        }
+    }
+    let mut sheet = Sheet::new();
+    let cells = &cells;
+    (0..cells.len()).for_each(|k| sheet.texts("", move |_| cells[k].clone()));
+    let table = sheet.csv(0..1).unwrap_or_default();
+    table.lines().nth(1).unwrap_or_default().to_string()
 }
 
 /// Table of the points that are met, in units, to be written to a file of that name: commands, and the poses by the

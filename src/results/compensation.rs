@@ -79,6 +79,13 @@ pub struct RefusedPoint {
     pub why: String,
 }
 
+impl RefusedPoint {
+    /// A point, counted from 0, and why it is refused.
+    pub fn new(index: usize, name: String, why: String) -> Self {
+        Self { index, name, joints: None, residual: None, status: format!("refused: {why}"), why }
+    }
+}
+
 /// A point of the path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -166,14 +173,7 @@ impl Compensation {
                 condition: found.condition,
             }
         };
-        let refused = |index: usize, why: &Refusal| RefusedPoint {
-            index,
-            name: names[index].clone(),
-            joints: None,
-            residual: None,
-            status: format!("refused: {why}"),
-            why: why.to_string(),
-        };
+        let refused = |index: usize, why: &Refusal| RefusedPoint::new(index, names[index].clone(), why.to_string());
         let points = outcome.points.iter().enumerate().map(|(index, point)| match point {
             Ok(point) => CompensatedPoint::Corrected(Box::new(corrected(index, point))),
             Err(why) => CompensatedPoint::Refused(refused(index, why)),

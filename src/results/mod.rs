@@ -8,6 +8,7 @@
 
 mod blind;
 mod campaign;
+mod certificate;
 mod compensation;
 mod compensator;
 mod diagnosis;
@@ -35,6 +36,7 @@ pub use campaign::{
     AppliedLoads, CampaignCheck, InstrumentNoise, JointRange, NoiseFigure, ReferenceMotion, Sets, StatedNoise,
     ToEstimate,
 };
+pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
 pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};

@@ -257,4 +257,14 @@ pub struct Report {
     /// Write the report's data as JSON to this file, in addition to the report.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// A calibration certificate instead (certificate.html, or --output): errors before and after with their uncertainty, the
+    /// verdict on a tolerance, accuracy and repeatability of poses, every reading, and what the campaign's `certificate:` says.
+    #[arg(long)]
+    pub certificate: bool,
+    /// Greatest position error that the certificate allows, mm; by default what the campaign's `certificate:` says.
+    #[arg(long, value_name = "MM", requires = "certificate", allow_hyphen_values = true)]
+    pub tolerance: Option<f64>,
+    /// Write the certificate's data as XML to this file.
+    #[arg(long, value_name = "FILE", requires = "certificate")]
+    pub xml: Option<PathBuf>,
 }

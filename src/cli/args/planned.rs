@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::Reduction;
 use crate::observation::{FAMILY, Observes};
+use crate::render::program::Moves;
 
 /// `simulate`
 #[derive(Debug, Args)]
@@ -196,7 +197,11 @@ pub struct Compensate {
     pub robot: String,
     /// CSV of points, or a bundled process whose path is meant: joints, or x, y, z and rx, ry, rz (rotation vector); and
     /// fx to mz, marker, approach.<variable>, temperature, as in campaigns.
-    pub path: String,
+    #[arg(required_unless_present = "stream")]
+    pub path: Option<String>,
+    /// Read points from the standard input, a line with the columns' names first, and answer each line with its commands.
+    #[arg(long, conflicts_with_all = ["path", "table", "program", "process"])]
+    pub stream: bool,
     /// The description that the controller works with: what joints of the path mean, and from which poses are computed.
     #[arg(long, value_name = "ROBOT")]
     pub nominal: Option<String>,
@@ -232,9 +237,40 @@ pub struct Compensate {
     /// Write the corrected commands and the controller's poses of them (CSV); not if a point is refused.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-    /// Write the table without the points refused.
-    #[arg(long, requires = "table")]
+    /// Write table and program without the points refused.
+    #[arg(long)]
     pub keep_going: bool,
+    /// Print the corrected path as a program: krl, rapid, urscript, fanuc-ls, gcode, csv or json, or by a template of your own
+    /// (minijinja, given what `json` prints).
+    #[arg(long, value_name = "LANGUAGE|FILE")]
+    pub program: Option<String>,
+    /// What the moves of the program name; by default joints, poses in G-code.
+    #[arg(long, value_enum, requires = "program")]
+    pub moves: Option<MovesName>,
+    /// Speed of the tool along linear moves of the program, mm/s.
+    #[arg(long, value_name = "MM/S", default_value_t = 50.0, allow_hyphen_values = true)]
+    pub speed: f64,
+    /// Name of the program; by default that of the path's file.
+    #[arg(long, value_name = "NAME", requires = "program")]
+    pub program_name: Option<String>,
+}
+
+/// What the moves of a program name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MovesName {
+    /// Joints, which leave nothing to the controller's own geometry.
+    Joints,
+    /// Poses of the tool in the controller's own geometry.
+    Poses,
+}
+
+impl From<MovesName> for Moves {
+    fn from(name: MovesName) -> Self {
+        match name {
+            MovesName::Joints => Self::Joints,
+            MovesName::Poses => Self::Poses,
+        }
+    }
 }
 
 /// Frame of a path's poses.

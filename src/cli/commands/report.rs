@@ -16,9 +16,12 @@ use crate::results::{Report, Sources};
 use crate::review::review;
 
 /// Share of the configurations held out where the campaign does not say, as `identify` does.
-const CHECK: f64 = 0.25;
+pub(super) const CHECK: f64 = 0.25;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
+    if command.certificate {
+        return super::certificate::run(command, session);
+    }
     let page = page(session.arguments, "report.html", command.json.as_deref())?;
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);

@@ -10,7 +10,7 @@ use crate::description::raw::{RawFuzzy, RawRobot};
 pub fn run(command: &Schema) -> Result<Output, Error> {
     let text = text(command.of)?;
     let json: serde_json::Value = serde_json::from_str(&text)?;
-    Ok(Output::new(text, &json)?.verbatim())
+    Ok(Output::new(text, &json)?.verbatim().bare())
 }
 
 /// A schema as the text of a file.

@@ -9,6 +9,7 @@ mod doubts;
 mod faults;
 mod order;
 pub mod raw;
+mod raw_certificate;
 mod raw_files;
 mod raw_instrument;
 mod raw_measurements;

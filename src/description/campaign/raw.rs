@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::raw_certificate::RawCertificate;
 pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
 pub use super::raw_instrument::{RawInstrument, RawSigma};
 pub use super::raw_measurements::{Kinds, Measurements, RawEntry, RawSharing};
@@ -90,6 +91,9 @@ pub struct RawCampaign {
     pub orientation: Option<Orientation>,
     /// How the files are written.
     pub csv: RawCsv,
+    /// What a certificate says besides figures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<RawCertificate>,
 }
 
 /// What of the measuring arrangement is unknown and estimated.

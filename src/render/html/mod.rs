@@ -4,6 +4,7 @@
 //! in the result's JSON (`data-path`), so that the two can be compared; a pointer to nothing is a fault of the template.
 
 mod arrows;
+mod certificate;
 mod charts;
 mod drawing;
 mod figure;
@@ -11,6 +12,7 @@ mod page;
 mod sections;
 mod view;
 
+pub use certificate::certificate_page;
 pub use figure::{Look, figure};
 pub use view::{magnification, view_page};
 

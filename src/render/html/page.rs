@@ -12,6 +12,7 @@ use crate::render::diagnostics::is_active;
 /// Templates by name; the ending says that what is put in is escaped.
 const TEMPLATES: &[(&str, &str)] = &[
     ("page.html", include_str!("templates/page.html")),
+    ("certificate.html", include_str!("templates/certificate.html")),
     ("scene.html", include_str!("templates/scene.html")),
     ("view.html", include_str!("templates/view.html")),
     ("answer.html", include_str!("templates/answer.html")),
@@ -54,8 +55,13 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page over `json`, which templates call `r`.
+    /// A page over `json`, which templates call `r`, without its readings: no template goes through them, and they are long.
     pub fn new(json: &Value) -> Self {
+        Self::of(json, &["readings"])
+    }
+
+    /// The same, without the keys `hidden`.
+    pub fn of(json: &Value, hidden: &[&str]) -> Self {
         let mut environment = Environment::new();
         for (name, text) in TEMPLATES {
             // A template that does not parse is found by the first test that renders it.
@@ -81,8 +87,7 @@ impl Page {
         });
         let mut shown = json.clone();
         if let Some(all) = shown.as_object_mut() {
-            // What no template goes through, and is long.
-            all.remove("readings");
+            hidden.iter().for_each(|key| drop(all.remove(*key)));
         }
         environment.add_global("r", Shown::from(Serde(&shown)));
         for (name, text) in ASSETS {

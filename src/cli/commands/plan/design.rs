@@ -77,9 +77,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
 fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCampaign) -> Result<Campaigned, Error> {
     let mut campaign = loaded.campaign;
     let names = &mut campaign.sessions.names;
-    if let (true, Some(name)) =
-        (names.len() < 2 && !names.first().is_some_and(|name| !name.is_empty()), &command.session)
-    {
+    if let (true, Some(name)) = (names.iter().all(String::is_empty), &command.session) {
         return Err(Error::input(
             format!("--session {name}: the readings name no sessions"),
             "leave --session out, or name the session of the readings in a column `session`",

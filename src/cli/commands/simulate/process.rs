@@ -38,8 +38,8 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = marker);
     }
     let controller = ControllerFile::new(None, loaded, &path, session)?;
-    let (desired, _) =
-        controller.desired(loaded, &path, None, FrameName::Base, Hold::of(loaded.model.variables.len()))?;
+    let hold = Hold::of(loaded.model.variables.len());
+    let desired = controller.geometry(loaded)?.desired(&path, None, FrameName::Base, hold)?;
     let (model, mut campaign) = (&loaded.model, path.campaign);
     let found =
         predict_path(model, values, &mut campaign, &desired, Some(&process), &Settings::new(model.variables.len()))?;

@@ -1,0 +1,75 @@
+//! `compensate --program`: the corrected path in the language of a controller.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::Error;
+use crate::cli::args::Compensate;
+use crate::cli::output::Output;
+use crate::cli::session::Session;
+use crate::render::program::{LANGUAGES, Language, Moves, Wanted, by_template, program};
+use crate::results::Compensation;
+
+/// A program that is asked for.
+pub struct Program<'a> {
+    source: Source,
+    command: &'a Compensate,
+}
+
+enum Source {
+    Language(&'static Language),
+    /// A template of the user's, and its file.
+    Template(String, String),
+}
+
+impl<'a> Program<'a> {
+    /// What the command asks for; `None` where it asks for no program.
+    ///
+    /// # Errors
+    /// A language that is unknown and no file, a speed that is none.
+    pub fn new(command: &'a Compensate, session: &Session) -> Result<Option<Self>, Error> {
+        let Some(name) = &command.program else { return Ok(None) };
+        if !(command.speed > 0.0 && command.speed <= 1e5) {
+            return Err(Error::input(format!("--speed {}", command.speed), "give mm/s, above 0 and at most 100000"));
+        }
+        let source = match LANGUAGES.iter().find(|language| language.name == name) {
+            Some(language) => Source::Language(language),
+            None if Path::new(name).is_file() => Source::Template(session.reader.text(Path::new(name))?, name.clone()),
+            None => {
+                let names: Vec<&str> = LANGUAGES.iter().map(|language| language.name).collect();
+                return Err(Error::input(
+                    format!("--program `{name}` is no language, and no file"),
+                    format!("give one of {}, or the file of a template", names.join(", ")),
+                ));
+            }
+        };
+        Ok(Some(Self { source, command }))
+    }
+
+    /// The program in the place of the text, and in the JSON.
+    ///
+    /// # Errors
+    /// A program that cannot be written so.
+    pub fn output(&self, found: &Compensation, path: &str, mut output: Output) -> Result<Output, Error> {
+        let command = self.command;
+        let stem = Path::new(path).file_stem().map_or_else(|| "path".into(), |stem| stem.to_string_lossy());
+        let poses_alone = matches!(self.source, Source::Language(language) if !language.joints);
+        let wanted = Wanted {
+            name: command.program_name.as_deref().unwrap_or(&stem),
+            moves: command.moves.map_or(if poses_alone { Moves::Poses } else { Moves::Joints }, Moves::from),
+            speed: command.speed,
+        };
+        let (text, language) = match &self.source {
+            Source::Language(language) => (program(found, language, &wanted), language.name),
+            Source::Template(template, file) => (by_template(found, template, file, &wanted), file.as_str()),
+        };
+        let text = text.map_err(|(message, remedy)| Error::input(message, remedy))?;
+        if let Some(object) = output.json.as_object_mut() {
+            object.insert("program".into(), json!({"language": language, "moves": wanted.moves, "text": text}));
+        }
+        output.text = text;
+        output.verbatim = true;
+        Ok(output)
+    }
+}

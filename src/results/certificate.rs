@@ -1,0 +1,233 @@
+//! What a certificate states: errors on readings that the calibration did not see, the verdict on a tolerance, accuracy and
+//! repeatability of poses. Lengths in mm, angles in deg.
+
+use serde::Serialize;
+
+use super::units::{deg, mm};
+use crate::description::campaign::Campaign;
+use crate::description::campaign::raw::RawCertificate;
+use crate::estimation::Calibration;
+use crate::model::Model;
+use crate::review::repeated;
+
+/// Coverage factor of expanded uncertainties: 95 % of a normal distribution (JCGM 100:2008, 6.2.2).
+pub const COVERAGE: f64 = 2.0;
+
+/// What is decided of a tolerance, with the measurement's uncertainty against whoever decides (ISO 14253-1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The greatest error and its expanded uncertainty are within the tolerance.
+    Pass,
+    /// The greatest error is beyond it by more than its expanded uncertainty.
+    Fail,
+    /// Neither, or the instrument's uncertainty is not stated.
+    Undecided,
+}
+
+/// Position errors of readings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CertifiedErrors {
+    pub readings: usize,
+    pub mean: f64,
+    pub rms: f64,
+    pub max: f64,
+    /// Mean and three standard deviations.
+    pub mean_3s: f64,
+}
+
+/// One reading: Euclidean errors with base and markers fitted alone, and calibrated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedReading {
+    pub row: usize,
+    pub pose: String,
+    pub marker: String,
+    /// `check`, or `fit`: the calibration has seen it.
+    pub set: &'static str,
+    pub before: f64,
+    pub after: f64,
+    /// Along x, y, z of the measurement frame, calibrated.
+    pub error: Vec<f64>,
+}
+
+/// A pose measured several times (ISO 9283:1998, 7.2): AP, RP and, reached from several sides, vAP.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedPose {
+    pub pose: String,
+    pub marker: String,
+    pub cycles: usize,
+    /// AP with base and markers fitted alone.
+    pub accuracy_before: f64,
+    /// AP, calibrated.
+    pub accuracy: f64,
+    /// RP.
+    pub repeatability: f64,
+    pub orientation_accuracy: Option<f64>,
+    pub orientation_repeatability: Option<f64>,
+    /// vAP.
+    pub variation: Option<f64>,
+}
+
+/// The instrument.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CertifiedInstrument {
+    /// Greatest stated standard deviation of a coordinate.
+    pub sigma: f64,
+    /// Expanded uncertainty of the error of a reading, k = 2.
+    pub expanded: f64,
+}
+
+/// What a certificate states.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Certificate {
+    pub campaign: String,
+    pub robot: String,
+    pub unit: &'static str,
+    pub coverage_factor: f64,
+    pub verdict: Option<Verdict>,
+    pub tolerance: Option<f64>,
+    /// Why it is decided so.
+    pub reason: Option<String>,
+    /// Whether the errors are those of readings held out.
+    pub held_out: bool,
+    pub before: CertifiedErrors,
+    pub after: CertifiedErrors,
+    /// `None` where no noise is stated.
+    pub instrument: Option<CertifiedInstrument>,
+    /// Expanded uncertainty (k = 2) of the positions that the calibrated description predicts: root mean square and
+    /// greatest over the readings.
+    pub predicted: Option<[f64; 2]>,
+    pub poses: Vec<CertifiedPose>,
+    pub readings: Vec<CertifiedReading>,
+    pub about: RawCertificate,
+    pub converged: bool,
+    /// Of the program.
+    pub version: &'static str,
+    pub command: String,
+}
+
+impl Certificate {
+    /// From a calibration; `predicted` are the standard uncertainties (m) of all predicted positions, `tolerance` is in m.
+    pub fn new(
+        model: &Model,
+        campaign: &Campaign,
+        found: &Calibration,
+        predicted: Option<&[[f64; 3]]>,
+        about: RawCertificate,
+        tolerance: Option<f64>,
+        command: String,
+    ) -> Self {
+        let held_out = found.held_out.contains(&true);
+        let judges =
+            |index: usize| (!held_out || found.held_out[index]) && campaign.readings[index].observes.length_rows() > 0;
+        let (before, after) = (sizes(campaign, &found.registered), sizes(campaign, &found.residual));
+        let of = |all: &[f64]| certified((0..all.len()).filter(|&index| judges(index)).map(|index| all[index]));
+        let is_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated);
+        let sigma = campaign.readings.iter().flat_map(|r| {
+            let lengths = r.observes.length_rows();
+            r.observes.sigmas(&r.noise).into_iter().take(lengths).collect::<Vec<_>>()
+        });
+        let sigma = sigma.fold(0.0, f64::max);
+        let instrument = is_stated.then(|| CertifiedInstrument { sigma: mm(sigma), expanded: mm(COVERAGE * sigma) });
+        let (verdict, reason) = match tolerance {
+            None => (None, None),
+            Some(tolerance) => {
+                let (verdict, reason) = decide(of(&after).max, mm(tolerance), instrument.map(|own| own.expanded));
+                (Some(verdict), Some(reason))
+            }
+        };
+        let size = |own: &[f64; 3]| mm(COVERAGE * own.iter().map(|u| u * u).sum::<f64>().sqrt());
+        let predicted = predicted.filter(|all| !all.is_empty()).map(|all| {
+            let squares = all.iter().map(|own| size(own).powi(2)).sum::<f64>();
+            [(squares / all.len() as f64).sqrt(), all.iter().map(size).fold(0.0, f64::max)]
+        });
+        Self {
+            campaign: campaign.name.clone(),
+            robot: about.robot.clone().unwrap_or_else(|| model.name.clone()),
+            unit: "mm",
+            coverage_factor: COVERAGE,
+            verdict,
+            tolerance: tolerance.map(mm),
+            reason,
+            held_out,
+            before: of(&before),
+            after: of(&after),
+            instrument,
+            predicted,
+            poses: poses(model, campaign, found),
+            readings: readings(model, campaign, found, [&before, &after]),
+            about,
+            converged: found.converged(),
+            version: env!("CARGO_PKG_VERSION"),
+            command,
+        }
+    }
+}
+
+/// The rule of ISO 14253-1, in mm.
+fn decide(max: f64, tolerance: f64, expanded: Option<f64>) -> (Verdict, String) {
+    let Some(expanded) = expanded else {
+        let why = "The instrument's noise is not stated (instrument: {sigma: ..}): errors cannot be told from those of measuring";
+        return (Verdict::Undecided, why.into());
+    };
+    let greatest = format!("The greatest error is {max:.4} mm, with an expanded uncertainty of {expanded:.4} mm");
+    if max + expanded <= tolerance {
+        (Verdict::Pass, format!("{greatest}: both together are within {tolerance:.4} mm"))
+    } else if max - expanded > tolerance {
+        (Verdict::Fail, format!("{greatest}: beyond {tolerance:.4} mm by more than that"))
+    } else {
+        (Verdict::Undecided, format!("{greatest}: too near to {tolerance:.4} mm to decide"))
+    }
+}
+
+/// Euclidean position errors of all readings, mm; 0 of readings without lengths.
+fn sizes(campaign: &Campaign, residual: &[f64]) -> Vec<f64> {
+    let size = |own: &[f64]| mm(own.iter().map(|v| v * v).sum::<f64>().sqrt());
+    campaign.by_reading(residual, 1).map(|(reading, own)| size(&own[..reading.observes.length_rows()])).collect()
+}
+
+fn certified(all: impl Iterator<Item = f64> + Clone) -> CertifiedErrors {
+    let [mean, rms, max] = crate::math::mean_rms_max(all.clone());
+    let readings = all.clone().count();
+    let squares = all.map(|e| (e - mean).powi(2)).sum::<f64>();
+    let deviation = if readings > 1 { (squares / (readings - 1) as f64).sqrt() } else { 0.0 };
+    CertifiedErrors { readings, mean, rms, max, mean_3s: mean + 3.0 * deviation }
+}
+
+fn marker(model: &Model, campaign: &Campaign, index: usize) -> String {
+    campaign.readings[index].marker.map_or("TCP", |marker| model.markers[marker].name.as_str()).to_string()
+}
+
+fn pose(campaign: &Campaign, index: usize) -> String {
+    campaign.poses[campaign.readings[index].pose].clone()
+}
+
+fn poses(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<CertifiedPose> {
+    let before = repeated(campaign, &found.registered);
+    let after = repeated(campaign, &found.residual);
+    let one = |(before, after): (&crate::review::Repeated, &crate::review::Repeated)| CertifiedPose {
+        pose: pose(campaign, after.first),
+        marker: marker(model, campaign, after.first),
+        cycles: after.count,
+        accuracy_before: mm(before.accuracy),
+        accuracy: mm(after.accuracy),
+        repeatability: mm(after.repeatability),
+        orientation_accuracy: after.orientation.map(|[accuracy, _]| deg(accuracy)),
+        orientation_repeatability: after.orientation.map(|[_, spread]| deg(spread)),
+        variation: after.variation.map(mm),
+    };
+    before.iter().zip(&after).map(one).collect()
+}
+
+fn readings(model: &Model, campaign: &Campaign, found: &Calibration, sizes: [&[f64]; 2]) -> Vec<CertifiedReading> {
+    let one = |(index, (reading, own)): (usize, (&crate::description::campaign::Reading, &[f64]))| CertifiedReading {
+        row: reading.row,
+        pose: pose(campaign, index),
+        marker: marker(model, campaign, index),
+        set: if found.held_out[index] { "check" } else { "fit" },
+        before: sizes[0][index],
+        after: sizes[1][index],
+        error: own[..reading.observes.length_rows()].iter().map(|v| mm(*v)).collect(),
+    };
+    campaign.by_reading(&found.residual, 1).enumerate().map(one).collect()
+}
