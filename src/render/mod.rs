@@ -9,6 +9,7 @@ pub mod diagnostics;
 pub mod fuzzy;
 pub mod html;
 pub mod identification;
+pub mod mjcf;
 pub mod plan;
 pub mod plots;
 pub mod pose;

@@ -36,6 +36,8 @@ pub struct Convert {
 pub enum WriteAs {
     /// Where each of the six joints of such an arm places its link: `kinematics_params_file` of the driver.
     UrKinematics,
+    /// A model of the simulator MuJoCo.
+    Mjcf,
 }
 
 /// `pose`

@@ -14,7 +14,8 @@ use crate::description::{ur_kinematics, urdf, yaml};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::files::{moved_to, schema_line, source_urdf};
 use crate::model::Model;
-use crate::prediction::{Linearised, Predictor};
+use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::render::mjcf::mjcf;
 
 pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
     can_write(&command.to)?;
@@ -24,6 +25,7 @@ pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
             let hash = loaded.raw.ur_kinematics.as_ref().and_then(|keys| keys.hash.as_deref());
             ur_kinematics::write(&loaded.robot, hash)?
         }
+        Some(WriteAs::Mjcf) => mjcf(&loaded.robot, &loaded.model).map_err(PredictionError::from)?,
         None => written(&loaded.raw, &command.to)?,
     };
     let warnings = format!("wrote {}\n", command.to.display());
