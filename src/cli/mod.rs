@@ -206,6 +206,7 @@ fn run(session: &Session) -> Result<Output, Error> {
         Command::Diagnose(command) => commands::diagnose::run(command, session),
         Command::Compensator(command) => commands::compensator::run(command, session),
         Command::Residuals(command) => commands::residuals::run(command, session),
+        Command::Report(command) if command.certificate => commands::certificate::run(command, session),
         Command::Report(command) => commands::report::run(command, session),
         Command::View(command) => commands::view::run(command, session),
         Command::Simulate(command) => commands::simulate::run(command, session),

@@ -44,7 +44,7 @@ mod verdict;
 pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;
 pub use level::{Level, Stability};
-pub use nuisance::nuisance;
+pub use nuisance::{all_springs, nuisance};
 pub use result::{
     Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, Gap, Location,
     LookAlikes, NextPose, NoiseSource, NotTried, Region, Rejected, Rest, Shrinkage, SiteShare, Verdict,

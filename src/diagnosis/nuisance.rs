@@ -6,6 +6,21 @@ use crate::model::Model;
 use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
 
+/// Names for a campaign's `calibrate:` that together mean all springs which the description declares to be identified.
+pub fn all_springs(model: &Model, campaign: &Campaign) -> Vec<String> {
+    let mut open = model.elastic_slots();
+    let mut names = Vec::new();
+    for effect in model.catalogue.iter() {
+        let own = nuisance(model, campaign, &[effect.name().to_string()]);
+        let before = open.len();
+        open.retain(|slot| !own.contains(slot));
+        if open.len() < before {
+            names.push(effect.name().to_string());
+        }
+    }
+    names
+}
+
 /// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all
 /// the joints, links and actuators that variables move.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {

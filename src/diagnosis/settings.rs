@@ -251,6 +251,9 @@ pub struct VerdictSettings {
     /// Residuals of different readings for each re-fitted parameter below which it is not either: they would leave 1/1.7 of
     /// the noise whatever is wrong, sqrt(1 - 1 / 1.5).
     pub rows_per_parameter: f64,
+    /// Residuals below this share of the stated noise say that it is stated too great for any gap to show: as
+    /// [`crate::plausibility::Limits::noise`] has it.
+    pub least_noise: f64,
 }
 
 impl VerdictSettings {
@@ -268,6 +271,7 @@ impl Default for VerdictSettings {
             near: 1.25,
             excess_sigmas: 3.5,
             excess_floor: 0.03,
+            least_noise: 0.2,
             fewest_configurations: 8,
             rows_per_parameter: 1.5,
         }

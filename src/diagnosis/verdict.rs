@@ -51,6 +51,11 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
             steps.push(step(&[last.subset.members.as_slice(), &[member]].concat()));
         }
     }
+    // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones.
+    let start = steps.first().map_or(0.0, |step| step.rms);
+    while steps.len() > 1 && steps.last().is_some_and(|step| step.rms.is_nan() || step.rms >= start) {
+        steps.pop();
+    }
     let freedom = selector.projection.freedom;
     let variance = |step: &Step| step.subset.squares / (freedom - step.subset.directions as f64).max(1.0);
     let [before, after] = [steps.first(), steps.last()].map(|step| step.map_or(0.0, variance));
@@ -62,9 +67,12 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     let noise = competition.noise.unwrap_or_else(|| after.sqrt());
     let [before, after] = [before, after].map(|variance| variance / (noise * noise) - 1.0);
     let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
+    // Beside a noise that is stated far too great no gap could show.
+    let is_drowned = (before + 1.0).max(0.0).sqrt() < settings.least_noise;
     let is_significant = before > limit || steps.len() > 1;
     let verdict = match steps.len() {
         1 if is_significant => Verdict::Unexplained,
+        1 if is_drowned => Verdict::Undecided,
         1 => Verdict::NoGap,
         _ if is_explained(before, after, limit, settings) => Verdict::Explained,
         _ => Verdict::PartlyExplained,

@@ -99,6 +99,8 @@ codes! {
     NoiseDisagrees "noise-disagrees",
     /// Readings of one configuration share an error, and intervals count it.
     DependentReadings "dependent-readings",
+    /// Springs that the description declares to be identified are held in a diagnosis, and explain the gap that it finds causes for.
+    SpringsHeld "springs-held",
     /// Configurations or loads lie outside the range in which the effects of a description were found.
     OutsideValidity "outside-validity",
     /// Terms that belong to a session are not written into the robot.
@@ -129,6 +131,7 @@ impl Code {
                     | Self::SessionsDiffer
                     | Self::OutlyingReadings
                     | Self::MovedMidway
+                    | Self::SpringsHeld
             )
     }
 }

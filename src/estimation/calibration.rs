@@ -64,6 +64,7 @@ pub fn calibrate_as_weighed(
         Some(group.fitted(model, ci95[k], settings.split, &mut values))
     });
     let equivalences = equivalences.collect();
+    let free = task.back_to_nominal(&selection, &found, &mut values)?;
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
     let open = match settings.second_order {
@@ -78,7 +79,7 @@ pub fn calibrate_as_weighed(
     };
     Ok(Calibration {
         fit: task.carried(problem.slots(), &covariance, direction_noise),
-        estimates: task.estimates(&selection, &values, &covariance, &open, &found)?,
+        estimates: task.estimates(&selection, &values, &covariance, &open, &free)?,
         predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
         slots: selection.predictor.slots,
         identifiability: selection.identifiability,
@@ -100,6 +101,10 @@ pub fn calibrate_as_weighed(
         held_out: held_out.to_vec(),
     })
 }
+
+/// Greatest change of a reading, in its standard deviations, that no campaign shows: a hundred thousand readings together would
+/// show it by three.
+const UNSEEN: f64 = 0.01;
 
 /// What was asked, checked.
 struct Task<'a> {
@@ -285,6 +290,40 @@ impl<'a> Task<'a> {
         })
     }
 
+    /// Puts springs that a fit left at a bound back to what is declared where that moves no reading: no reading tells them. Which
+    /// kept parameters are at a bound then.
+    fn back_to_nominal(
+        &self,
+        selection: &Selection,
+        found: &Fit,
+        values: &mut Vec<f64>,
+    ) -> Result<Vec<bool>, CalibrationError> {
+        let mut at_bound = found.at_bound.clone();
+        let sigmas = row_sigmas(self.campaign);
+        let predicted = |values: &[f64]| -> Result<Vec<f64>, PredictionError> {
+            let mut found = Linearised::default();
+            self.everything.linearise(values, false, &mut found)?;
+            Ok(found.residual)
+        };
+        for (k, slot) in selection.kept().into_iter().enumerate() {
+            if !at_bound[k] || self.model.registry[slot].group != Group::Elastic {
+                continue;
+            }
+            let group = selection.groups.iter().find(|group| group.members[0].0 == slot);
+            let members =
+                group.map_or_else(|| vec![slot], |group| group.members.iter().map(|(slot, _)| *slot).collect());
+            let mut declared = values.clone();
+            members.iter().for_each(|&slot| declared[slot] = self.nominal[slot]);
+            let (now, then) = (predicted(values)?, predicted(&declared)?);
+            let moved = now.iter().zip(&then).zip(&sigmas).map(|((a, b), sigma)| (a - b).abs() / sigma);
+            if moved.fold(0.0, f64::max) < UNSEEN {
+                *values = declared;
+                at_bound[k] = false;
+            }
+        }
+        Ok(at_bound)
+    }
+
     /// Results of all candidates.
     fn estimates(
         &self,
@@ -292,7 +331,7 @@ impl<'a> Task<'a> {
         values: &[f64],
         covariance: &Covariance,
         open: &[f64],
-        found: &Fit,
+        at_bound: &[bool],
     ) -> Result<Vec<Estimate>, CalibrationError> {
         let slots = &selection.predictor.slots;
         let mut last = Linearised::default();
@@ -316,7 +355,7 @@ impl<'a> Task<'a> {
                 ci95,
                 of_dropped: position.and_then(|k| open.get(k).copied()).filter(|open| *open > 0.0),
                 degrees_of_freedom: degrees_of_freedom.unwrap_or(0.0),
-                at_bound: position.is_some_and(|k| found.at_bound[k]),
+                at_bound: position.is_some_and(|k| at_bound[k]),
                 moves: (self.model.registry[slot].group == Group::Elastic).then_some(moves),
             }
         };

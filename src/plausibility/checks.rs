@@ -2,7 +2,9 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{deflections, instrument, midway, numerics, outlying, parameters, readings, sessions};
+use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
+use crate::model::Model;
 
 /// One check. Those that look at a calibration find nothing where there is none.
 pub struct Check {
@@ -29,6 +31,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "deflections follow their loads as springs of the description can: else they are mirrored, or the loads reversed",
         find: deflections::follow_their_loads,
+    },
+    Check {
+        codes: &[Code::WrongUnits],
+        of_result: false,
+        about: "deflections are of the order of those of the declared springs",
+        find: deflections::as_large_as_declared,
     },
     Check {
         codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],
@@ -151,6 +159,33 @@ pub fn forced(found: Vec<Diagnostic>) -> Vec<Diagnostic> {
         false => diagnostic,
     };
     found.into_iter().map(weaker).collect()
+}
+
+/// How files must be read otherwise to fit the description, where that is known: for commands that fit nothing.
+pub fn misread(model: &Model, campaign: &Campaign) -> Vec<Diagnostic> {
+    let limits = Limits::default();
+    // A few configurations fit however they are read.
+    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+    poses.sort_unstable();
+    poses.dedup();
+    if poses.len() < limits.least_configurations {
+        return Vec::new();
+    }
+    let mut found = judge(&Evidence::of(model, campaign), &limits);
+    found.retain(|diagnostic| diagnostic.is_error() && matches!(diagnostic.code, Code::WrongUnits | Code::Misread));
+    found
+}
+
+/// Why a calibration could not be computed, where readings or description say why: readings that are simply wrong bend a fit to where
+/// nothing can be computed, and content that makes no sense may not even be computed with. `error` is what the fit said.
+pub fn why_not_computed(error: &str, evidence: &Evidence, limits: &Limits, force: bool) -> Option<Vec<Diagnostic>> {
+    let judged = judge(evidence, limits);
+    let is_wrong = |found: &&Diagnostic| found.code == Code::OutlyingReadings;
+    let told = judged.iter().find(is_wrong).cloned();
+    if let Some(wrong) = told.or_else(|| outlying::before_failure(evidence, limits)) {
+        return Some(vec![wrong, Diagnostic::error(error.to_string()).code(Code::NotComputed)]);
+    }
+    refusing(judged, force)
 }
 
 /// All that was found, where an error of plausibility is among it and the user does not go on all the same.

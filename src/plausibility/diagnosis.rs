@@ -6,7 +6,10 @@ use super::evidence::{Evidence, Limits};
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::{Calibration, Settings, calibrate};
+use crate::math::quantiles::f_tail;
 use crate::model::Model;
+use crate::parameter::Slot;
 
 /// Doubts about a diagnosis of a campaign: about the calibration that it starts from, and about what its readings can show.
 pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
@@ -19,12 +22,19 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     let calibration = found.calibration.as_ref().map(|of| judge_result(&Evidence::with(model, campaign, of), limits));
     // What is too little is judged by the verdict's own limits.
-    let about_figures =
-        |diagnostic: &Diagnostic| diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData;
+    // What calibration leaves above the noise is the gap itself, of which the answer speaks.
+    let is_gap = |diagnostic: &Diagnostic| {
+        let ratio = diagnostic.figures.get("ratio").copied().unwrap_or(0.0);
+        diagnostic.code == Code::NoiseUnlikeStated && ratio > 1.0
+    };
+    let about_figures = |diagnostic: &Diagnostic| {
+        diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData && !is_gap(diagnostic)
+    };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
     let (amount, fitted) = &found.evidence;
     let little = too_little(amount, *fitted, limits).or_else(|| {
-        (found.verdict == Verdict::Undecided).then(|| {
+        let is_drowned = all.iter().any(|told| told.code == Code::NoiseUnlikeStated);
+        (found.verdict == Verdict::Undecided && !is_drowned).then(|| {
             Diagnostic::warning("no hypothesis of the catalogue could have shown in these readings")
                 .code(Code::TooLittleData)
                 .remedy(
@@ -33,6 +43,37 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         })
     });
     all.extend(little);
+    all.extend(springs_held(model, campaign, found, limits));
     all.extend(pulled);
     all
+}
+
+/// Springs that the description declares to be identified, and that the campaign does not name under `calibrate:`, where fitting
+/// them too leaves nothing but noise: the causes found may stand in for them.
+fn springs_held(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
+    let calibration = found.calibration.as_ref()?;
+    let is_held = |slot: &Slot| !calibration.slots.contains(slot);
+    let held: Vec<Slot> = model.elastic_slots().into_iter().filter(is_held).collect();
+    if !campaign.is_difference() || campaign.sigma.is_none() || found.causes.is_empty() || held.is_empty() {
+        return None;
+    }
+    let only = Some([model.elastic_slots(), calibration.slots.clone()].concat());
+    let asked = Settings { only, second_order: false, ..Settings::default() };
+    let fitted =
+        calibrate(model, campaign, &calibration.held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
+    // As far above one as noise alone comes once in a thousand times.
+    let freedom = fitted.degrees_of_freedom.max(1.0);
+    let is_noise = f_tail(fitted.noise_ratio.powi(2), freedom, 1e9) > limits.chance;
+    let names: Vec<&str> = held.iter().map(|&slot| model.registry[slot].name.as_str()).collect();
+    is_noise.then(|| {
+        let message = format!(
+            "with the springs that the description declares to be identified fitted as well ({}) nothing but noise is left, as `identify` \
+             finds: the causes below may stand in for them",
+            names.join(", ")
+        );
+        Diagnostic::warning(message)
+            .code(Code::SpringsHeld)
+            .remedy("name what is re-fitted in the campaign: `calibrate: [joint-compliance, bearing-compliance, ..]`")
+            .figure("noise_ratio", fitted.noise_ratio)
+    })
 }

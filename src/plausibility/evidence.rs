@@ -69,14 +69,18 @@ pub struct Limits {
     pub moved_hopelessly: f64,
     /// An angle that moved further is refused, rad: no joint is mounted 30 degrees off.
     pub turned: f64,
-    /// All lengths together are off by at most so many standard deviations of their common factor, by the tolerances.
-    pub scale: f64,
+    /// All lengths together are off by at most so many standard deviations of their common factor, by the tolerances: beyond the first
+    /// it is doubted (a tolerance of a known robot is seldom half of what it should be, and four standard deviations of that are no chance),
+    /// beyond the second refused.
+    pub scale: [f64; 2],
     /// Springs are within this factor of what is declared, by their median: units are wrong by 1000, guesses of the stiffness
     /// of a known kind of joint seldom by 30.
     pub stiffness_factor: f64,
-    /// Least and greatest residuals over the stated noise. Instruments are stated up to five times too poor; what is 30 times
-    /// the noise is not described by what was fitted.
+    /// Least and greatest residuals over the stated noise. Instruments are stated up to five times too poor, or too good.
     pub noise: [f64; 2],
+    /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
+    /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
+    pub deflection_factor: f64,
     /// Degrees of freedom from which that is judged: the ratio is then known to 1/sqrt(2 n) = 16 %.
     pub noise_freedom: f64,
     /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
@@ -95,9 +99,13 @@ pub struct Limits {
     /// While readings that are simply wrong are sought before a calibration, those whose error is so many times the median are
     /// left out: normal errors of three coordinates reach 2.2 times it one in a thousand times, errors of geometry are bounded.
     pub trimmed: f64,
-    /// A reading is called wrong whose error is so many times the median after calibration. Normal noise reaches 3, Student's t
-    /// of three degrees of freedom 30 once in some thousand readings.
+    /// A reading of n is called wrong whose error is so many times the median after calibration, times the cube root of n: errors of
+    /// three coordinates with Student's t of three degrees of freedom go beyond that in one campaign of twenty
+    /// (P(|x| > r) = 6.6 / r^3 of their norm x, whose median is 1.92). Normal noise reaches 3 times the median.
     pub outlying: f64,
+    /// The same where the others are far above the noise too, and not by its cube root: what an unmodelled effect leaves is 15 times
+    /// the median at a few configurations of the bundled campaigns.
+    pub outlying_open: f64,
     /// Greatest share of the readings that can be wrong and the rest right: beyond it something else is the matter.
     pub wrong_share: f64,
     /// Least shared error that is spoken of, in standard deviations of the stated noise: simulated readings without noise
@@ -123,9 +131,10 @@ impl Default for Limits {
             moved: 20.0,
             moved_hopelessly: 100.0,
             turned: std::f64::consts::FRAC_PI_6,
-            scale: 10.0,
+            scale: [4.0, 10.0],
             stiffness_factor: 100.0,
-            noise: [0.2, 30.0],
+            noise: [0.2, 5.0],
+            deflection_factor: 5.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],
             fewest_configurations: 8,
@@ -133,7 +142,8 @@ impl Default for Limits {
             sessions_fall: 1.5,
             sessions_apart: 5.0,
             trimmed: 5.0,
-            outlying: 30.0,
+            outlying: 2.65,
+            outlying_open: 30.0,
             wrong_share: 0.25,
             shared_least: 1e-3,
         }

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
+use super::outlying::outlying;
 use super::words::mm;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::kinematics::{Geometry, Placements};
@@ -27,13 +28,23 @@ struct Step {
     at: usize,
     by: f64,
     gain: f64,
+    /// Residuals with it over those without.
+    fall: f64,
 }
 
 pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    step(evidence, limits).into_iter().collect()
+    let Some(step) = stepped(evidence, limits, &[]) else { return Vec::new() };
+    // A few readings that are simply wrong make a step of their own; after a knock all are.
+    let wrong = outlying(evidence, limits).map_or_else(Vec::new, |(wrong, ..)| wrong);
+    let row = |k: usize| evidence.campaign.readings[k].row;
+    let later = || (0..evidence.campaign.readings.len()).filter(|&k| row(k) >= row(step.at));
+    let are_some = 2 * later().filter(|k| wrong.contains(k)).count() < later().count();
+    let step = if wrong.is_empty() || !are_some { Some(step) } else { stepped(evidence, limits, &wrong) };
+    step.map(|step| said(evidence, &step)).into_iter().collect()
 }
 
-fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+/// A step that is not chance, certain readings left out.
+fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step> {
     let (campaign, found) = (evidence.campaign, evidence.found?);
     let is_position = |k: &usize| {
         let reading = &campaign.readings[*k];
@@ -42,7 +53,9 @@ fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     if !found.converged() || campaign.is_difference() {
         return None;
     }
-    let fit = Fitted::of(evidence)?;
+    let mut fit = Fitted::of(evidence)?;
+    let out: Vec<usize> = (0..fit.readings().len()).filter(|&k| wrong.contains(&fit.reading(k))).collect();
+    out.into_iter().for_each(|k| fit.leave_out(k));
     if !fit.readings().iter().all(is_position) || fit.readings().len() < 2 * LEAST {
         return None;
     }
@@ -61,6 +74,11 @@ fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     if chance > limits.chance || fall < limits.sessions_fall || step.by < limits.sessions_apart * noise {
         return None;
     }
+    Some(Step { fall, ..step })
+}
+
+fn said(evidence: &Evidence, step: &Step) -> Diagnostic {
+    let (campaign, fall) = (evidence.campaign, step.fall);
     let address = campaign.address(&campaign.readings[step.at]);
     let (what, remedy) = match step.is_marker {
         true => (
@@ -76,13 +94,11 @@ fn step(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         "from {address} on readings are {} mm away from those before, and without that step errors fall to 1/{fall:.1}: {what}?",
         mm(step.by)
     );
-    Some(
-        Diagnostic::warning(message)
-            .code(Code::MovedMidway)
-            .remedy(remedy)
-            .figure("step_mm", 1e3 * step.by)
-            .figure("fall", fall),
-    )
+    Diagnostic::warning(message)
+        .code(Code::MovedMidway)
+        .remedy(remedy)
+        .figure("step_mm", 1e3 * step.by)
+        .figure("fall", fall)
 }
 
 /// The step that takes most out of the residuals.
@@ -128,7 +144,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
         let by = factor.solve(&right) / square.trace();
         let gain = right.dot(&by);
         if best.as_ref().is_none_or(|best| gain > best.gain) {
-            best = Some(Step { is_marker, at: index, by: by.norm(), gain });
+            best = Some(Step { is_marker, at: index, by: by.norm(), gain, fall: 1.0 });
         }
     }
     best

@@ -22,6 +22,6 @@ mod sessions;
 mod trial;
 mod words;
 
-pub use checks::{CHECKS, Check, forced, judge, judge_result, refusing};
+pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, why_not_computed};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};

@@ -10,11 +10,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
-use super::trial::{errors, searching};
+use super::trial::{Trials, errors, searching};
 use super::words::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::registered;
+use crate::estimation::{Calibration, Settings, calibrate, registered};
 use crate::math::{median, orthonormal, quantiles::f_tail};
 use crate::prediction::{Linearised, Predictor};
 
@@ -22,6 +22,9 @@ use crate::prediction::{Linearised, Predictor};
 const ROUNDS: usize = 6;
 /// Most readings named in one message.
 const NAMED: usize = 3;
+/// Median error, in standard deviations of a coordinate, from which the others are not noise alone: half as much again as the 1.54 of
+/// three normal coordinates.
+const OPEN: f64 = 2.3;
 /// Most readings that are taken out of a fit one after the other.
 const MOST: usize = 20;
 
@@ -81,10 +84,17 @@ fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f
 
 /// After a calibration: fitted readings by deletion, held-out ones by their errors.
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let Some(found) = evidence.found.filter(|found| found.converged()) else { return Vec::new() };
+    let said =
+        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| said(evidence.campaign, &wrong, &|k| size[k], middle);
+    outlying(evidence, limits).map(said).into_iter().collect()
+}
+
+/// Readings that are far off after a calibration, by index, the errors of all and the median of the others' (m).
+pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usize>, Vec<f64>, f64)> {
+    let found = evidence.found.filter(|found| found.converged())?;
     let campaign = evidence.campaign;
     let mut size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
-    let Some(mut fit) = Fitted::of(evidence) else { return Vec::new() };
+    let mut fit = Fitted::of(evidence)?;
     let mut wrong = Vec::new();
     while let Some((k, by)) = fit.worst(limits).filter(|_| wrong.len() < MOST) {
         fit.leave_out(k);
@@ -95,15 +105,52 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
             size[reading] = error;
         }
     }
-    let mut others: Vec<f64> = (0..size.len()).filter(|k| !wrong.contains(k)).map(|k| size[k]).collect();
-    let Some(middle) = median(&mut others) else { return Vec::new() };
-    let floor = limits.outlying * middle.max(fit.least());
-    wrong.retain(|&k| size[k] > floor);
-    wrong.extend((0..size.len()).filter(|&k| found.held_out.get(k) == Some(&true) && size[k] > floor));
-    if wrong.is_empty() || wrong.len() as f64 > limits.wrong_share * size.len() as f64 {
-        return Vec::new();
-    }
-    vec![said(campaign, &wrong, &|k| size[k], middle)]
+    let least = fit.least();
+    let far = |size: &[f64], among: &[usize], is_last: bool| -> Option<(Vec<usize>, f64)> {
+        let others = (0..size.len()).filter(|k| !among.contains(k)).map(|k| size[k]);
+        let middle = median(&mut others.collect::<Vec<f64>>())?;
+        let mut factor = limits.outlying * (size.len() as f64).cbrt();
+        // What a model does not describe is no noise, and may be great at a few readings.
+        if is_last && middle > OPEN * least {
+            factor = factor.max(limits.outlying_open);
+        }
+        let floor = factor * middle.max(least);
+        let is_far = |&k: &usize| size[k] > floor && (among.contains(&k) || found.held_out.get(k) == Some(&true));
+        let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
+        (!far.is_empty()).then_some((far, middle))
+    };
+    let most = (limits.wrong_share * size.len() as f64) as usize;
+    let (mut wrong, middle) = far(&size, &wrong, false)?;
+    // Deletion is to first order, and a reading that is far off bends the fit and makes others look so: once more, fitted without
+    // the worst of them.
+    wrong.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
+    wrong.truncate(most);
+    let (wrong, size, middle) = match without(evidence, &wrong, limits) {
+        None => (wrong, size, middle),
+        Some(size) => far(&size, &wrong, true).map(|(wrong, middle)| (wrong, size, middle))?,
+    };
+    (wrong.len() < most.max(2)).then_some((wrong, size, middle))
+}
+
+/// Errors (m) of all readings, the same parameters fitted without some; `None` where that cannot be done.
+fn without(evidence: &Evidence, wrong: &[usize], limits: &Limits) -> Option<Vec<f64>> {
+    let (model, campaign, found) = (evidence.model, evidence.campaign, evidence.found?);
+    let is_used = |k: usize| found.held_out.get(k) != Some(&true) && !wrong.contains(&k);
+    let some = campaign.select(|index, _| is_used(index));
+    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
+    let asked = Settings { only: Some(kept.collect()), second_order: false, ..Settings::default() };
+    let none = vec![false; some.readings.len()];
+    let fitted = calibrate(model, &some, &none, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
+    let mut all = Linearised::default();
+    Predictor::new(model, campaign, Vec::new()).ok()?.linearise(&fitted.values, false, &mut all).ok()?;
+    Some(errors(campaign, &all.residual, limits).collect())
+}
+
+/// Readings that are simply wrong, where a calibration could not be computed with them: by registration, and already where
+/// they are as far off as tolerances could put them.
+pub(super) fn before_failure(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let allowed = Trials::new(evidence.model, evidence.campaign, limits).allowed(&[])?;
+    before(evidence, &Limits { hopeless: limits.far, ..*limits }, allowed)
 }
 
 impl Fitted<'_> {
@@ -138,7 +185,7 @@ impl Fitted<'_> {
     }
 
     /// Takes a reading out of the fit.
-    fn leave_out(&mut self, k: usize) {
+    pub(super) fn leave_out(&mut self, k: usize) {
         let own = self.rows[k]..self.rows[k + 1];
         let mut columns = DMatrix::zeros(self.residual.len(), own.len());
         own.enumerate().for_each(|(column, row)| columns[(row, column)] = 1.0);

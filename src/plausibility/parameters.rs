@@ -115,7 +115,7 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         pairs.map(|((i, a), (j, b))| a * b * found.correlation.get((*i, *j)).copied().unwrap_or(0.0)).sum();
     let [expected, width] = [spread, certain].map(|sum: f64| sum.max(0.0).sqrt() / squares);
     let off = (factor - 1.0).abs();
-    if off <= limits.scale * expected || off <= limits.significant * width {
+    if off <= limits.scale[0] * expected || off <= limits.significant * width {
         return Vec::new();
     }
     let message = format!(
@@ -124,7 +124,9 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     );
     let remedy =
         "look at `units:` of campaign and description, and at the scale of the instrument (`estimate: {scale: true}`)";
-    vec![Diagnostic::error(message).code(Code::MovedFar).remedy(remedy).figure("factor", factor)]
+    let is_hopeless = off > limits.scale[1] * expected;
+    let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    vec![diagnostic.code(Code::MovedFar).remedy(remedy).figure("factor", factor)]
 }
 
 /// Springs that all came out hundreds of times softer or stiffer: stiffness, loads or readings are in another unit.

@@ -15,6 +15,31 @@ use crate::parameter::Kind;
 pub(super) type Trial = (Vec<Hypothesis>, f64);
 
 pub(super) fn fit_the_description(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let found = all_together(evidence, limits);
+    let is_explained = |found: &Diagnostic| matches!(found.code, Code::WrongUnits | Code::Misread);
+    let campaign = evidence.campaign;
+    let Some(parts) = super::sessions::parts(campaign).filter(|_| !found.iter().any(is_explained)) else {
+        return found;
+    };
+    // What befell one session hides behind the others' readings.
+    let of = |part: usize| {
+        let own = campaign.select(|index, _| parts.of.get(index) == Some(&part));
+        let mut poses: Vec<usize> = own.readings.iter().map(|reading| reading.pose).collect();
+        poses.sort_unstable();
+        poses.dedup();
+        if poses.len() < limits.least_configurations || own.readings.len() == campaign.readings.len() {
+            return None;
+        }
+        let found = all_together(&Evidence::of(evidence.model, &own), limits).into_iter().find(is_explained)?;
+        let message =
+            format!("in {} `{}`: {}", parts.noun.trim_end_matches('s'), parts.names.get(part)?, found.message);
+        Some(Diagnostic { message, ..found })
+    };
+    let own: Vec<Diagnostic> = (0..parts.names.len()).filter_map(of).collect();
+    if own.is_empty() { found } else { own }
+}
+
+fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     if campaign.is_difference() || campaign.readings.is_empty() {
         return Vec::new();

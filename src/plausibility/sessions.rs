@@ -11,17 +11,17 @@ use crate::estimation::{RegistrationSettings, registered};
 use crate::math::mean_rms_max;
 
 /// Readings by session, or by file where no session is named.
-struct Parts {
+pub(super) struct Parts {
     /// Of each reading.
-    of: Vec<usize>,
-    names: Vec<String>,
-    /// What a part is called.
-    noun: &'static str,
+    pub of: Vec<usize>,
+    pub names: Vec<String>,
+    /// What parts are called.
+    pub noun: &'static str,
     /// What the campaign has to say so that parts have a base or tool of their own.
     cure: &'static str,
 }
 
-fn parts(campaign: &Campaign) -> Option<Parts> {
+pub(super) fn parts(campaign: &Campaign) -> Option<Parts> {
     let sessions = &campaign.sessions;
     if sessions.names.len() > 1 {
         return Some(Parts {

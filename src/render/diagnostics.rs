@@ -118,7 +118,8 @@ fn inert_but(text: &str, kept: &[char]) -> String {
 
 /// Whether a character is no letter but does something.
 pub fn is_active(char: char) -> bool {
-    char.is_control() || matches!(char, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    char.is_control()
+        || matches!(char, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
 fn count(number: usize, what: &str) -> String {

@@ -14,7 +14,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Family;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
-use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
+use crate::plausibility::{Evidence, Limits, doubts, judge, refusing, why_not_computed};
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -37,6 +37,11 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut |doing| {
         bar.set_message(doing.to_string());
         bar.tick();
+    });
+    let found = found.map_err(|error| {
+        let evidence = Evidence::of(model, campaign);
+        let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
+        why.map_or(error.into(), Error::from)
     })?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();

@@ -11,7 +11,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::Diagnostic;
 use crate::elements::Spring;
 use crate::estimation::{
     Calibration, Scheme, Settings, Split, Weights, What, calibrate, changes, comparable, compare, loss_fault, split,
@@ -20,7 +20,7 @@ use crate::estimation::{
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
 use crate::model::with_values;
-use crate::plausibility::{Evidence, Limits, forced, judge, refusing};
+use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
 use crate::results::{Identification, SchemeComparison, Since};
@@ -108,18 +108,10 @@ pub(super) fn calibrated(
     bar.finish_and_clear();
     let found = match found {
         Ok(found) => found,
-        // Content that makes no sense may not even be computed with.
         Err(error) => {
-            let judged = judge(&Evidence::of(model, campaign), &Limits::default());
-            // A reading that is simply wrong pulls the fit to where nothing can be computed.
-            let is_wrong = |found: &Diagnostic| found.code == Code::OutlyingReadings;
-            if judged.iter().any(is_wrong) {
-                let message = Diagnostic::error(error.to_string()).code(Code::NotComputed);
-                let wrong = judged.into_iter().filter(is_wrong).chain([message]);
-                return Err(Error::from(wrong.collect::<Vec<_>>()));
-            }
-            let refused = refusing(judged, session.arguments.force);
-            return Err(refused.map_or(error.into(), Error::from));
+            let evidence = Evidence::of(model, campaign);
+            let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
+            return Err(why.map_or(error.into(), Error::from));
         }
     };
     let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);

@@ -1,7 +1,7 @@
 //! One file a command.
 
 pub mod blind;
-mod certificate;
+pub mod certificate;
 pub mod check;
 pub mod compensate;
 pub mod compensator;

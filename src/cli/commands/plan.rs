@@ -26,6 +26,7 @@ use crate::files::{LoadedRobot, writable_table};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, Observes, POSITION};
 use crate::planning::{self, Optimality, Planned, PlanningError, Request, Sight, plan};
+use crate::plausibility::misread;
 use crate::render::plan as render;
 use crate::results;
 use crate::simulation::joint_box;
@@ -114,7 +115,9 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     };
     let mut output = carry_out(command, session, loaded, &request, planned_for.as_ref())?;
     output.diagnostics = diagnostics;
-    Ok(output)
+    // A plan saves no description: what would be refused elsewhere is a doubt here.
+    let judged = request.measured.as_ref().map(|measured| misread(model, measured));
+    output.judged(judged.unwrap_or_default(), true)
 }
 
 /// What a campaign file says of the readings to come: of the one that is to be planned for, or of the one to which is added where

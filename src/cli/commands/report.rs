@@ -10,7 +10,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::split;
 use crate::files::writable;
-use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
+use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing, why_not_computed};
 use crate::render::html::write;
 use crate::results::{Report, Sources};
 use crate::review::review;
@@ -19,9 +19,6 @@ use crate::review::review;
 pub(super) const CHECK: f64 = 0.25;
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
-    if command.certificate {
-        return super::certificate::run(command, session);
-    }
     let page = page(session.arguments, "report.html", command.json.as_deref())?;
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
@@ -37,7 +34,12 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         bar.set_message(what.to_string());
         bar.tick();
     };
-    let review = review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress)?;
+    let review =
+        review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress).map_err(|error| {
+            let evidence = Evidence::of(model, campaign);
+            let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), force);
+            why.map_or(error, Error::from)
+        })?;
     let mut given = command.campaign.clone();
     given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };

@@ -5,6 +5,7 @@ use crate::cli::args::Residuals;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::files::writable_table;
+use crate::plausibility::misread;
 use crate::prediction::{Linearised, Predictor};
 use crate::render::identification as render;
 use crate::render::tables;
@@ -30,5 +31,6 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(outside);
-    Ok(output)
+    // Nothing is fitted and nothing saved: what would be refused elsewhere is a doubt here.
+    output.judged(misread(model, campaign), true)
 }

@@ -20,6 +20,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{markers, wrench};
 use crate::description::campaign::{Campaign, InSession, Sessions, Sharing};
+use crate::diagnosis::all_springs;
 use crate::files::{LoadedRobot, settle};
 use crate::kinematics::Geometry;
 use crate::model::Model;
@@ -81,6 +82,9 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         estimate: unknown,
     };
     let mut blank = unmeasured(model, &plan);
+    if observes.is_difference() && command.elastic_errors != 0.0 {
+        blank.calibrate = all_springs(model, &blank);
+    }
     if !row_loads.is_empty() {
         blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
         blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);

@@ -41,6 +41,7 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     }
     diagnostics.extend(metres_as_millimetres(raw, locate));
     diagnostics.extend(radians_as_degrees(raw, locate));
+    diagnostics.extend(limits_in_radians(raw, locate));
     diagnostics.extend(heavy_or_far(raw, locate));
     diagnostics
 }
@@ -98,8 +99,32 @@ fn radians_as_degrees(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     )
 }
 
+/// Widest limit of any joint, deg, from which limits read like angles in rad: one turn in rad.
+const TURN: f64 = 6.3;
+/// Joints with limits from which that is said: a few may be narrow on purpose.
+const JOINTS: usize = 4;
+
+/// A file in degrees whose joints can hardly turn.
+fn limits_in_radians(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    let limits = raw.frames.iter().filter_map(|(name, frame)| {
+        let limits = frame.limits.filter(|_| frame.joint == Some(JointKind::Revolute) && frame.variable.is_some())?;
+        Some((name, limits.into_iter().fold(0.0, |most: f64, v| most.max(v.abs()))))
+    });
+    let limits: Vec<_> = limits.collect();
+    let (name, widest) = limits.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (raw.units.angle == Angle::Degree && limits.len() >= JOINTS && *widest <= TURN && *widest > 0.0).then(|| {
+        Diagnostic::warning(format!("no joint may turn further than {widest} deg"))
+            .at(locate(&["frames", name, "limits"]))
+            .remedy("limits here are in deg: if they are in rad, write them in deg, or declare `units: {angle: rad}`")
+    })
+}
+
 /// Greatest mass of a body, kg: the largest industrial robots weigh 12 t in all.
 const HEAVIEST: f64 = 1e4;
+/// Density of steel, kg/m3: a body is no heavier than a cube of steel whose edge is half the robot's lengths together,
+const STEEL: f64 = 7850.0;
+/// or than this, kg: where a robot's lengths are not all written.
+const LIGHT: f64 = 100.0;
 /// A centre of mass lies within so many times the sum of the robot's lengths from its frame, or within `NEAR`.
 const FARTHEST: f64 = 1.0;
 /// Distance at which it is never doubted, m: where a robot's lengths are not all written.
@@ -109,10 +134,13 @@ const NEAR: f64 = 0.5;
 fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let (length, mass) = (raw.units.length, raw.units.mass);
     let reach = lengths(raw).0 * length.factor();
+    let heaviest = (STEEL * (0.5 * reach).powi(3)).clamp(LIGHT, HEAVIEST);
     let mut all = Vec::new();
     for (name, body) in &raw.bodies {
-        if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > HEAVIEST) {
-            let warning = Diagnostic::warning(format!("body `{name}` has a mass of {heavy:.3e} kg"));
+        if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > heaviest) {
+            let warning = Diagnostic::warning(format!(
+                "body `{name}` has a mass of {heavy:.3e} kg, in a robot whose lengths add up to {reach:.2} m"
+            ));
             let remedy = format!("masses here are in {}: check the value", mass.symbol());
             all.push(warning.at(locate(&["bodies", name, "mass"])).remedy(remedy));
         }

@@ -1,30 +1,30 @@
 //! `compensate`: commands under which the real robot passes where it should.
 
 mod controller;
+mod points;
 mod program;
 mod stream;
 
 pub use controller::ControllerFile;
 
-use controller::Shown;
+use points::{condition_doubts, found, load};
 use program::Program;
 
 use crate::Error;
 use crate::cli::args::Compensate;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{hold, joints, units_with, wrench};
-use crate::compensation::{Desired, Hold, Outcome, Point, Refusal, Settings, compensate};
+use crate::cli::values::{hold, joints, units_with};
+use crate::compensation::{Desired, Hold, Refusal, Settings, compensate};
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::Elastics;
-use crate::files::{LoadedRobot, writable_table};
+use crate::files::writable_table;
 use crate::fuzzy;
 use crate::kinematics::Geometry;
-use crate::model::{Condition, Model};
+use crate::model::Model;
 use crate::render::compensation as render;
-use crate::results::Compensation;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
@@ -106,75 +106,12 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     }
 }
 
-/// The outcome as a result, with the controller's poses and the uncertainty of the points.
-fn found(
-    loaded: &LoadedRobot,
-    path: &Path,
-    shown: &Shown,
-    desired: &[Result<Desired, Refusal>],
-    outcome: &Outcome,
-    hold: Hold,
-) -> Result<Compensation, Error> {
-    let model = &loaded.model;
-    let nominal: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
-    let points = outcome.points.iter().zip(&path.campaign.readings);
-    let pose = |(point, reading): (&Result<_, _>, &Reading)| {
-        let point: &Point = point.as_ref().ok()?;
-        shown.pose(&point.corrected.joints, reading.marker)
-    };
-    let poses: Vec<Option<[f64; 6]>> = points.map(pose).collect();
-    let names: Vec<String> =
-        path.campaign.readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();
-    let found = Compensation::new(model, &names, &nominal, &poses, outcome, hold);
-    let Some(uncertainty) = loaded.uncertainty() else { return Ok(found) };
-    let mut reached = path.campaign.clone();
-    for (point, q) in outcome.points.iter().zip(reached.joints.chunks_mut(model.variables.len().max(1))) {
-        if let Ok(point) = point {
-            q.copy_from_slice(&point.corrected.joints);
-        }
-    }
-    Ok(found.with_uncertainties(&uncertainty.positions(model, &reached)?))
-}
-
-/// Puts the marker and the wrench that the command names into a path.
-fn load(command: &Compensate, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Error> {
-    at_marker(command.at.as_deref(), loaded, path)?;
-    if let Some(text) = &command.wrench {
-        if path.campaign.readings.iter().any(Reading::is_loaded) {
-            return Err(Error::input("--wrench, and the path has wrenches of its own", "give one of them"));
-        }
-        let constant = wrench(&loaded.raw.units, text)?;
-        path.campaign.readings.iter_mut().for_each(|reading| reading.wrench = constant);
-    }
-    Ok(())
-}
-
 fn settings(command: &Compensate, model: &Model, held: Option<Hold>) -> Settings {
     let mut settings = Settings::new(model.variables.len());
     settings.hold = held.unwrap_or(settings.hold);
     settings.residual = command.residual * 1e-3;
     settings.largest = command.largest.to_radians();
     settings
-}
-
-/// Warnings of effects that depend on conditions which the path does not give.
-fn condition_doubts(model: &Model, path: &Path) -> Vec<Diagnostic> {
-    let mut diagnostics = Vec::new();
-    let reader = |condition| model.effects.iter().map(|on| &on.entry.effect).find(|e| e.reads().contains(&condition));
-    if let Some(effect) = reader(Condition::Temperature)
-        && !path.campaign.conditions.has_temperature()
-    {
-        let text = format!("the description has `{}`, and the path no temperature: it is not corrected", effect.name());
-        diagnostics.push(Diagnostic::warning(text).remedy("add a column `temperature`, or `temperature.<frame>`"));
-    }
-    if let Some(effect) = reader(Condition::Approach)
-        && path.campaign.readings.len() < 2
-    {
-        let name = effect.name();
-        let text = format!("the description has `{name}`, and one point does not say from which side it is reached");
-        diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
-    }
-    diagnostics
 }
 
 /// Warnings where the description does not know the compliance that the path needs.
@@ -199,20 +136,4 @@ fn compliance_doubts(
         );
     }
     Ok(diagnostics)
-}
-
-/// `--at` for a path that does not say which marker passes.
-fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<(), Error> {
-    let Some(name) = at else { return Ok(()) };
-    let Some(marker) = loaded.model.marker(name) else {
-        let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
-        ]));
-    };
-    if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
-        return Err(Error::input("--at, and the path has a column `marker`", "give one of them"));
-    }
-    path.campaign.readings.iter_mut().for_each(|reading| reading.marker = Some(marker));
-    Ok(())
 }

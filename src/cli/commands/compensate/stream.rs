@@ -4,12 +4,12 @@ use std::io::{BufRead, Write};
 use std::time::Instant;
 
 use super::controller::{ControllerFile, Shown};
-use super::{compensate, condition_doubts, found, load};
+use super::points::{condition_doubts, found, load};
 use crate::Error;
 use crate::cli::args::{Compensate, Format};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::compensation::Settings;
+use crate::compensation::{Settings, compensate};
 use crate::description::path::Path;
 use crate::description::units::Units;
 use crate::files::LoadedRobot;
@@ -40,6 +40,12 @@ struct State {
 pub fn run(stream: &Stream) -> Result<Output, Error> {
     if stream.session.arguments.output.is_some() {
         return Err(Error::input("--output, and --stream answers on the standard output", "redirect it: > FILE"));
+    }
+    if stream.session.terminal.watch.is_some() {
+        return Err(Error::input(
+            "--stream is of the command, which has a standard input",
+            "call `compensate` with a path",
+        ));
     }
     let mut input = std::io::stdin().lock();
     let mut head = String::new();
