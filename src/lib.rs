@@ -67,5 +67,6 @@ pub mod scene;
 pub mod simulation;
 pub mod snapshot;
 pub mod state;
+pub mod tracking;
 
 pub use error::Error;

@@ -208,6 +208,7 @@ fn run(session: &Session) -> Result<Output, Error> {
         Command::Residuals(command) => commands::residuals::run(command, session),
         Command::Report(command) if command.certificate => commands::certificate::run(command, session),
         Command::Report(command) => commands::report::run(command, session),
+        Command::Track(command) => commands::track::run(command, session),
         Command::View(command) => commands::view::run(command, session),
         Command::Simulate(command) => commands::simulate::run(command, session),
         Command::Compensate(command) => commands::compensate::run(command, session),

@@ -52,7 +52,8 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     out + &found.next_poses.first().map_or(String::new(), next)
 }
 
-fn finding(found: &Diagnosis) -> String {
+/// The finding in a sentence or two.
+pub fn finding(found: &Diagnosis) -> String {
     let gap = &found.gap;
     let (rms, noise) = (gap.rms, gap.noise);
     match found.verdict {

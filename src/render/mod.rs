@@ -19,4 +19,5 @@ pub mod solve;
 pub mod stiffness;
 pub mod table;
 pub mod tables;
+pub mod track;
 pub mod xml;

@@ -28,6 +28,7 @@ mod since;
 mod solve;
 mod springs;
 mod stiffness;
+mod track;
 pub mod units;
 mod view;
 
@@ -67,4 +68,5 @@ pub use since::{MovedParameter, Since};
 pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
 pub use stiffness::Stiffness;
+pub use track::{Told, Track, TrackedChange, TrackedCheck, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue};
 pub use view::{ScenePart, ToolDeflection, View};

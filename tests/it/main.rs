@@ -75,6 +75,7 @@ mod table_dialects;
 mod table_parts;
 mod terminal;
 mod torques;
+mod tracking;
 mod uncertainty;
 mod ur_kinematics;
 mod urdf;

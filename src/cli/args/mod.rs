@@ -5,6 +5,7 @@ mod campaign;
 mod planned;
 mod robot;
 mod start;
+mod track;
 
 pub use blind::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
 pub use campaign::{
@@ -14,6 +15,7 @@ pub use campaign::{
 pub use planned::{Compensate, FrameName, Plan, Simulate};
 pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
+pub use track::{AlarmAt, Track};
 
 use std::path::PathBuf;
 
@@ -137,6 +139,11 @@ pub enum Command {
         after_help = "Examples:\n  elastogeo report kr270-no-compensator\n  elastogeo report my-robot --output monday.html --json monday.json"
     )]
     Report(Report),
+    /// Campaigns of one robot over time: what changed and when, what happened, the next check (track.html, or --output).
+    #[command(
+        after_help = "Examples:\n  elastogeo track my-robot/robot.yaml january february march\n  elastogeo track calibrated.yaml january february --dates 2026-01-12,2026-02-09 --alarm\n  elastogeo track calibrated.yaml january february --change 3.theta=0.02\n\nExit status with --alarm: 0 nothing changed, 1 something has, 2 bad input."
+    )]
+    Track(Track),
     /// The robot itself in 3-D as one self-contained HTML file (view.html, or --output), and as SVG.
     #[command(
         after_help = "Examples:\n  elastogeo view kuka-ir663\n  elastogeo view kuka-ir663 --wrench 0,0,-2500 --svg robot.svg"

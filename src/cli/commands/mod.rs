@@ -25,4 +25,5 @@ pub mod sensitivity;
 pub mod simulate;
 pub mod solve;
 pub mod stiffness;
+pub mod track;
 pub mod view;

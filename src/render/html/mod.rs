@@ -10,10 +10,12 @@ mod drawing;
 mod figure;
 mod page;
 mod sections;
+mod track;
 mod view;
 
 pub use certificate::certificate_page;
 pub use figure::{Look, figure};
+pub use track::track_page;
 pub use view::{magnification, view_page};
 
 use minijinja::context;

@@ -27,6 +27,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("effects.html", include_str!("templates/effects.html")),
     ("stiffness.html", include_str!("templates/stiffness.html")),
     ("fuzzy.html", include_str!("templates/fuzzy.html")),
+    ("track.html", include_str!("templates/track.html")),
     ("next.html", include_str!("templates/next.html")),
 ];
 

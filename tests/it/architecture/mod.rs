@@ -24,7 +24,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["estimation"],
     &["simulation", "noise"],
     &["diagnosis", "compensation", "planning", "scene"],
-    &["snapshot", "error", "plausibility"],
+    &["snapshot", "tracking", "error", "plausibility"],
     &["blind"],
     &["review"],
     &["results"],

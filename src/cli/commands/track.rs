@@ -1,0 +1,260 @@
+//! `track`: campaigns of one robot over time.
+
+use super::identify::left_to_fit;
+use super::report::page;
+use crate::Error;
+use crate::cli::args::{AlarmAt, Track as Asked};
+use crate::cli::output::Output;
+use crate::cli::session::Session;
+use crate::cli::values::known_parameters;
+use crate::diagnosis::{self, diagnose};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::{self, split};
+use crate::files::LoadedCampaign;
+use crate::model::Model;
+use crate::parameter::Group;
+use crate::plausibility::{Evidence, Limits, judge};
+use crate::render::diagnosis::finding;
+use crate::render::html::track_page;
+use crate::render::track as render;
+use crate::results::{self, Told, Track};
+use crate::tracking::{
+    Calibrated, Measured, NextCheck, Settings, TrackingError, calibrated, monitor, next_check, usual_changes,
+};
+
+pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
+    let page = page(session.arguments, "track.html", None)?;
+    if !(0.0..=0.9).contains(&command.check) {
+        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
+    }
+    let days = days(command)?;
+    let loaded = loaded(command, session)?;
+    let measured = measured(command, session, &loaded, &days)?;
+    let bar = session.terminal.bar(None, "{spinner} {msg}");
+    let mut told = |what: &str| {
+        bar.set_message(what.to_string());
+        bar.tick();
+    };
+    let settings = Settings { checks_a_year: f64::from(command.a_year), ..Settings::default() };
+    let Some(first) = loaded.first() else { return Err(refused(TrackingError::OneCheck)) };
+    let fit = first.robot.raw.calibration.fit.as_ref().map(|fit| (fit, -1.0));
+    let all = calibrated(&measured, fit, &estimation::Settings::default(), &mut told).map_err(refused)?;
+    let judged = judged(&all, &measured);
+    let history = monitor(&all.checks, &settings).map_err(refused)?;
+    let model = &first.robot.model;
+    let next = wanted(command, model, &all, &history, &settings)?;
+    let mut dates: Vec<Option<String>> = command.dates.iter().cloned().map(Some).collect();
+    if all.with_description {
+        dates.insert(0, None);
+    }
+    let unit_of_time = if days.is_empty() { "check" } else { "month" };
+    let about = Told { robot: command.robot.clone(), dates, unit_of_time };
+    let mut found = Track::new(model, &all, &history, &next, &about, &settings);
+    explain(&mut found, &all, &measured, session, &mut told)?;
+    bar.finish_and_clear();
+    let mut output = Output::new(render::track(&found, session.terminal.screen), &found)?;
+    output.diagnostics = loaded.iter().flat_map(|loaded| loaded.diagnostics.clone()).collect();
+    output.diagnostics.dedup_by(|a, b| a.message == b.message);
+    let mut output = output.judged(judged, session.arguments.force)?;
+    if let Some(path) = page {
+        output.text += &format!("\ncontrol charts: {}\n", path.display());
+        output.files.push((path, track_page(&found)?));
+        output.written = true;
+    }
+    output.failed |= match command.alarm {
+        Some(AlarmAt::Last) => found.last_alarms(),
+        Some(AlarmAt::Any) => found.any_alarms(),
+        None => false,
+    };
+    Ok(output)
+}
+
+/// What cannot be compared, as it is told to the user.
+fn refused(error: TrackingError) -> Error {
+    let remedy = match &error {
+        TrackingError::OneCheck => "give two campaigns or more, or a description that `identify --save` wrote",
+        TrackingError::Calibration { .. } | TrackingError::NothingKept { .. } => {
+            "look at it with `identify`, or leave it out"
+        }
+        TrackingError::NotConverged { campaign } => {
+            let message = format!("{error}");
+            let remedy = format!("see what `identify {campaign}` says, or leave it out");
+            return Diagnostic::error(message).code(Code::NotConverged).remedy(remedy).into();
+        }
+        TrackingError::NothingCommon => "compare campaigns that observe the same, at enough poses",
+        TrackingError::Singular { .. } => "compare campaigns with noise, and more readings than parameters",
+    };
+    Diagnostic::error(error.to_string()).code(Code::NotComputed).remedy(remedy).into()
+}
+
+/// Days of the campaigns since the first; none where no dates are given.
+fn days(command: &Asked) -> Result<Vec<f64>, Error> {
+    let (given, wanted) = (command.dates.len(), command.campaigns.len());
+    if given == 0 {
+        return Ok(Vec::new());
+    }
+    if given != wanted {
+        return Err(Error::input(format!("--dates has {given} days for {wanted} campaigns"), "give one for each"));
+    }
+    let mut days = Vec::with_capacity(given);
+    for text in &command.dates {
+        let day =
+            day(text).ok_or_else(|| Error::input(format!("--dates: `{text}` is no day"), "write it as 2026-01-31"))?;
+        if days.last().is_some_and(|last| *last >= day) {
+            let message = format!("--dates: `{text}` is not after the day before it");
+            return Err(Error::input(message, "give campaigns and days in the order of time"));
+        }
+        days.push(day);
+    }
+    Ok(days)
+}
+
+/// Days from 0000-03-01 in the Gregorian calendar (Fliegel and van Flandern).
+fn day(text: &str) -> Option<f64> {
+    let parts: Vec<i64> = text.trim().split('-').map(str::parse).collect::<Result<_, _>>().ok()?;
+    let [year, month, day] = parts[..] else { return None };
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let most = match month {
+        2 => 28 + i64::from(leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    if !(1..=most).contains(&day) || !(1000..10000).contains(&year) {
+        return None;
+    }
+    let (year, month) = if month < 3 { (year - 1, month + 9) } else { (year, month - 3) };
+    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 1) as f64)
+}
+
+/// All campaigns with the robot given, checked to be of it and different.
+fn loaded(command: &Asked, session: &Session) -> Result<Vec<LoadedCampaign>, Error> {
+    let mut all: Vec<LoadedCampaign> = Vec::with_capacity(command.campaigns.len());
+    for name in &command.campaigns {
+        let loaded = session.reader.campaign(name, Some(&command.robot))?;
+        let own = loaded.raw.robot.as_ref().and_then(|_| session.reader.campaign(name, None).ok());
+        if let Some(why) = own.and_then(|own| another(&loaded.robot.model, &own.robot.model)) {
+            let message = format!("`{name}` is of another robot than `{}`: {why}", command.robot);
+            return Err(Error::input(message, "compare campaigns of one robot"));
+        }
+        let is_same = |known: &&LoadedCampaign| {
+            let (a, b) = (&known.campaign, &loaded.campaign);
+            let measured = |of: &crate::description::campaign::Campaign| {
+                of.readings.iter().map(|r| r.measured).collect::<Vec<_>>()
+            };
+            a.joints == b.joints && measured(a) == measured(b)
+        };
+        if let Some(k) = all.iter().position(|known| is_same(&known)) {
+            let first = command.campaigns.get(k).map_or("", String::as_str);
+            let message = match first == name {
+                true => format!("`{name}` is given twice"),
+                false => format!("`{name}` holds the same readings as `{first}`"),
+            };
+            return Err(Error::input(message, "give each campaign once, in the order of time"));
+        }
+        all.push(loaded);
+    }
+    Ok(all)
+}
+
+/// Constants farther from another description's than so many tolerances are another robot's: calibration moves them by a few.
+const ANOTHER: f64 = 20.0;
+
+/// Why two descriptions cannot be of one robot.
+fn another(one: &Model, other: &Model) -> Option<String> {
+    let variables = |model: &Model| model.variables.iter().map(|variable| variable.name.clone()).collect::<Vec<_>>();
+    let frames = |model: &Model| model.frames.iter().map(|frame| frame.name.clone()).collect::<Vec<_>>();
+    if variables(one) != variables(other) || frames(one) != frames(other) {
+        return Some("its description has other joints".into());
+    }
+    let far = one.registry.all().iter().filter(|parameter| parameter.group == Group::Geometry).find(|parameter| {
+        let theirs = other.registry.slot(&parameter.name).map(|slot| other.registry[slot].nominal);
+        theirs.is_some_and(|theirs| (theirs - parameter.nominal).abs() > ANOTHER * parameter.tolerance)
+    });
+    far.map(|parameter| format!("`{}` of its description is far off", parameter.name))
+}
+
+/// The campaigns as they are compared.
+fn measured<'a>(
+    command: &Asked,
+    session: &Session,
+    loaded: &'a [LoadedCampaign],
+    days: &[f64],
+) -> Result<Vec<Measured<'a>>, Error> {
+    let first = days.first().copied().unwrap_or(0.0);
+    let mut all = Vec::with_capacity(loaded.len());
+    for (k, (loaded, name)) in loaded.iter().zip(&command.campaigns).enumerate() {
+        let campaign = &loaded.campaign;
+        let held_out = split(campaign, command.check, session.seed());
+        left_to_fit(campaign, &held_out)?;
+        let time = days.get(k).map_or(k as f64, |day| (day - first) / MONTH);
+        all.push(Measured { name: name.clone(), time, model: &loaded.robot.model, campaign, held_out });
+    }
+    Ok(all)
+}
+
+/// Days in a month, the mean of the Gregorian calendar.
+const MONTH: f64 = 365.2425 / 12.0;
+
+/// What is implausible about the campaigns as calibrated, each with its name.
+fn judged(all: &Calibrated, measured: &[Measured]) -> Vec<Diagnostic> {
+    let of = |((model, found), measured): (&(Model, estimation::Calibration), &Measured)| {
+        let judged = judge(&Evidence::with(model, measured.campaign, found), &Limits::default());
+        let name = measured.name.clone();
+        judged.into_iter().map(move |found| Diagnostic { message: format!("{name}: {}", found.message), ..found })
+    };
+    all.campaigns.iter().zip(measured).flat_map(of).collect()
+}
+
+/// Poses of the next check for the changes asked for.
+fn wanted(
+    command: &Asked,
+    model: &Model,
+    all: &Calibrated,
+    history: &crate::tracking::History,
+    settings: &Settings,
+) -> Result<Vec<NextCheck>, Error> {
+    let names = all.checks.first().map_or(&[][..], |check| &check.robot.names);
+    let mut changes = Vec::new();
+    for text in &command.change {
+        let malformed = || Error::input(format!("--change `{text}`"), "write NAME=VALUE, as `3.theta=0.02`");
+        let (name, value) = text.split_once('=').ok_or_else(malformed)?;
+        let value: f64 =
+            value.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value != 0.0).ok_or_else(malformed)?;
+        known_parameters(model, [name.trim()])?;
+        let parameter = names.iter().position(|known| known == name.trim()).ok_or_else(|| {
+            let message = format!("--change `{}`: not all campaigns determine it", name.trim());
+            Error::input(message, format!("name one of {}", names.join(", ")))
+        })?;
+        let slot = model.registry.slot(name.trim()).map(|slot| &model.registry[slot]);
+        let size = slot.map_or(1.0, |parameter| results::units::unit(parameter.kind).1);
+        changes.push((parameter, value * size));
+    }
+    if changes.is_empty() {
+        changes = usual_changes(&all.checks, settings);
+    }
+    Ok(next_check(&all.checks, history, &changes, settings).unwrap_or_default())
+}
+
+/// What the diagnosis says of campaigns whose change is not one of constants.
+fn explain(
+    found: &mut Track,
+    all: &Calibrated,
+    measured: &[Measured],
+    session: &Session,
+    told: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
+    let first = usize::from(all.with_description);
+    for (check, ((model, _), measured)) in found.checks.iter_mut().skip(first).zip(all.campaigns.iter().zip(measured)) {
+        let Some(event) = check.event.as_mut().filter(|event| event.kind == "effect" || event.changes.len() > 1) else {
+            continue;
+        };
+        let campaign = measured.campaign;
+        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+        told(&format!("{}: diagnosis", measured.name));
+        let settings = diagnosis::Settings::new(campaign, session.seed());
+        let diagnosed = diagnose(model, campaign, &held_out, &settings, &mut |_| {})?;
+        event.diagnosis = Some(finding(&results::Diagnosis::new(model, &campaign.name, &diagnosed, 0.0)));
+    }
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! What a change means on the machine, in words.
+
+use super::monitor::{Event, Shape};
+use crate::description::raw::JointKind;
+use crate::model::Model;
+use crate::parameter::{Group, Kind};
+
+/// What a changed parameter is on the machine.
+pub fn meaning(model: &Model, name: &str) -> String {
+    let Some(slot) = model.registry.slot(name) else { return format!("`{name}`") };
+    if let Some(frame) = model.frames.iter().find(|frame| frame.moves() && frame.moving_slot() == slot) {
+        return format!("the zero of joint {}", frame.name);
+    }
+    let parameter = &model.registry[slot];
+    let owner = name.split_once('.').map_or(name, |(owner, _)| owner);
+    match (parameter.group, parameter.kind) {
+        (Group::Elastic, _) => format!("the elasticity `{name}`"),
+        (Group::Effect, _) => format!("the amount of an effect, `{name}`"),
+        (_, Kind::Length) => format!("a length at frame {owner}"),
+        (_, Kind::Angle) => format!("an angle between axes at frame {owner}"),
+        _ => format!("`{name}`"),
+    }
+}
+
+/// Whether a parameter is the zero of a joint that turns or slides.
+fn is_zero(model: &Model, name: &str) -> bool {
+    let slot = model.registry.slot(name);
+    model
+        .frames
+        .iter()
+        .any(|frame| frame.moves() && Some(frame.moving_slot()) == slot && frame.joint != JointKind::Fixed)
+}
+
+/// What happened, in a word or two, and what is likely behind it.
+pub fn likely(model: &Model, names: &[&str], event: &Event) -> (&'static str, String) {
+    let all_zeros = !names.is_empty() && names.iter().all(|name| is_zero(model, name));
+    let one = names.len() == 1;
+    let of: Vec<String> = names.iter().map(|name| meaning(model, name)).collect();
+    let of = of.join(", ");
+    match event.shape {
+        Shape::Residuals => (
+            "effect",
+            "the calibrated model explains the readings worse than before; no constant of it has changed".into(),
+        ),
+        Shape::Line { .. } => (
+            "growth",
+            format!("{of} grows or shrinks steadily: wear, settling, a screw that works loose, or slow heating"),
+        ),
+        Shape::Step { .. } if event.worse => (
+            "effect",
+            "constants have changed and the fit leaves more than before: an effect that the description does not have"
+                .into(),
+        ),
+        Shape::Step { .. } if one && all_zeros => {
+            ("step", format!("{of} has jumped: a collision or a slip at this joint, or new mastering"))
+        }
+        Shape::Step { .. } if all_zeros => ("step", format!("{of} have jumped: a collision, or new mastering")),
+        Shape::Step { .. } if one => ("step", format!("{of} has jumped: a bent or exchanged part, or a collision")),
+        Shape::Step { .. } => (
+            "step",
+            format!("several constants have jumped ({of}): a heavy collision, an exchanged part, or an effect"),
+        ),
+    }
+}
