@@ -220,7 +220,8 @@ fn months(set: &[&str]) -> tempfile::TempDir {
     std::fs::write(folder.path().join("arm.yaml"), PLANAR).expect("written");
     for (k, set) in set.iter().enumerate() {
         let (seed, into) = ((k + 1).to_string(), format!("m{}", k + 1));
-        let made = ["simulate", "arm.yaml", "--poses", "24", "--errors", "0", "--seed", &seed, "--into", &into, "--set", set];
+        let made =
+            ["simulate", "arm.yaml", "--poses", "24", "--errors", "0", "--seed", &seed, "--into", &into, "--set", set];
         let ran = run(folder.path(), &made);
         assert_eq!(ran.status, 0, "{}", ran.err);
     }
@@ -310,7 +311,8 @@ fn what_cannot_be_compared_is_refused() {
 fn a_few_years_of_a_small_arm() {
     let raw: elastogeo::description::raw::RawRobot = serde_yaml::from_str(PLANAR).expect("readable");
     let (robot, _) = elastogeo::description::resolve::resolve(&raw, &|_| None);
-    let model = elastogeo::model::build(&robot.expect("a robot"), elastogeo::effects::Catalogue::standard()).expect("a model");
+    let model =
+        elastogeo::model::build(&robot.expect("a robot"), elastogeo::effects::Catalogue::standard()).expect("a model");
     let quiet = counted(&model, 16, Withheld::Clamped, 10);
     // At 5 % a year three of ten have a probability of 1 %.
     assert!(quiet.1 <= 2 && quiet.4 >= 7, "{quiet:?}");
