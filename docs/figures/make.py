@@ -8,14 +8,17 @@ docs against it. Records that a test makes are rewritten by `ELASTOGEO_FIGURES=w
   real-data   `diagnose` on measured data in $ELASTOGEO_DATA or ../shared/data, docs/real-data.md (5 minutes)
   evidence    sockets, sessions, torques, reflectors and the order of measured data, docs/real-data.md (5 minutes)
   benches     what `cargo bench` prints, docs/accuracy.md (10 minutes, the machine otherwise idle)
+  fleet       what a campaign of a fleet takes, docs/fleet.md (2 minutes; with the Python package of `pip install '.[fleet]'`)
 """
 
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
@@ -173,10 +176,35 @@ def benches(_program):
     write("benches", "docs/figures/make.py PROGRAM benches", lines)
 
 
+def fleet(program):
+    count, poses = 100, 30
+    lines = [f"{count} simulated campaigns of universal-ur5, {poses} configurations, base and tool unknown, two workers"]
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(1, count + 1):
+            into = os.path.join(folder, "robots", f"arm-{seed:03}")
+            arm = ["simulate", "universal-ur5", "--poses", str(poses), "--into", into, "--seed", str(seed)]
+            run(program, *arm, "--noise", "0.05", "--unknown-base", "--unknown-tool")
+        for command in ["identify", "diagnose"]:
+            results = os.path.join(folder, command)
+            before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+            whole = [command, os.path.join(folder, "robots"), "--into", results, "--workers", "2"]
+            run(sys.executable, "-m", "elastogeo.fleet", *whole)
+            seconds, after = time.monotonic() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+            busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            size = sum(entry.stat().st_size for entry in os.scandir(results)) / 1024
+            lines.append(
+                f"{command}: {busy / count:.3f} processor seconds a campaign, start of the processes included: "
+                f"{count / busy:.1f} a second and core; {size / count:.0f} kB in the dataset; {seconds:.0f} s in all"
+            )
+            print(lines[-1])
+    write("fleet", "docs/figures/make.py PROGRAM fleet", lines)
+
+
 def main():
     program = os.path.abspath(sys.argv[1])
     for name in sys.argv[2:]:
-        {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches}[name](program)
+        makers = {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches, "fleet": fleet}
+        makers[name](program)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Many campaigns on a scheduler and workers of their own: nothing lost, nothing twice, the bits of the sequential run."""
+"""Many campaigns on a scheduler with workers: nothing lost, nothing twice, the bits of the sequential run."""
 
 import json
 import os
@@ -12,10 +12,15 @@ from typing import Any
 
 import elastogeo
 import pytest
+from elastogeo import _native
 from test_parity import timeless
 
-distributed = pytest.importorskip("distributed", reason="fleets need `pip install elastogeo[fleet]`: dask is not installed")
-parquet = pytest.importorskip("pyarrow.parquet", reason="fleets need `pip install elastogeo[fleet]`: pyarrow is not installed")
+distributed = pytest.importorskip(
+    "distributed", reason="fleets need `pip install elastogeo[fleet]`: dask is not installed"
+)
+parquet = pytest.importorskip(
+    "pyarrow.parquet", reason="fleets need `pip install elastogeo[fleet]`: pyarrow is not installed"
+)
 
 from elastogeo.fleet import engine  # noqa: E402
 from elastogeo.fleet.__main__ import main  # noqa: E402
@@ -102,7 +107,9 @@ def test_sequentially(fleet: Path, one_after_another: Path) -> None:
     assert {row["status"] for row in found if row["path"] != str(fleet / "robot-bad")} == {"done"}
     (row,) = [row for row in found if row["path"] == str(fleet / "robot-bad")]
     assert (row["status"], row["exit_status"], row["verdict"]) == ("error", 2, None)
-    assert row["error"].startswith("the column `z` is missing; column `x`") and row["diagnostics"][-1]["file"].endswith("m.csv")
+    assert row["error"].startswith("the column `z` is missing; column `x`") and row["diagnostics"][-1]["file"].endswith(
+        "m.csv"
+    )
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -195,18 +202,46 @@ def test_lost_tasks_are_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_sealed_campaigns(tmp_path: Path, command: Callable[..., dict[str, Any]]) -> None:
     command("blind", "make", "--count", "2", "--into", str(tmp_path / "sealed"))
     assert main(["blind", str(tmp_path / "sealed"), "--into", str(tmp_path / "results"), "--sequential"]) == 0
-    wanted = {each["said"]["truth"]["name"]: each for each in command("blind", "score", str(tmp_path / "sealed"))["campaigns"]}
+    wanted = {
+        each["said"]["truth"]["name"]: each for each in command("blind", "score", str(tmp_path / "sealed"))["campaigns"]
+    }
     for row in rows(tmp_path / "results"):
         (found,) = json.loads(row["json"])["campaigns"]
         assert timeless(found) == timeless(wanted[Path(row["path"]).name])
         assert row["verdict"] == ("right" if found["right"] else "wrong") and row["causes"]
 
 
+def test_a_robot_over_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of `track` a row for each robot: its description and its campaigns in order are what the command is called with."""
+    for arm in "ab":
+        for month in (2, 1):
+            make(tmp_path / arm / f"2026-0{month}", month)
+    (tmp_path / "b/own.yaml").write_text("name: own")
+    for campaign in (tmp_path / "b").glob("*/campaign.yaml"):
+        campaign.write_text(campaign.read_text().replace("robot: universal-ur5", "robot: ../own.yaml"))
+    called: list[list[str]] = []
+
+    def tracked(arguments: list[str], *_: object) -> tuple[str, str, bool]:
+        called.append(arguments)
+        return json.dumps({"checks": [{"alarm": False}, {"alarm": "/a/" in arguments[2]}]}), "", False
+
+    monkeypatch.setattr(_native, "command", tracked)
+    asked = ["track", str(tmp_path), "--into", str(tmp_path / "results"), "--sequential", "--", "--a-year", "4"]
+    assert main(asked) == 0
+    whole = [["track", robot, *(str(tmp_path / arm / f"2026-0{month}") for month in (1, 2)), "--a-year", "4"]
+             for arm, robot in (("a", "universal-ur5"), ("b", str(tmp_path / "b/own.yaml")))]  # fmt: skip
+    assert sorted(call[:-1] for call in called[1:]) == sorted(whole)
+    verdicts = {row["path"]: row["verdict"] for row in rows(tmp_path / "results")}
+    assert verdicts == {str(tmp_path / "a"): "changed", str(tmp_path / "b"): "unchanged"}
+
+
 def test_campaigns_of_a_list(tmp_path: Path) -> None:
     make(tmp_path / "a", 1)
     (tmp_path / "list.txt").write_text(f"# of January\n{tmp_path}/a\n\n{tmp_path}/gone\nkr270-simulated\n")
     found = jobs("identify", [str(tmp_path / "list.txt"), str(tmp_path / "a" / "campaign.yaml")], [])
-    assert [job.path for job in found] == [str(tmp_path / name) for name in ("a", "a/campaign.yaml", "gone")] + ["kr270-simulated"]
+    assert [job.path for job in found] == [str(tmp_path / name) for name in ("a", "a/campaign.yaml", "gone")] + [
+        "kr270-simulated"
+    ]
     assert main(["identify", str(tmp_path / "list.txt"), "--into", str(tmp_path / "results"), "--sequential"]) == 1
     assert sorted(row["status"] for row in rows(tmp_path / "results")) == ["done", "done", "error"]
 
@@ -219,7 +254,10 @@ def test_campaigns_of_a_list(tmp_path: Path) -> None:
         (["identify", "empty.txt", "--into", "results"], "the list is empty"),
         (["identify", "kr270-simulated", "--into", "a-file"], "cannot be written into `a-file`"),
         (["identify", "kr270-simulated", "--into", "foreign"], "holds no results of a fleet"),
-        (["identify", "kr270-simulated", "--into", "results", "--scheduler", "tcp://127.0.0.1:1"], "no scheduler answers"),
+        (
+            ["identify", "kr270-simulated", "--into", "results", "--scheduler", "tcp://127.0.0.1:1"],
+            "no scheduler answers",
+        ),
         (["identify", "kr270-simulated", "--into", "results", "--scheduler", "none.json"], "there is no such file"),
         (["identify", "kr270-simulated", "--into", "results", "--", "--losss=huber"], "--losss"),
         (["identify", "kr270-simulated", "--into", "results", "--", "--robot", "no-arm"], "no-arm"),
@@ -227,7 +265,11 @@ def test_campaigns_of_a_list(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_inputs(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(engine, "TIMEOUT", 1.0)

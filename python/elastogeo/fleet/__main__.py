@@ -71,16 +71,22 @@ def main(given: Sequence[str] | None = None) -> int:
 def parser() -> argparse.ArgumentParser:
     """Of the arguments before `--`."""
     out = argparse.ArgumentParser(
-        prog="python -m elastogeo.fleet", description="Runs a command on many campaigns: a Parquet dataset, a row for each.",
-        usage="%(prog)s [options] {identify,diagnose,track,blind} CAMPAIGNS.. --into FOLDER [-- options of the command]",
-        epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+        prog="python -m elastogeo.fleet",
+        description="Runs a command on many campaigns: a Parquet dataset, a row for each.",
+        usage="%(prog)s [options] {" + ",".join(COMMANDS) + "} CAMPAIGNS.. --into FOLDER [-- options of the command]",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     out.add_argument("command", choices=COMMANDS)
     out.add_argument("campaigns", nargs="+", metavar="CAMPAIGNS")
     out.add_argument("--into", required=True, metavar="FOLDER", help="folder of the dataset")
     how = out.add_mutually_exclusive_group()
-    how.add_argument("--workers", type=count, metavar="N", help="processes on this machine; by default one for each processor")
-    how.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler: its address or its scheduler file (.json)")
+    how.add_argument(
+        "--workers", type=count, metavar="N", help="processes on this machine; by default one for each processor"
+    )
+    how.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler: its address or its scheduler file (.json)"
+    )
     how.add_argument("--sequential", action="store_true", help="one after another in this process, without Dask")
     return out
 
@@ -117,7 +123,8 @@ def conclude(every: Sequence[Job], status: Sequence[str | None], progress: Progr
     """What was found, in a few lines: the exit status."""
     failed = [(job, each or "lost") for job, each in zip(every, status) if each != "done"]
     there = len(every) - progress.done
-    print(f"{len(every)} campaigns: {there} there before, {progress.done} run in {progress.seconds:.1f} s, {len(failed)} failed")
+    ran = f"{progress.done} run in {progress.seconds:.1f} s"
+    print(f"{len(every)} campaigns: {there} there before, {ran}, {len(failed)} failed")
     for job, each in failed[:10]:
         print(f"{each}: {job.path}", file=sys.stderr)
     if len(failed) > 10:

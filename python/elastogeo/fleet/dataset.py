@@ -1,5 +1,5 @@
-"""The results: a folder of Parquet files. Each row has its place in one file by its path, and a file is replaced as a whole,
-so that at every moment each result is there once or not at all."""
+"""The results: a folder of Parquet files. Each row has its place in one file by its path, and a file is replaced as a
+whole, so that at every moment each result is there once or not at all."""
 
 from __future__ import annotations
 
@@ -39,7 +39,12 @@ SCHEMA = pa.schema(
     + [("exit_status", pa.int8()), ("verdict", pa.string()), ("unit", pa.string())]
     + [(name, pa.float64()) for name in ("before", "registration", "after")]
     + [("causes", pa.list_(CAUSE)), ("parameters", pa.list_(PARAMETER))]
-    + [("seconds", pa.float64()), ("error", pa.string()), ("diagnostics", pa.list_(DIAGNOSTIC)), ("json", pa.large_string())]
+    + [
+        ("seconds", pa.float64()),
+        ("error", pa.string()),
+        ("diagnostics", pa.list_(DIAGNOSTIC)),
+        ("json", pa.large_string()),
+    ]
 )
 KEY = ["path", "command", "settings"]
 
@@ -73,7 +78,9 @@ class Dataset:
                 table = pq.read_table(file, columns=[*KEY, "version", "hash", "status"])
             except (OSError, pa.ArrowException, KeyError) as error:
                 raise BadInput(f"`{file}` holds no results of a fleet: {error}") from None
-            for path, command, settings, version, hash_, status in zip(*(column.to_pylist() for column in table.columns)):
+            for path, command, settings, version, hash_, status in zip(
+                *(column.to_pylist() for column in table.columns)
+            ):
                 there[(path, command, settings)] = (version, hash_, status)
         return there
 
@@ -109,8 +116,9 @@ class Dataset:
         if file.exists():
             old = pq.read_table(file)
             keys = zip(*(old[name].to_pylist() for name in KEY))
-            table = pa.concat_tables([table, old.filter(pa.array([key not in rows for key in keys], pa.bool_()))],
-                                     promote_options="default")  # fmt: skip
+            table = pa.concat_tables(
+                [table, old.filter(pa.array([key not in rows for key in keys], pa.bool_()))], promote_options="default"
+            )
         table = table.take(pc.sort_indices(table, sort_keys=[(name, "ascending") for name in KEY]))
         temporary = self.folder / f".part-{number:02}.tmp"
         with temporary.open("wb") as out:

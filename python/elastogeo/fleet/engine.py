@@ -17,8 +17,8 @@ from typing import Any
 from .jobs import BadInput, Job
 from .work import Row, alone, execute, unsuccessful, version
 
-#: How often a task is tried again that failed for what is not in its files: memory, a disk. Dask itself runs anew what a
-#: worker had that went away.
+#: How often a task is tried again that failed for what is not in its files: memory, a disk. Dask itself runs anew what
+#: a worker had that went away.
 RETRIES = 2
 #: Tasks under way for each thread, so that none waits, and fewest of all.
 AHEAD, FEWEST = 4, 8
@@ -59,7 +59,7 @@ def connected(address: str | None, workers: int) -> Iterator[Client]:
         if address is None:
             os.environ.setdefault("RAYON_NUM_THREADS", "1")  # heeded by the processes that are started now
             quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL, "memory_limit": 0}
-            # Ctrl-C in a terminal goes to all processes; it is this one's to heed. Those that are started now pass it over.
+            # Ctrl-C in a terminal goes to all processes; those that are started now pass it over, this one heeds it.
             before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             try:
                 cluster = dask.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, **quiet)

@@ -64,7 +64,7 @@ def jobs(command: str, given: Sequence[str], options: Sequence[str]) -> list[Job
 
 
 def campaigns(given: Iterable[str]) -> list[str]:
-    """The campaigns of folders (theirs, or all below), files, patterns, lists of paths, and bundled names; each once, in order."""
+    """The campaigns of folders (theirs, or all below), files, patterns, lists of paths, and bundled names; each once."""
     found: set[str] = set()
     for each in given:
         path = Path(each)
@@ -76,7 +76,9 @@ def campaigns(given: Iterable[str]) -> list[str]:
             continue
         those = [one for match in sorted(glob.glob(each, recursive=True)) for one in _below(match)] or _below(each)
         if not those:
-            raise BadInput(f"no campaign at `{each}`: give folders with a `campaign.yaml`, or above such ones, or a list of paths")
+            raise BadInput(
+                f"no campaign at `{each}`: give folders with a `campaign.yaml`, or above such ones, or a list of paths"
+            )
         found.update(those)
     if not found:
         raise BadInput("no campaign found: the list is empty")
@@ -120,7 +122,9 @@ def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], li
                 raise BadInput(str(error)) from None
         out.append(f"{name}{equals}{value}")
     nothing = os.path.abspath("no-such-campaign")
-    words = {"track": ["track", nothing, nothing], "blind": ["blind", "score", nothing]}.get(command, [command, nothing])
+    words = {"track": ["track", nothing, nothing], "blind": ["blind", "score", nothing]}.get(
+        command, [command, nothing]
+    )
     try:
         _native.command([*words, *out])
     except Error as error:

@@ -36,7 +36,9 @@ def execute(job: Job) -> Row:
     :raises FileNotFoundError: where the files that the job was made from are not to be seen
     """
     if os.path.isabs(job.path) and not os.path.exists(job.path) and job.hash != NOTHING:
-        raise FileNotFoundError(f"{job.path} is not there on {socket.gethostname()}: workers need the folders of the campaigns")
+        raise FileNotFoundError(
+            f"{job.path} is not there on {socket.gethostname()}: workers need the folders of the campaigns"
+        )
     started = time.perf_counter()
     with _arguments(job) as (arguments, temporary):
         try:
@@ -112,7 +114,9 @@ def _found(job: Job, found: dict[str, Any], text: str, failed: bool) -> Row:
         row |= {"after": (found.get("after_all") or gap).get("rms"), "verdict": found["verdict"]}
         row["causes"] = [_cause(each) for each in causes]
         row["parameters"] = [
-            _parameter(each, f"{cause['effect']}@{cause['site']}:") for cause in causes for each in cause.get("parameters", [])
+            _parameter(each, f"{cause['effect']}@{cause['site']}:")
+            for cause in causes
+            for each in cause.get("parameters", [])
         ]
     elif job.command == "blind":
         scored = found["campaigns"][0] if found["campaigns"] else {}
