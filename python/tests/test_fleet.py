@@ -209,10 +209,17 @@ def test_sealed_campaigns(tmp_path: Path, command: Callable[..., dict[str, Any]]
         (found,) = json.loads(row["json"])["campaigns"]
         assert timeless(found) == timeless(wanted[Path(row["path"]).name])
         assert row["verdict"] == ("right" if found["right"] else "wrong") and row["causes"]
+    # What a cause consists of need not be numbers: the second one's load is misstated.
+    asked = ["diagnose", str(tmp_path / "sealed/sealed-002"), "--into", str(tmp_path / "diagnosed"), "--sequential"]
+    assert main(asked) == 0
+    (row,) = rows(tmp_path / "diagnosed")
+    values = [each["value"] for cause in json.loads(row["json"])["causes"] for each in cause["parameters"]]
+    held = [each["word"] if each["value"] is None else each["value"] for each in row["parameters"]]
+    assert held == values and any(isinstance(value, str) for value in values)
 
 
 def test_a_robot_over_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of `track` a row for each robot: its description and its campaigns in order are what the command is called with."""
+    """Of `track` a row for each robot: the command is called with its description and its campaigns in order."""
     for arm in "ab":
         for month in (2, 1):
             make(tmp_path / arm / f"2026-0{month}", month)

@@ -25,7 +25,7 @@ INTERVAL = 10.0
 
 PARAMETER = pa.struct(
     [("name", pa.string()), ("unit", pa.string()), ("nominal", pa.float64()), ("value", pa.float64())]
-    + [("ci95", pa.float64()), ("identifiable", pa.bool_()), ("at_bound", pa.bool_())]
+    + [("ci95", pa.float64()), ("identifiable", pa.bool_()), ("at_bound", pa.bool_()), ("word", pa.string())]
 )
 CAUSE = pa.struct(
     [("effect", pa.string()), ("site", pa.string()), ("probability", pa.float64()), ("shrinkage", pa.float64())]

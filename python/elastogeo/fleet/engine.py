@@ -54,7 +54,8 @@ def connected(address: str | None, workers: int) -> Iterator[Client]:
     :raises BadInput: where no scheduler answers
     """
     dask = importlib.import_module("distributed")
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in [each for each in logging.root.manager.loggerDict if each.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is said in the rows, or at the end
     with contextlib.ExitStack() as stack:
         if address is None:
             os.environ.setdefault("RAYON_NUM_THREADS", "1")  # heeded by the processes that are started now

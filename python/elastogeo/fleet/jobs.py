@@ -64,7 +64,7 @@ def jobs(command: str, given: Sequence[str], options: Sequence[str]) -> list[Job
 
 
 def campaigns(given: Iterable[str]) -> list[str]:
-    """The campaigns of folders (theirs, or all below), files, patterns, lists of paths, and bundled names; each once."""
+    """The campaigns of folders (theirs, or all below), files, patterns, lists of paths, bundled names; each once."""
     found: set[str] = set()
     for each in given:
         path = Path(each)

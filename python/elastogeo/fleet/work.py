@@ -103,38 +103,44 @@ def _found(job: Job, found: dict[str, Any], text: str, failed: bool) -> Row:
     if failed and row["diagnostics"]:
         row["error"] = row["diagnostics"][0]["message"]
     if job.command == "identify":
-        stages, seen = found["residuals"], "check_" if found["residuals"].get("check_after") else ""
-        before, registration, after = (stages.get(seen + stage) or {} for stage in ("before", "registration", "after"))
-        row |= {"unit": found.get("unit"), "before": before.get("rms"), "registration": registration.get("rms")}
-        row |= {"after": after.get("rms"), "verdict": "not usable" if failed else "usable"}
-        row["parameters"] = [_parameter(each) for each in found["parameters"]]
+        stages = found.get("residuals") or {}
+        seen = "check_" if stages.get("check_after") else ""
+        for stage in ("before", "registration", "after"):
+            row[stage] = _number((stages.get(seen + stage) or {}).get("rms"))
+        row |= {"unit": found.get("unit"), "verdict": "not usable" if failed else "usable"}
+        row["parameters"] = [_parameter(each) for each in found.get("parameters", [])]
     elif job.command == "diagnose":
-        gap, causes = found["gap"], found["causes"]
-        row |= {"unit": gap.get("unit"), "before": gap["rms"], "registration": gap.get("registration")}
-        row |= {"after": (found.get("after_all") or gap).get("rms"), "verdict": found["verdict"]}
+        gap, causes = found.get("gap") or {}, found.get("causes", [])
+        row |= {"unit": gap.get("unit"), "before": _number(gap.get("rms"))}
+        row["registration"] = _number(gap.get("registration"))
+        row |= {"after": _number((found.get("after_all") or gap).get("rms")), "verdict": found.get("verdict")}
         row["causes"] = [_cause(each) for each in causes]
-        row["parameters"] = [
-            _parameter(each, f"{cause['effect']}@{cause['site']}:")
-            for cause in causes
-            for each in cause.get("parameters", [])
-        ]
+        of = [(f"{cause['effect']}@{cause['site']}:", each) for cause in causes for each in cause.get("parameters", [])]
+        row["parameters"] = [_parameter(each, cause) for cause, each in of]
     elif job.command == "blind":
-        scored = found["campaigns"][0] if found["campaigns"] else {}
+        scored = found["campaigns"][0] if found.get("campaigns") else {}
         row["verdict"] = None if not scored else "right" if scored["right"] else "wrong"
         row["causes"] = [_cause(each) for each in scored.get("said", {}).get("named", [])]
     else:
-        alarm = any(each.get("alarm") for each in found.get("checks", []))
-        row["verdict"] = found.get("verdict") or ("changed" if alarm else "unchanged")
+        row["verdict"] = "changed" if any(each.get("alarm") for each in found.get("checks", [])) else "unchanged"
     return row
 
 
 def _parameter(each: dict[str, Any], of: str = "") -> Row:
-    names = ("unit", "nominal", "value", "ci95", "identifiable", "at_bound")
-    return {"name": of + each["name"]} | {name: each.get(name) for name in names}
+    numbers = {name: _number(each.get(name)) for name in ("nominal", "value", "ci95")}
+    marks = {name: each.get(name) for name in ("unit", "identifiable", "at_bound")}
+    word = each["value"] if isinstance(each.get("value"), str) else None
+    return {"name": of + each["name"], "word": word} | numbers | marks
 
 
 def _cause(each: dict[str, Any]) -> Row:
-    return {name: each.get(name) for name in ("effect", "site", "probability", "shrinkage")}
+    numbers = {name: _number(each.get(name)) for name in ("probability", "shrinkage")}
+    return {"effect": each.get("effect"), "site": each.get("site")} | numbers
+
+
+def _number(value: object) -> float | None:
+    """A number; none of what is a word, or infinite."""
+    return float(value) if isinstance(value, (int, float)) else None
 
 
 def _diagnostics(given: list[dict[str, Any]]) -> list[Row]:
