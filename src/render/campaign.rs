@@ -22,7 +22,13 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
         Some(noise) => {
             let [x, y, z] = noise.position;
             let axes = if x == y && y == z { format!("{x:.4} mm") } else { format!("{x:.4}, {y:.4}, {z:.4} mm") };
-            let turned = noise.orientation.map_or(String::new(), |deg| format!(", {deg:.4} deg"));
+            let turned = match noise.orientation {
+                Some(deg) => format!(", {deg:.4} deg"),
+                None if found.observes == "pose" => {
+                    "; of orientations none: they are weighed by what a fit leaves".into()
+                }
+                None => String::new(),
+            };
             writeln!(out, "noise stated, one sigma: {axes}{turned}")
         }
         None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),

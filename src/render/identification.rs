@@ -195,6 +195,12 @@ fn judgement(found: &Identification, screen: Screen) -> String {
             predicted.parameters_rms, predicted.with_noise_rms, predicted.observed_rms
         );
     }
+    if found.noise_sources.position != "stated" {
+        out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
+    }
+    if found.noise_sources.orientation == Some("residuals") {
+        out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
+    }
     if let Some(ratio) = found.noise_ratio {
         let _ = writeln!(out, "residuals are {ratio:.2} times the stated noise");
         if ratio > 2.0 {

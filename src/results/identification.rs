@@ -75,6 +75,30 @@ pub struct PredictedError {
     pub observed_rms: f64,
 }
 
+/// Where the noise comes from by which readings are weighed and intervals judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct NoiseSources {
+    /// `stated`, or `residuals`: what the model itself leaves, its own errors included.
+    pub position: &'static str,
+    /// The same of orientations; `None` where no reading has both a position and an orientation.
+    pub orientation: Option<&'static str>,
+}
+
+impl NoiseSources {
+    fn new(campaign: &Campaign) -> Self {
+        let source = |is_stated: bool| if is_stated { "stated" } else { "residuals" };
+        let has_both = |reading: &Reading| {
+            let lengths = reading.observes.length_rows();
+            reading.observes.by_variable().is_none() && lengths > 0 && reading.observes.rows() > lengths
+        };
+        let is_turned = campaign.readings.iter().any(has_both);
+        Self {
+            position: source(campaign.sigma.is_some()),
+            orientation: is_turned.then(|| source(campaign.sigma_orientation.is_some())),
+        }
+    }
+}
+
 /// What `identify` finds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {
@@ -95,6 +119,7 @@ pub struct Identification {
     pub predicted_error: Option<PredictedError>,
     /// Residuals over the stated noise; `None` where none is stated.
     pub noise_ratio: Option<f64>,
+    pub noise_sources: NoiseSources,
     /// Residual noise along x, y, z, mm.
     pub direction_noise: [f64; 3],
     /// Of the kept parameters, in the order of `kept_parameters`.
@@ -156,6 +181,7 @@ impl Identification {
             worst: worst(model, campaign, &found.residual, &found.held_out),
             own_weight: OwnWeight::of_campaign(model, &found.values, campaign),
             noise_ratio: campaign.sigma.map(|_| found.noise_ratio),
+            noise_sources: NoiseSources::new(campaign),
             direction_noise: found.direction_noise.map(mm),
             correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
             unit: "mm",

@@ -49,7 +49,9 @@ pub use fuzzy::{
 pub use identifiability::{
     Dropped, ElasticSensitivity, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities,
 };
-pub use identification::{Identification, ParameterEstimate, PredictedError, Residuals, SchemeComparison};
+pub use identification::{
+    Identification, NoiseSources, ParameterEstimate, PredictedError, Residuals, SchemeComparison,
+};
 pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
 pub use parts::{PartErrors, WorstReading};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};

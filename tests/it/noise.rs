@@ -140,3 +140,31 @@ fn reflectors_of_a_real_cell() {
     let motion = found(&loaded.campaign.references).motion.expect("three on the base");
     assert!((45e-6..60e-6).contains(&motion.drift) && motion.p < 1e-9, "{motion:?}");
 }
+
+/// Where noise is not stated, what is used instead is said by `identify`, in text and JSON, and by `check`.
+#[test]
+fn noise_that_is_not_stated_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = ["simulate", "universal-ur5", "--poses", "40", "--observes", "pose", "--into", "c"];
+    assert_eq!(run(at, &made).status, 0);
+    let file = at.join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("text");
+    let said = |text: &str| -> (String, serde_json::Value, String) {
+        std::fs::write(&file, text).expect("written");
+        let json = run(at, &["identify", "c", "--format", "json"]).out;
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        (run(at, &["identify", "c"]).out, json["noise_sources"].clone(), run(at, &["check", "c"]).out)
+    };
+    let (told, sources, checked) = said(&text);
+    assert!(!told.contains("not stated") && !checked.contains("weighed by what a fit leaves"), "{told}");
+    assert_eq!((&sources["position"], &sources["orientation"]), (&"stated".into(), &"stated".into()));
+    let without: Vec<&str> = text.lines().filter(|line| !line.starts_with("  orientation:")).collect();
+    assert_ne!(without.len(), text.lines().count());
+    let (told, sources, checked) = said(&(without.join("\n") + "\n"));
+    assert!(
+        told.contains("noise of orientations not stated") && checked.contains("weighed by what a fit leaves"),
+        "{told}"
+    );
+    assert_eq!((&sources["position"], &sources["orientation"]), (&"stated".into(), &"residuals".into()));
+}
