@@ -1,7 +1,8 @@
 //! All campaigns calibrated with the same free parameters.
 //!
 //! Which of several nearly dependent parameters a reduction keeps may differ from campaign to campaign, and the change of one would
-//! then appear in another. So those are estimated that all campaigns keep. The others stand where the reference has them:
+//! then appear in another. So those are estimated that all campaigns keep, of which an error of its tolerance shows above the noise:
+//! what noise decides shows no change, and hides that of others. The others stand where the reference has them:
 //! at the description's values where it says how certain these are, else at those of the first campaign's calibration.
 
 use super::check::{Check, is_of_robot, kept};
@@ -9,6 +10,7 @@ use super::error::TrackingError;
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawFit;
 use crate::estimation::{Calibration, Settings, calibrate};
+use crate::identifiability::Criterion;
 use crate::model::Model;
 
 /// A campaign to be calibrated.
@@ -52,7 +54,7 @@ pub fn calibrated(
         return Err(TrackingError::OneCheck);
     };
     let described = fit.and_then(|(fit, time)| Check::of_description("description", time, first.model, fit));
-    let settings = Settings { second_order: false, ..settings.clone() };
+    let settings = Settings { second_order: false, criterion: Criterion::Noise, ..settings.clone() };
     let mut names = described.as_ref().map(|check| check.robot.names.clone());
     let mut models: Vec<Model> = measured.iter().map(|measured| measured.model.clone()).collect();
     if described.is_none() {
@@ -95,7 +97,11 @@ fn one(
         .map_err(|error| TrackingError::Calibration { campaign: campaign(), error })?;
     match found.converged() {
         true => Ok(found),
-        false => Err(TrackingError::NotConverged { campaign: campaign() }),
+        false => Err(TrackingError::NotConverged {
+            campaign: campaign(),
+            ending: found.ending,
+            iterations: found.iterations,
+        }),
     }
 }
 
@@ -131,7 +137,9 @@ fn gathered(
         checks.push(Check::of(&measured.name, measured.time, model, measured.campaign, found)?);
     }
     for check in &mut checks {
-        check.robot = check.robot.only(names).ok_or(TrackingError::NothingCommon)?;
+        let is_described = check.residuals.is_none();
+        let robot = if is_described { check.robot.given_others(names) } else { check.robot.only(names) };
+        check.robot = robot.ok_or(TrackingError::NothingCommon)?;
     }
     Ok(Calibrated { campaigns: models.into_iter().zip(found).collect(), checks, with_description })
 }

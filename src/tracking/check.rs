@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::contrast::inverse;
 use super::error::TrackingError;
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawFit;
@@ -100,6 +101,19 @@ impl Estimates {
             covariance: DMatrix::from_fn(at.len(), at.len(), |i, j| self.covariance[(at[i], at[j])]),
             freedom: self.freedom,
         })
+    }
+
+    /// Those of these names with their covariance where the others stand as they are: for comparison with estimates that hold the
+    /// others at these values.
+    pub fn given_others(&self, names: &[String]) -> Option<Self> {
+        let scale = self.covariance.diagonal().map(|variance| variance.max(f64::MIN_POSITIVE).sqrt());
+        let size = &scale * scale.transpose();
+        let covariance = inverse(&self.covariance.component_div(&size))?.component_div(&size);
+        let own = Self { covariance, ..self.clone() }.only(names)?;
+        let scale = own.covariance.diagonal().map(|information| information.max(f64::MIN_POSITIVE).sqrt());
+        let size = &scale * scale.transpose();
+        let covariance = inverse(&own.covariance.component_div(&size))?.component_div(&size);
+        Some(Self { covariance, ..own })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Why campaigns cannot be compared.
 
 use crate::estimation::CalibrationError;
+use crate::least_squares::Status;
 
 /// Why campaigns cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -18,10 +19,16 @@ pub enum TrackingError {
         error: CalibrationError,
     },
     /// A calibration did not end at a minimum.
-    #[error("{campaign}: the calibration did not converge, and its estimates say nothing of changes")]
+    #[error(
+        "{campaign}: the calibration did not converge ({ending}, {iterations} iterations), and its estimates say nothing of changes"
+    )]
     NotConverged {
         /// Of this campaign.
         campaign: String,
+        /// How it ended.
+        ending: Status,
+        /// After so many iterations.
+        iterations: usize,
     },
     /// A campaign determines none of the robot's constants.
     #[error("{campaign}: determines none of the robot's own constants")]

@@ -76,7 +76,7 @@ fn refused(error: TrackingError) -> Error {
         TrackingError::Calibration { .. } | TrackingError::NothingKept { .. } => {
             "look at it with `identify`, or leave it out"
         }
-        TrackingError::NotConverged { campaign } => {
+        TrackingError::NotConverged { campaign, .. } => {
             let message = format!("{error}");
             let remedy = format!("see what `identify {campaign}` says, or leave it out");
             return Diagnostic::error(message).code(Code::NotConverged).remedy(remedy).into();
