@@ -1,6 +1,6 @@
 //! `report --certificate`: what a customer is given.
 
-use super::identify::left_to_fit;
+use super::identify::{left_to_fit, not_computed};
 use super::report::{CHECK, page};
 use crate::Error;
 use crate::cli::args::Report as Asked;
@@ -9,7 +9,7 @@ use crate::cli::session::Session;
 use crate::estimation::{Settings, calibrate, split};
 use crate::files::writable;
 use crate::model::with_values;
-use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
+use crate::plausibility::{Evidence, Limits, forced, judge};
 use crate::prediction::FittedUncertainty;
 use crate::render::html::certificate_page;
 use crate::render::xml::xml;
@@ -45,11 +45,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let found = calibrate(model, campaign, &held_out, &Settings::default(), &mut |progress| {
         bar.set_position(progress.iteration as u64);
     });
-    let found = found.map_err(|error| {
-        let evidence = Evidence::of(model, campaign);
-        let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
-        why.map_or(error.into(), Error::from)
-    })?;
+    let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
     bar.finish_and_clear();
     let calibrated = with_values(&loaded.robot.raw, model, &found.values);
     let uncertainty = FittedUncertainty::new(model, &found.fit).positions(model, campaign).ok();

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::convert::{Expected, can_write, unusable, written};
-use super::identify::left_to_fit;
+use super::identify::{left_to_fit, not_computed};
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
@@ -14,7 +14,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Family;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
-use crate::plausibility::{Evidence, Limits, doubts, judge, refusing, why_not_computed};
+use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -38,11 +38,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         bar.set_message(doing.to_string());
         bar.tick();
     });
-    let found = found.map_err(|error| {
-        let evidence = Evidence::of(model, campaign);
-        let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
-        why.map_or(error.into(), Error::from)
-    })?;
+    let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
     let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);

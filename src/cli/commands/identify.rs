@@ -19,7 +19,7 @@ use crate::estimation::{
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
-use crate::model::with_values;
+use crate::model::{Model, with_values};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
@@ -108,11 +108,7 @@ pub(super) fn calibrated(
     bar.finish_and_clear();
     let found = match found {
         Ok(found) => found,
-        Err(error) => {
-            let evidence = Evidence::of(model, campaign);
-            let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
-            return Err(why.map_or(error.into(), Error::from));
-        }
+        Err(error) => return Err(not_computed(error.into(), (model, campaign), session)),
     };
     let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
@@ -148,6 +144,13 @@ pub(super) fn calibrated(
         None => {}
     }
     Ok(output)
+}
+
+/// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.
+pub(super) fn not_computed(error: Error, (model, campaign): (&Model, &Campaign), session: &Session) -> Error {
+    let evidence = Evidence::of(model, campaign);
+    let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
+    why.map_or(error, Error::from)
 }
 
 /// A warning of a spring whose rate was identified with its free length held: intervals, also those of the joints that it spans,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::identify::left_to_fit;
+use super::identify::{left_to_fit, not_computed};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
@@ -10,7 +10,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::split;
 use crate::files::writable;
-use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing, why_not_computed};
+use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
 use crate::render::html::write;
 use crate::results::{Report, Sources};
 use crate::review::review;
@@ -34,12 +34,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         bar.set_message(what.to_string());
         bar.tick();
     };
-    let review =
-        review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress).map_err(|error| {
-            let evidence = Evidence::of(model, campaign);
-            let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), force);
-            why.map_or(error, Error::from)
-        })?;
+    let review = review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress)
+        .map_err(|error| not_computed(error, (model, campaign), session))?;
     let mut given = command.campaign.clone();
     given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };
