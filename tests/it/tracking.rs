@@ -316,3 +316,17 @@ fn a_few_years_of_checks() {
     let step = counted(&model, 30, Withheld::Step, 4);
     assert!(step.2 >= 3 && step.1 <= 1, "{step:?}");
 }
+
+/// A robot that is as described has nothing to calibrate; its checks are compared all the same, and raise no alarm.
+#[test]
+fn a_robot_that_is_as_described_is_tracked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (name, seed) in [("a", "11"), ("b", "12"), ("c", "13")] {
+        let made = ["simulate", "universal-ur5", "--poses", "30", "--errors", "0", "--unknown-base", "--unknown-tool"];
+        let ran = run(at, &[&made[..], &["--seed", seed, "--into", name]].concat());
+        assert_eq!(ran.status, 0, "{}", ran.err);
+    }
+    let ran = run(at, &["track", "universal-ur5", "a", "b", "c", "--alarm"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+}
