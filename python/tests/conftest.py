@@ -1,6 +1,7 @@
 """What the tests share."""
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -8,6 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+# A runner in the background passes SIGINT on as ignored, to the programs that tests start too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 Command = Callable[..., dict[str, Any]]
 
