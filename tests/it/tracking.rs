@@ -32,8 +32,6 @@ enum Withheld {
 struct Told {
     /// Check at which the change is there, and with a drift the one at which it has reached three deviations.
     at: [usize; 2],
-    /// The changed parameter.
-    name: Option<String>,
     alarms: Vec<usize>,
     /// Whether the first alarm names the parameter, alone or as one of those that it cannot be told from.
     named: bool,
@@ -154,7 +152,6 @@ fn told(model: &Model, poses: usize, kind: Withheld, seed: u64) -> Option<Told> 
     let level = Settings::default().of_check();
     Some(Told {
         at: [from, from + rise as usize - 1],
-        name,
         named,
         as_line: event.is_some_and(|event| matches!(event.shape, Shape::Line { .. })),
         moved: (0..CHECKS).filter(|&k| history.findings[k].placed[0].is_some_and(|p| p < level)).collect(),
@@ -169,14 +166,6 @@ fn counted(model: &Model, poses: usize, kind: Withheld, count: u64) -> (usize, u
     let of = |holds: &dyn Fn(&Told) -> bool| all.iter().filter(|told| holds(told)).count();
     let false_alarm = of(&|told| told.alarms.iter().any(|k| is_silent || *k < told.at[0]));
     let in_time = |told: &Told| told.alarms.iter().any(|k| (told.at[0]..told.at[1] + 3).contains(k));
-    if std::env::var("TRACK_DEBUG").is_ok() {
-        for told in &all {
-            eprintln!(
-                "{kind:?} {:?} {:?} {:?} named {} line {} moved {:?}",
-                told.name, told.at, told.alarms, told.named, told.as_line, told.moved
-            );
-        }
-    }
     let detected = of(&in_time);
     let named = of(&|told| in_time(told) && told.named);
     let last = match kind {
@@ -192,7 +181,7 @@ fn counted(model: &Model, poses: usize, kind: Withheld, count: u64) -> (usize, u
 #[ignore = "hundreds of years of checks; minutes"]
 fn years_of_checks() {
     let model = elastogeo::files::load_robot("universal-ur5").expect("a robot").model;
-    let count = std::env::var("TRACK_COUNT").ok().and_then(|n| n.parse().ok()).unwrap_or(200);
+    let count = 200;
     let [nothing, clamped, step, drift] = [Withheld::Nothing, Withheld::Clamped, Withheld::Step, Withheld::Drift]
         .map(|kind| counted(&model, 30, kind, count));
     let percent = |part: usize, all: usize| format!("{:.1} %", 100.0 * part as f64 / all as f64);

@@ -50,7 +50,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let unit_of_time = if days.is_empty() { "check" } else { "month" };
     let about = Told { robot: command.robot.clone(), dates, unit_of_time };
     let mut found = Track::new(model, &all, &history, &next, &about, &settings);
-    explain(&mut found, &all, &measured, session, &mut told)?;
+    explain(&mut found, &all, &measured, session, &mut told);
     bar.finish_and_clear();
     let mut output = Output::new(render::track(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.iter().flat_map(|loaded| loaded.diagnostics.clone()).collect();
@@ -239,24 +239,19 @@ fn wanted(
 }
 
 /// What the diagnosis says of campaigns whose change is not one of constants.
-fn explain(
-    found: &mut Track,
-    all: &Calibrated,
-    measured: &[Measured],
-    session: &Session,
-    told: &mut dyn FnMut(&str),
-) -> Result<(), Error> {
+fn explain(found: &mut Track, all: &Calibrated, measured: &[Measured], session: &Session, told: &mut dyn FnMut(&str)) {
     let first = usize::from(all.with_description);
     for (check, ((model, _), measured)) in found.checks.iter_mut().skip(first).zip(all.campaigns.iter().zip(measured)) {
         let Some(event) = check.event.as_mut().filter(|event| event.kind == "effect" || event.changes.len() > 1) else {
             continue;
         };
-        let campaign = measured.campaign;
-        let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+        let (campaign, held_out) = (measured.campaign, &measured.held_out);
         told(&format!("{}: diagnosis", measured.name));
         let settings = diagnosis::Settings::new(campaign, session.seed());
-        let diagnosed = diagnose(model, campaign, &held_out, &settings, &mut |_| {})?;
-        event.diagnosis = Some(finding(&results::Diagnosis::new(model, &campaign.name, &diagnosed, 0.0)));
+        // What the checks show stands, whether a cause can be sought or not.
+        event.diagnosis = Some(match diagnose(model, campaign, held_out, &settings, &mut |_| {}) {
+            Ok(diagnosed) => finding(&results::Diagnosis::new(model, &campaign.name, &diagnosed, 0.0)),
+            Err(error) => format!("not diagnosed: {error}"),
+        });
     }
-    Ok(())
 }
