@@ -107,7 +107,7 @@ pub fn calibrate_as_weighed(
 const UNSEEN: f64 = 0.01;
 
 /// What was asked, checked.
-struct Task<'a> {
+pub(super) struct Task<'a> {
     model: &'a Model,
     campaign: &'a Campaign,
     held_out: &'a [bool],
@@ -118,7 +118,7 @@ struct Task<'a> {
     /// Parameters to be held.
     held: Vec<Slot>,
     /// Values of the description, by slot.
-    nominal: Vec<f64>,
+    pub(super) nominal: Vec<f64>,
     /// Of all readings, fitted or not.
     everything: Predictor<'a>,
 }
@@ -130,7 +130,7 @@ struct Selected<'t> {
 }
 
 impl<'a> Task<'a> {
-    fn new(
+    pub(super) fn new(
         model: &'a Model,
         campaign: &'a Campaign,
         held_out: &'a [bool],
@@ -177,7 +177,7 @@ impl<'a> Task<'a> {
     }
 
     /// Errors and residuals of all readings at some values.
-    fn errors(&self, values: &[f64]) -> Result<(Figures, Vec<f64>), PredictionError> {
+    pub(super) fn errors(&self, values: &[f64]) -> Result<(Figures, Vec<f64>), PredictionError> {
         let mut found = Linearised::default();
         self.everything.linearise(values, false, &mut found)?;
         let of = |held_out: bool| errors_of(self.campaign, &found.residual, |i| self.held_out[i] == held_out);
@@ -196,7 +196,7 @@ impl<'a> Task<'a> {
     /// All values with base, tool and markers fitted and the robot as described. What the readings hardly show of them
     /// stays as described: it would run away. What they cannot tell from others stays where the search put it: those
     /// others would take up its difference, and with errors of the geometry they do so to first order only.
-    fn registered(&self) -> Result<Vec<f64>, CalibrationError> {
+    pub(super) fn registered(&self) -> Result<Vec<f64>, CalibrationError> {
         let mut start = rough(self.model, &self.fitted, &self.nominal, &self.settings.registration)?;
         self.held.iter().for_each(|&slot| start[slot] = self.nominal[slot]);
         let slots = arrangement(self.model, &self.fitted);

@@ -4,6 +4,7 @@
 pub mod compensator;
 pub mod fuzzy;
 
+mod against;
 mod bounds;
 mod calibration;
 pub mod covariance;
@@ -26,6 +27,7 @@ mod start;
 mod statistics;
 mod weighing;
 
+pub use against::{Against, OtherSet, against};
 pub use calibration::calibrate_as_weighed;
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;

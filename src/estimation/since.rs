@@ -12,7 +12,7 @@ use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::{Settings, What};
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawRobot;
-use crate::math::quantiles::two_sided_t;
+use crate::math::quantiles::{t95, two_sided_t};
 use crate::model::Model;
 use crate::parameter::{Group, Parameter, Slot};
 
@@ -30,6 +30,8 @@ pub struct Change {
     pub now: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
+    /// Half width of its 95 % interval.
+    pub ci95: f64,
     /// Whether the earlier description states an uncertainty of its own, which is in [`Change::sigma`].
     pub both: bool,
     /// Probability of a difference as great by chance, all parameters considered (Holm).
@@ -81,16 +83,28 @@ pub fn comparable(
 /// The changes of all parameters that a calibration of the earlier description `raw` (its model is `model`) estimated, in
 /// the calibration's order.
 pub fn changes(raw: &RawRobot, model: &Model, found: &Calibration) -> Vec<Change> {
+    differences(raw, model, found, |estimate| Some((&model.registry[estimate.slot], estimate.nominal)))
+}
+
+/// The differences of what a calibration estimated from the values of another description `other`; `its` gives the parameter
+/// there and its value, where there is one.
+pub(super) fn differences<'m>(
+    other: &RawRobot,
+    model: &Model,
+    found: &Calibration,
+    its: impl Fn(&Estimate) -> Option<(&'m Parameter, f64)>,
+) -> Vec<Change> {
     let change = |estimate: &Estimate| {
-        let parameter = &model.registry[estimate.slot];
+        let (parameter, before) = its(estimate)?;
         let (now, degrees_of_freedom) = estimate.repeatability()?;
-        let stated = raw.calibration.uncertainties.get(&parameter.name);
-        let before = stated.map_or(0.0, |stated| width_in_si(raw, parameter, estimate.nominal, *stated));
-        let sigma = now.hypot(before);
+        let stated = other.calibration.uncertainties.get(&model.registry[estimate.slot].name);
+        let own = stated.map_or(0.0, |stated| width_in_si(other, parameter, before, *stated));
+        let sigma = now.hypot(own);
         // Welch and Satterthwaite, the earlier deviation as good as known.
         let degrees_of_freedom = degrees_of_freedom * (sigma / now).powi(4);
-        let (before, now) = (estimate.nominal, estimate.value);
-        let mut change = Change { slot: estimate.slot, before, now, sigma, both: stated.is_some(), p: 0.0 };
+        let ci95 = t95(degrees_of_freedom) * sigma;
+        let now = estimate.value;
+        let mut change = Change { slot: estimate.slot, before, now, sigma, ci95, both: stated.is_some(), p: 0.0 };
         change.p = match change.z() {
             Some(z) => two_sided_t(z, degrees_of_freedom),
             None => f64::from(u8::from(now == before)),

@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, FisherSnedecor, Normal, StudentsT};
 
 /// Probability below the upper end of a two-sided 95 % interval.
 const UPPER: f64 = 0.975;
@@ -61,4 +61,18 @@ pub fn two_sided_t(t: f64, degrees_of_freedom: f64) -> f64 {
     // Beyond so many the distribution is normal to rounding.
     let degrees_of_freedom = degrees_of_freedom.clamp(1.0, 1e9);
     StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(1.0, |of| 2.0 * of.cdf(-t.abs()))
+}
+
+/// Probability that of `count` fair coins as many or more fall on one side, whichever, as `heads` and the rest do: the sign test.
+///
+/// ```
+/// use elastogeo::math::quantiles::two_sided_sign;
+///
+/// assert!((two_sided_sign(9, 10) - 22.0 / 1024.0).abs() < 1e-12); // 10 + 1 of 1024, on either side
+/// assert_eq!(two_sided_sign(5, 10), 1.0);
+/// assert_eq!(two_sided_sign(0, 0), 1.0);
+/// ```
+pub fn two_sided_sign(heads: usize, count: usize) -> f64 {
+    let fewer = heads.min(count - heads.min(count)) as u64;
+    Binomial::new(0.5, count as u64).map_or(1.0, |coins| (2.0 * coins.cdf(fewer)).min(1.0))
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::against::compared;
 use super::plots::{bars, histogram};
 use super::table::{Screen, number};
 
@@ -140,6 +141,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
     );
     out += &spring_groups(&found.equivalences, screen);
     out += &found.since.as_ref().map_or(String::new(), |since| moved(since, screen));
+    out += &found.against.as_ref().map_or(String::new(), |against| compared(against, screen));
     out += &insensitive(found);
     let strongest = strongest_correlations(found);
     if !strongest.is_empty() {

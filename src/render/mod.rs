@@ -1,5 +1,6 @@
 //! What is shown to the user, as text and HTML; computes nothing new.
 
+mod against;
 pub mod blind;
 pub mod campaign;
 pub mod compensation;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::against::AgainstOther;
 use super::errors::ReadingErrors;
 use super::identifiability::Reduction;
 use super::own_weight::OwnWeight;
@@ -131,6 +132,9 @@ pub struct Identification {
     /// What has moved since an earlier description, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub since: Option<Since>,
+    /// The result against another set of parameters, where one was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against: Option<AgainstOther>,
     /// Why the fit ended.
     pub ending: String,
     pub converged: bool,
@@ -188,6 +192,7 @@ impl Identification {
             iterations: found.iterations,
             history: found.history.clone(),
             since: None,
+            against: None,
             ending: found.ending.to_string(),
             converged: found.converged(),
             seconds,

@@ -6,6 +6,7 @@
 // Fields that need no more than their name, as it stands in the JSON, are not explained one by one.
 #![allow(missing_docs)]
 
+mod against;
 mod blind;
 mod campaign;
 mod certificate;
@@ -32,6 +33,7 @@ mod track;
 pub mod units;
 mod view;
 
+pub use against::{AgainstOther, Closer, Difference, SetErrors};
 pub use blind::{BlindScore, LeftOut, ScoredCampaign};
 pub use campaign::{
     AppliedLoads, CampaignCheck, InstrumentNoise, JointRange, NoiseFigure, ReferenceMotion, Sets, StatedNoise,

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::units::unit;
 use crate::estimation::{Change, LEVEL};
 use crate::model::Model;
+use crate::parameter::Parameter;
 
 /// The change of a parameter, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,6 +27,26 @@ pub struct MovedParameter {
     pub moved: bool,
 }
 
+impl MovedParameter {
+    /// With the name and unit of a parameter.
+    pub fn new(parameter: &Parameter, change: &Change) -> Self {
+        let (unit, size) = unit(parameter.shown_kind());
+        let [before, now] = [change.before, change.now].map(|value| parameter.shown(value) / size);
+        Self {
+            name: parameter.name.clone(),
+            unit,
+            before,
+            now,
+            difference: now - before,
+            sigma: parameter.shown_width(change.now, change.sigma) / size,
+            both: change.both,
+            z: change.z(),
+            p: change.p,
+            moved: change.moved(),
+        }
+    }
+}
+
 /// What has moved.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Since {
@@ -42,23 +63,7 @@ pub struct Since {
 impl Since {
     /// With the names and units of a model.
     pub fn new(description: &str, model: &Model, changes: &[Change]) -> Self {
-        let parameter = |change: &Change| {
-            let parameter = &model.registry[change.slot];
-            let (unit, size) = unit(parameter.shown_kind());
-            let [before, now] = [change.before, change.now].map(|value| parameter.shown(value) / size);
-            MovedParameter {
-                name: parameter.name.clone(),
-                unit,
-                before,
-                now,
-                difference: now - before,
-                sigma: parameter.shown_width(change.now, change.sigma) / size,
-                both: change.both,
-                z: change.z(),
-                p: change.p,
-                moved: change.moved(),
-            }
-        };
+        let parameter = |change: &Change| MovedParameter::new(&model.registry[change.slot], change);
         let parameters: Vec<MovedParameter> = changes.iter().map(parameter).collect();
         let moved = parameters.iter().filter(|parameter| parameter.moved).map(|parameter| parameter.name.clone());
         Self { description: description.into(), level: LEVEL, moved: moved.collect(), parameters }

@@ -1,5 +1,6 @@
 //! One binary for all integration tests; the file names tell the kind of test.
 
+mod against;
 mod architecture;
 mod axes;
 mod blind;

@@ -56,6 +56,7 @@ fn what_stands_still_is_seldom_said_to_have_moved() {
     let truth = compiled(&raw);
     let pairs = 60;
     let mut named = [0, 0];
+    let (mut covered, mut compared) = (0, 0);
     for seed in 0..pairs {
         let (model, found) = calibrated(&raw, &truth, 2 * seed);
         let exact = with_values(&raw, &model, &found.values);
@@ -64,12 +65,19 @@ fn what_stands_still_is_seldom_said_to_have_moved() {
         for (raw, named) in [&first, &exact].into_iter().zip(&mut named) {
             let all = changes(raw, &model, &found);
             assert!(all.len() > 3 && all.iter().all(|change| change.both == std::ptr::eq(raw, &first)), "{all:?}");
+            if std::ptr::eq(raw, &first) {
+                // The truth of both is the same: 0 lies within 95 % of the intervals of the differences.
+                covered += all.iter().filter(|change| (change.now - change.before).abs() <= change.ci95).count();
+                compared += all.len();
+            }
             *named += usize::from(all.iter().any(elastogeo::estimation::Change::moved));
         }
     }
     // Of 60 pairs 3 are expected; 9 or more have a probability of 0.4 %.
     assert!(named[0] <= 8, "{named:?}");
     assert!(named[1] > 15, "{named:?}");
+    let share = covered as f64 / compared as f64;
+    assert!((0.93..0.98).contains(&share), "{share} of {compared}");
 }
 
 /// A length that grew is named, with what it grew by; what it can be confounded with is not.

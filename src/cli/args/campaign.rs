@@ -97,6 +97,10 @@ pub struct Identify {
     /// from an earlier campaign.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["robot", "compare", "prior"])]
     pub since: Option<String>,
+    /// Put the result beside another set of parameters: a description, an earlier `--save` for example. Both predict the readings
+    /// held out, with base and tool fitted anew in the same way.
+    #[arg(long, value_name = "ROBOT", conflicts_with = "compare")]
+    pub against: Option<String>,
     /// Write identified rules to this file (.yaml), which the description of --save then names.
     #[arg(long, value_name = "FILE", requires = "save")]
     pub save_rules: Option<PathBuf>,

@@ -14,8 +14,8 @@ use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::elements::Spring;
 use crate::estimation::{
-    Calibration, Scheme, Settings, Split, Weights, What, calibrate, changes, comparable, compare, loss_fault, split,
-    with_uncertainties,
+    Calibration, OtherSet, Scheme, Settings, Split, Weights, What, against, calibrate, changes, comparable, compare,
+    loss_fault, split, with_uncertainties,
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
@@ -23,7 +23,7 @@ use crate::model::{Model, with_values};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
-use crate::results::{Identification, SchemeComparison, Since};
+use crate::results::{AgainstOther, Identification, SchemeComparison, Since};
 
 pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
@@ -52,6 +52,9 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     if by_rules && command.since.is_some() {
         return Err(Error::input("--since, and rules are identified", "leave --what out: parameters are compared"));
     }
+    if by_rules && command.against.is_some() {
+        return Err(Error::input("--against, and rules are identified", "leave --what out: parameters are compared"));
+    }
     if command.since.is_some() {
         settings = comparable(&loaded.robot.raw, model, &loaded.campaign, settings)?;
     }
@@ -73,9 +76,26 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         return Ok(output);
     }
     let given = (&campaign, &held_out[..]);
-    let asked =
-        Asked { since: command.since.as_deref(), save: command.save.as_deref(), table: command.table.as_deref() };
+    let mut other = command.against.as_deref().map(|name| other(name, command, session)).transpose()?;
+    if let (Some((_, other)), Some(count)) = (&mut other, command.train) {
+        other.campaign = fewer(&other.campaign, count, command.check, seed);
+    }
+    let asked = Asked {
+        since: command.since.as_deref(),
+        against: other.as_ref().map(|(name, other)| (*name, other)),
+        save: command.save.as_deref(),
+        table: command.table.as_deref(),
+    };
     calibrated(session, &loaded, given, &settings, &asked)
+}
+
+/// What to do where another set of parameters cannot be compared.
+const OTHER_REMEDY: &str =
+    "give a description of the same robot: the same variables, and the markers that the campaign reads";
+
+/// The campaign as another description reads it, with the description's name.
+fn other<'a>(name: &'a str, command: &Identify, session: &Session) -> Result<(&'a str, LoadedCampaign), Error> {
+    Ok((name, session.reader.campaign(&command.campaign, Some(name))?))
 }
 
 /// What a calibration is asked for besides its result.
@@ -83,6 +103,8 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
 pub(super) struct Asked<'a> {
     /// Name of the description, an earlier one: what has moved since.
     pub since: Option<&'a str>,
+    /// Another set of parameters: the description's name, and the campaign as it reads it.
+    pub against: Option<(&'a str, &'a LoadedCampaign)>,
     /// File of the calibrated description.
     pub save: Option<&'a Path>,
     /// File of the parameters as a table.
@@ -123,6 +145,12 @@ pub(super) fn calibrated(
     let mut result = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
     result.refusals = judged.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
+    if let Some((name, LoadedCampaign { robot, campaign: theirs, .. })) = asked.against {
+        let other = OtherSet { raw: &robot.raw, model: &robot.model, campaign: theirs };
+        let compared = against((model, campaign), &found, settings, &other)
+            .map_err(|error| Error::input(format!("--against {name}: {error}"), OTHER_REMEDY))?;
+        result.against = AgainstOther::new(name, (model, campaign), &found, &compared);
+    }
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
