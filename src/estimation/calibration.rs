@@ -27,7 +27,7 @@ use crate::math::mean_rms_max;
 use crate::math::quantiles::t95;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
-use crate::prediction::{Linearised, PredictionError, Predictor};
+use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, PredictionError, Predictor};
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have: of a campaign
 /// that comes from [`super::weighed`].
@@ -77,10 +77,13 @@ pub fn calibrate_as_weighed(
             second_order
         }
     };
+    let (predicted, configurations) =
+        task.predicted_error(problem.slots(), &values, &covariance, direction_noise, &residual)?;
     Ok(Calibration {
         fit: task.carried(problem.slots(), &covariance, direction_noise),
         estimates: task.estimates(&selection, &values, &covariance, &open, &free)?,
-        predicted: task.predicted_error(problem.slots(), &values, &covariance, direction_noise)?,
+        predicted,
+        configurations,
         slots: selection.predictor.slots,
         identifiability: selection.identifiability,
         values,
@@ -384,17 +387,19 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// Position error of the held-out readings that the covariance predicts (KR-270 paper, Tables X, XII).
+    /// Position error of the held-out readings that the covariance predicts, of all together and of each configuration (KR-270
+    /// paper, Tables X, XII).
     fn predicted_error(
         &self,
         kept: &[Slot],
         values: &[f64],
         covariance: &Covariance,
         direction_noise: [f64; 3],
-    ) -> Result<Option<PredictedError>, CalibrationError> {
+        residual: &[f64],
+    ) -> Result<(Option<PredictedError>, Vec<ConfigurationError>), CalibrationError> {
         let check = self.campaign.select(|i, _| self.held_out[i]);
         if check.readings.is_empty() {
-            return Ok(None);
+            return Ok((None, Vec::new()));
         }
         let mut found = Linearised::default();
         Predictor::new(self.model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
@@ -403,7 +408,37 @@ impl<'a> Task<'a> {
         let position = readings.flat_map(|(_, own)| own.chunks(width).take(3));
         let mean_square = position.map(|row| covariance.variance(row)).sum::<f64>() / check.readings.len() as f64;
         let noise: f64 = direction_noise.iter().map(|s| s * s).sum();
-        Ok(Some(PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() }))
+        let predicted = PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() };
+        let of_rows = self.noise_by_direction(covariance, residual);
+        let errors = ConfigurationErrors {
+            jacobian: &found.jacobian,
+            covariance: &covariance.matrix,
+            freedom: covariance.shared.map_or(covariance.freedom, |shared| shared.between.min(covariance.freedom)),
+        };
+        let part = covariance.shared.map_or(0.0, |of| of.shared.powi(2) / (of.shared.powi(2) + of.own.powi(2)));
+        let mut configurations = errors.of(&check, &found.residual, |reading| {
+            let sigmas = reading.observes.sigmas(&reading.noise);
+            std::array::from_fn(|k| {
+                let variance = of_rows[k] * sigmas[k].powi(2);
+                NoiseParts { own: (1.0 - part) * variance, shared: part * variance }
+            })
+        });
+        let held_out: Vec<usize> = (0..self.held_out.len()).filter(|&index| self.held_out[index]).collect();
+        for index in configurations.iter_mut().flat_map(|of| &mut of.readings) {
+            *index = held_out[*index];
+        }
+        Ok((Some(predicted), configurations))
+    }
+
+    /// Variance of the noise along x, y, z over the stated one, as the fitted residuals show it.
+    fn noise_by_direction(&self, covariance: &Covariance, residual: &[f64]) -> [f64; 3] {
+        let used = (covariance.freedom + covariance.matrix.nrows() as f64) / covariance.freedom;
+        std::array::from_fn(|k| {
+            let readings = self.campaign.by_reading(residual, 1).zip(self.held_out);
+            let fitted = readings.filter(|(_, held_out)| !**held_out).map(|(reading, _)| reading);
+            let along = fitted.filter(|(reading, _)| reading.observes.length_rows() == 3);
+            used * mean_rms_max(along.map(|(of, own)| own[k] / of.observes.sigmas(&of.noise)[k]))[1].powi(2)
+        })
     }
 }
 

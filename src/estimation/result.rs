@@ -10,7 +10,7 @@ use crate::identifiability::Identifiability;
 use crate::least_squares::{Status, UsageError};
 use crate::math::quantiles::t95;
 use crate::parameter::Slot;
-use crate::prediction::PredictionError;
+use crate::prediction::{ConfigurationError, PredictionError};
 
 /// Why a calibration cannot be done.
 #[derive(Debug, thiserror::Error)]
@@ -137,6 +137,8 @@ pub struct Calibration {
     pub after: Figures,
     /// Predicted error of the held-out readings, if there are any.
     pub predicted: Option<PredictedError>,
+    /// Predicted and observed error of each configuration held out.
+    pub configurations: Vec<ConfigurationError>,
     /// Standard deviation of the residuals, in units of the stated one (1: the noise is as stated).
     pub noise_ratio: f64,
     /// Residuals and priors that determine something, less parameters; see [`super::covariance::Covariance`].

@@ -50,6 +50,30 @@ pub fn f_tail(ratio: f64, numerator: f64, denominator: f64) -> f64 {
     FisherSnedecor::new(numerator, denominator).map_or(1.0, |f| f.sf(ratio.min(greatest)))
 }
 
+/// Ends of the two-sided 95 % interval of Fisher's F; with infinitely many degrees of freedom of the denominator that of chi-square
+/// over its degrees.
+///
+/// ```
+/// use elastogeo::math::quantiles::f_interval95;
+///
+/// let [low, high] = f_interval95(3.0, f64::INFINITY);
+/// assert!((3.0 * low - 0.2158).abs() < 1e-4 && (3.0 * high - 9.3484).abs() < 1e-4); // tables of chi-square
+/// assert!((f_interval95(3.0, 10.0)[1] - 4.8256).abs() < 1e-4);
+/// ```
+pub fn f_interval95(numerator: f64, denominator: f64) -> [f64; 2] {
+    // Beyond so many the denominator is 1 to rounding.
+    let denominator = denominator.clamp(1.0, 1e6);
+    let at = |tail: f64| {
+        let (mut low, mut high) = (-40.0_f64, 40.0_f64);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if f_tail(middle.exp(), numerator, denominator) > tail { low = middle } else { high = middle }
+        }
+        (0.5 * (low + high)).exp()
+    };
+    [at(UPPER), at(1.0 - UPPER)]
+}
+
 /// Probability that a variable of Student's t with so many degrees of freedom (at least one) is farther from 0 than `t`.
 ///
 /// ```

@@ -5,6 +5,7 @@
 
 mod batch;
 mod columns;
+mod configurations;
 mod drivers;
 mod effects;
 mod error;
@@ -18,6 +19,7 @@ mod touching;
 mod uncertainty;
 
 pub use batch::{Linearised, Predictor};
+pub use configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 pub use effects::effect_columns;
 pub use error::PredictionError;
 pub use holding::fill_holding_loads;

@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::batch::{Linearised, Predictor};
+use super::configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 use super::error::PredictionError;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::raw::RawFit;
@@ -66,6 +67,31 @@ impl FittedUncertainty {
             std::array::from_fn(|k| own[(k, k)].max(0.0).sqrt())
         };
         Ok(points.readings.iter().enumerate().map(one).collect())
+    }
+
+    /// Error of each configuration, observed (`residual`, as [`Linearised::residual`]) and predicted: what the fit left unexplained is
+    /// shared by the readings of a configuration, the noise of the campaign is not. The base is taken as known.
+    ///
+    /// # Errors
+    /// A configuration that cannot be assembled.
+    pub fn configurations(
+        &self,
+        model: &Model,
+        campaign: &Campaign,
+        residual: &[f64],
+    ) -> Result<Vec<ConfigurationError>, PredictionError> {
+        let mut found = Linearised::default();
+        Predictor::new(model, campaign, self.slots.clone())?.linearise(&model.registry.nominal(), true, &mut found)?;
+        let errors =
+            ConfigurationErrors { jacobian: &found.jacobian, covariance: &self.covariance, freedom: f64::INFINITY };
+        let is_stated = campaign.sigma.is_some();
+        Ok(errors.of(campaign, residual, |reading| {
+            let sigmas = reading.observes.sigmas(&reading.noise);
+            std::array::from_fn(|k| NoiseParts {
+                own: if is_stated { sigmas[k].powi(2) } else { 0.0 },
+                shared: self.unexplained[k].powi(2),
+            })
+        }))
     }
 
     /// The same of the tool centre point at configurations (rad, m), under a wrench on it.

@@ -14,12 +14,13 @@ pub fn compared(found: &AgainstOther, screen: Screen) -> String {
         let shown = values.map(|value| format!("{value:.4}"));
         [what].into_iter().chain(shown).chain([factor(values[1]), factor(values[2])]).collect::<Vec<String>>()
     };
-    let header = ["residuals", before, other, "identified", "factor", "factor identified"];
-    let mut out = format!("\nagainst {other} ({which}; base and tool fitted anew for both)\n");
+    let header = ["residuals", before, other, "identified", "better by", "identified by"];
+    let anew = if found.before_is == "measured" { "" } else { "; base and tool fitted anew for both" };
+    let mut out = format!("\nagainst {other} ({which}{anew})\n");
     out += &screen.table(&header, errors(sets).into_iter().map(row));
     let closer = &found.closer;
     out += &format!(
-        "the identified set is closer in {} of {} configurations (chance {:.1e} were both as good)\n",
+        "the identified set is closer in {} of {} configurations (chance {:.2} were both as good)\n",
         closer.identified_closer, closer.configurations, closer.chance
     );
     if !found.parameters.is_empty() {

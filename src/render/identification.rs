@@ -197,6 +197,14 @@ fn judgement(found: &Identification, screen: Screen) -> String {
             predicted.parameters_rms, predicted.with_noise_rms, predicted.observed_rms
         );
     }
+    if !found.configurations.is_empty() {
+        let within = found.configurations.iter().filter(|of| of.within).count();
+        let all = found.configurations.len();
+        let _ = writeln!(
+            out,
+            "the error of {within} of the {all} configurations held out lies in its predicted 95 % interval"
+        );
+    }
     if found.noise_sources.position != "stated" {
         out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::description::campaign::{Campaign, InSession};
 use crate::description::table::Sheet;
 use crate::parameter::Kind;
-use crate::results::{DescriptionResiduals, Identification};
+use crate::results::{ConfigurationResidual, DescriptionResiduals, Identification};
 
 /// Table of `residuals`, a reading a row, to be written to a file of that name: measured less predicted in the columns
 /// `error.<column>` (mm, or deg of a rotation vector), its length in `error` (mm).
@@ -77,4 +77,42 @@ pub fn parameters(found: &Identification, file: &Path) -> io::Result<Vec<u8>> {
     sheet.texts("estimated", |row| if parameters[row].identifiable { "yes" } else { "no" }.into());
     sheet.texts("at_bound", |row| if parameters[row].at_bound { "yes" } else { "no" }.into());
     sheet.file(file, 0..parameters.len())
+}
+
+/// Table of observed and predicted errors, a configuration a row, to be written to a file of that name; mm.
+///
+/// # Errors
+/// As [`Sheet::file`].
+pub fn configurations(found: &[ConfigurationResidual], file: &Path) -> io::Result<Vec<u8>> {
+    let shown = |value: f64| format!("{value:.9}");
+    let mut sheet = Sheet::new();
+    sheet.texts("pose", |row| found[row].pose.clone());
+    sheet.column("readings", |row| found[row].readings.to_string());
+    if found.iter().any(|of| of.wrench.is_some()) {
+        for (k, name) in ["fx", "fy", "fz", "mx", "my", "mz"].into_iter().enumerate() {
+            sheet.column(name, move |row| found[row].wrench.map_or(0.0, |wrench| wrench[k]).to_string());
+        }
+    }
+    type OfAxis = fn(&ConfigurationResidual, usize) -> Option<f64>;
+    let columns: [(&str, OfAxis); 7] = [
+        ("measured", |of, k| Some(of.measured?[k])),
+        ("predicted", |of, k| Some(of.predicted?[k])),
+        ("least", |of, k| Some(of.range[k][0])),
+        ("greatest", |of, k| Some(of.range[k][1])),
+        ("error", |of, k| Some(of.mean[k])),
+        ("uncertainty", |of, k| Some(of.standard_uncertainty[k])),
+        ("ci95", |of, k| Some(of.ci95[k])),
+    ];
+    for (name, value) in columns.into_iter().filter(|(_, value)| found.iter().any(|of| value(of, 0).is_some())) {
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            sheet.column(format!("{name}.{axis}"), move |row| value(&found[row], k).map_or_else(String::new, shown));
+        }
+    }
+    sheet.column("observed_rms", |row| shown(found[row].observed_rms));
+    sheet.column("parameters_rms", |row| shown(found[row].parameters_rms));
+    sheet.column("predicted_rms", |row| shown(found[row].predicted_rms));
+    sheet.column("predicted_least", |row| shown(found[row].predicted_ci95[0]));
+    sheet.column("predicted_greatest", |row| shown(found[row].predicted_ci95[1]));
+    sheet.texts("within", |row| if found[row].within { "yes" } else { "no" }.into());
+    sheet.file(file, 0..found.len())
 }

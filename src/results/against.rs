@@ -136,9 +136,8 @@ pub struct Difference {
 impl Difference {
     fn new(model: &Model, change: &Change) -> Self {
         let own = &model.registry[change.slot];
-        let MovedParameter { name, unit, before, now, difference, both, p, moved, .. } =
+        let MovedParameter { name, unit, before, now, difference, ci95, both, p, moved, .. } =
             MovedParameter::new(own, change);
-        let ci95 = own.shown_width(change.now, change.ci95) / super::units::unit(own.shown_kind()).1;
         Self { name, unit, other: before, identified: now, difference, ci95, both, p, differs: moved }
     }
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::against::AgainstOther;
+use super::configurations::ConfigurationResidual;
 use super::errors::ReadingErrors;
 use super::identifiability::Reduction;
 use super::own_weight::OwnWeight;
@@ -118,6 +119,9 @@ pub struct Identification {
     pub own_weight: OwnWeight,
     /// `None` where nothing is held out.
     pub predicted_error: Option<PredictedError>,
+    /// Observed and predicted error of each configuration held out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub configurations: Vec<ConfigurationResidual>,
     /// Residuals over the stated noise; `None` where none is stated.
     pub noise_ratio: Option<f64>,
     pub noise_sources: NoiseSources,
@@ -180,6 +184,7 @@ impl Identification {
                 with_noise_rms: mm(predicted.with_noise),
                 observed_rms: mm(after.check.distance[1]),
             }),
+            configurations: ConfigurationResidual::all(campaign, &found.configurations),
             residuals,
             parts: parts(model, campaign, &found.residual, |index| !is_checked || found.held_out[index]),
             worst: worst(model, campaign, &found.residual, &found.held_out),

@@ -12,6 +12,7 @@ mod campaign;
 mod certificate;
 mod compensation;
 mod compensator;
+mod configurations;
 mod diagnosis;
 mod errors;
 mod fuzzy;
@@ -42,6 +43,7 @@ pub use campaign::{
 pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
 pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
+pub use configurations::ConfigurationResidual;
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
 pub use fuzzy::{

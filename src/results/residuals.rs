@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::configurations::ConfigurationResidual;
 use super::errors::ReadingErrors;
 use super::own_weight::OwnWeight;
 use super::parts::{PartErrors, WorstReading, parts, worst};
@@ -52,6 +53,9 @@ pub struct DescriptionResiduals {
     /// Root mean square standard uncertainty of the predicted positions, where the description says how it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted_uncertainty: Option<f64>,
+    /// Observed and predicted error of each configuration, where the description says how it was fitted.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub configurations: Vec<ConfigurationResidual>,
     /// The readings that the description fits worst.
     pub worst: Vec<WorstReading>,
     /// Root mean square error along x, y, z.
@@ -83,6 +87,7 @@ impl DescriptionResiduals {
             markers: names.iter().map(|name| ((*name).to_string(), errors(&|i| marker(i) == *name))).collect(),
             parts: parts(model, campaign, residual, |_| true).into_iter().filter(|p| p.part != "marker").collect(),
             predicted_uncertainty: None,
+            configurations: Vec::new(),
             worst: worst(model, campaign, residual, &[]),
             directions: (0..directions).map(along).collect(),
             readings: readings

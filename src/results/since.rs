@@ -18,6 +18,8 @@ pub struct MovedParameter {
     pub difference: f64,
     /// Standard deviation of the difference.
     pub sigma: f64,
+    /// Half width of its 95 % interval.
+    pub ci95: f64,
     /// Whether the earlier description states an uncertainty, which is in `sigma`.
     pub both: bool,
     /// The difference in standard deviations; `None` where readings without noise leave no deviation.
@@ -39,6 +41,7 @@ impl MovedParameter {
             now,
             difference: now - before,
             sigma: parameter.shown_width(change.now, change.sigma) / size,
+            ci95: parameter.shown_width(change.now, change.ci95) / size,
             both: change.both,
             z: change.z(),
             p: change.p,

@@ -9,6 +9,7 @@ mod certificate;
 mod cli;
 mod compensation;
 mod compensator;
+mod configurations;
 mod contacts;
 mod convention;
 mod dependence;

@@ -22,6 +22,10 @@ pub struct Residuals {
     /// Write the residuals as a table, a reading a row (.csv or .xlsx); mm and deg.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
+    /// Write the observed and the predicted error of each configuration as a table (.csv or .xlsx), mm; of a description that
+    /// `identify --save` wrote.
+    #[arg(long, value_name = "FILE")]
+    pub configurations: Option<PathBuf>,
 }
 
 /// How columns are scaled and parameters dropped.
@@ -93,6 +97,9 @@ pub struct Identify {
     /// Write the parameters as a table (.csv or .xlsx): nominal, value, 95 % interval.
     #[arg(long, value_name = "FILE", conflicts_with = "compare")]
     pub table: Option<PathBuf>,
+    /// Write the observed and the predicted error of each configuration held out as a table (.csv or .xlsx), mm.
+    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
+    pub configurations: Option<PathBuf>,
     /// Say what has moved since this description, which takes the place of the campaign's: one that `identify --save` wrote
     /// from an earlier campaign.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["robot", "compare", "prior"])]

@@ -36,10 +36,12 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     if let Some(path) = &command.save {
         can_write(path)?;
     }
-    if let Some(path) = &command.table {
+    for (flag, path) in [("--table", &command.table), ("--configurations", &command.configurations)] {
+        let Some(path) = path else { continue };
         writable_table(path)?;
         if by_rules {
-            return Err(Error::input("--table: rules are no list of parameters", "write them with --save-rules"));
+            let message = format!("{flag}: rules are no list of parameters");
+            return Err(Error::input(message, "write them with --save-rules"));
         }
     }
     let (scaling, criterion) = reduction(&command.reduction)?;
@@ -85,6 +87,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         against: other.as_ref().map(|(name, other)| (*name, other)),
         save: command.save.as_deref(),
         table: command.table.as_deref(),
+        configurations: command.configurations.as_deref(),
     };
     calibrated(session, &loaded, given, &settings, &asked)
 }
@@ -109,6 +112,8 @@ pub(super) struct Asked<'a> {
     pub save: Option<&'a Path>,
     /// File of the parameters as a table.
     pub table: Option<&'a Path>,
+    /// File of the errors of the configurations held out, as a table.
+    pub configurations: Option<&'a Path>,
 }
 
 /// A campaign (with the marks of its readings held out) calibrated.
@@ -160,6 +165,14 @@ pub(super) fn calibrated(
     if let Some(path) = asked.table {
         output.tables.push((path.to_path_buf(), tables::parameters(&result, path)?));
         output.text += &format!("parameters: {}\n", path.display());
+    }
+    if let Some(path) = asked.configurations {
+        if result.configurations.is_empty() {
+            let message = "--configurations: no configuration with positions is held out";
+            return Err(Error::input(message, "hold some out with --check, or mark them `check` in the column `set`"));
+        }
+        output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
+        output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
     }
     match asked.save {
         Some(path) if output.failed => output.text += &format!("not written: {}\n", path.display()),

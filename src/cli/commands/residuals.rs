@@ -9,10 +9,10 @@ use crate::plausibility::misread;
 use crate::prediction::{Linearised, Predictor};
 use crate::render::identification as render;
 use crate::render::tables;
-use crate::results::DescriptionResiduals;
+use crate::results::{ConfigurationResidual, DescriptionResiduals};
 
 pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
-    if let Some(path) = &command.table {
+    for path in command.table.iter().chain(&command.configurations) {
         writable_table(path)?;
     }
     let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
@@ -20,13 +20,28 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     let mut predicted = Linearised::default();
     Predictor::new(model, campaign, Vec::new())?.linearise(&model.registry.nominal(), false, &mut predicted)?;
     let mut found = DescriptionResiduals::new(model, campaign, &predicted.residual);
-    if let Some(uncertainty) = loaded.robot.uncertainty().filter(|_| !campaign.is_difference()) {
-        found = found.with_uncertainties(&uncertainty.positions(model, campaign)?);
+    if let Some(uncertainty) = loaded.robot.uncertainty() {
+        if !campaign.is_difference() {
+            found = found.with_uncertainties(&uncertainty.positions(model, campaign)?);
+        }
+        let configurations = uncertainty.configurations(model, campaign, &predicted.residual)?;
+        found.configurations = ConfigurationResidual::all(campaign, &configurations);
     }
     let mut output = Output::new(render::residuals(&found, session.terminal.screen), &found)?;
     if let Some(path) = &command.table {
         output.tables.push((path.clone(), tables::residuals(&found, campaign, path)?));
         output.text += &format!("residuals, a reading a row: {}\n", path.display());
+    }
+    if let Some(path) = &command.configurations {
+        if found.configurations.is_empty() {
+            let message = "--configurations: the description says nothing of how certain its parameters are";
+            return Err(Error::input(
+                message,
+                "give one that `identify --save` wrote, and positions, poses or deflections",
+            ));
+        }
+        output.tables.push((path.clone(), tables::configurations(&found.configurations, path)?));
+        output.text += &format!("observed and predicted error, a configuration a row: {}\n", path.display());
     }
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;
