@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
-use super::units::{deg, mm};
-use crate::estimation::compensator::{self, Elasticity, JointCompliance, Mounting, Triangle};
+use super::units::{deg, mm, unit};
+use crate::estimation::compensator::{Elasticity, FromDeflections, JointCompliance, Mounting, Triangle, Value, Way};
+use crate::model::Model;
+use crate::parameter::Parameter;
 
 /// A number with the half width of its 95 % interval; `None` where that is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -25,7 +27,59 @@ pub struct WithUnit<T> {
 pub struct CompliancePoint {
     pub q: f64,
     pub k2: f64,
+    /// Half width of its 95 % interval, where known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<f64>,
+    /// Number of deflections at the angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub readings: Option<usize>,
     pub fitted: f64,
+    /// By the fit in one step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub one_step: Option<f64>,
+}
+
+/// A compliance of another joint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OtherCompliance {
+    pub name: String,
+    #[serde(flatten)]
+    pub found: Estimated,
+}
+
+/// One way from deflections to the compensator.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CompensatorWay {
+    pub k2_0: Estimated,
+    pub kc: Estimated,
+    pub s0: Estimated,
+    /// The other compliances fitted with them.
+    pub others: Vec<OtherCompliance>,
+    /// Root mean square of the compliances by angle less the law.
+    pub rms: WithUnit<f64>,
+    /// Root mean square residual of the deflections, by coordinate.
+    pub residual: WithUnit<f64>,
+}
+
+/// Whether the law goes through the compliances by angle, by their own uncertainty: Fisher's F.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LawMisfit {
+    pub ratio: f64,
+    pub degrees_of_freedom: [f64; 2],
+    pub p: f64,
+}
+
+/// Both ways from the same deflections.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BothWays {
+    /// Compliances by angle (eq. 12), then the law through them (eq. 13).
+    pub two_steps: CompensatorWay,
+    /// Everything in one fit of the deflections.
+    pub one_step: CompensatorWay,
+    /// Root mean square residual with a compliance for each angle, without a law.
+    pub residual_by_angle: WithUnit<f64>,
+    /// `None` of three angles, through which every law goes.
+    pub misfit: Option<LawMisfit>,
 }
 
 /// Compliances of the joint.
@@ -72,6 +126,9 @@ pub struct Compensator {
     /// Of what the spring leaves of the compliances.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms: Option<WithUnit<f64>>,
+    /// From deflections, in two steps (which `k2_0`, `kc` and `s0` are) and in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deflections: Option<BothWays>,
 }
 
 impl Compensator {
@@ -82,16 +139,14 @@ impl Compensator {
         compliances: &[JointCompliance],
         elasticity: Option<&Elasticity>,
     ) -> Self {
-        let scaled = |value: compensator::Value, unit, size: f64| Estimated {
-            value: value.value / size,
-            ci95: value.ci95.map(|ci95| ci95 / size),
-            unit,
-        };
         let anchor = mounting.and_then(|mounting| mounting.anchor);
         let fitted = triangle.zip(elasticity).map(|(triangle, elasticity)| {
             let row = |k: &JointCompliance| CompliancePoint {
                 q: deg(k.angle),
                 k2: k.compliance * 1e6,
+                ci95: k.ci95.map(|ci95| ci95 * 1e6),
+                readings: None,
+                one_step: None,
                 fitted: elasticity.compliance(triangle, k.angle) * 1e6,
             };
             CompliancePoints { unit: "deg, 1e-6 rad/(N.m)", rows: compliances.iter().map(row).collect() }
@@ -116,6 +171,44 @@ impl Compensator {
             phi: triangle.map(|triangle| WithUnit { value: deg(triangle.phase()), unit: "deg" }),
             compliances: fitted,
             rms: elasticity.map(|found| WithUnit { value: found.rms * 1e6, unit: "1e-6 rad/(N.m)" }),
+            deflections: None,
         }
     }
+
+    /// From deflections, with the names of a model.
+    pub fn from_deflections(model: &Model, found: &FromDeflections) -> Self {
+        let of = |way: &Way| CompensatorWay {
+            k2_0: scaled(way.elasticity.joint, "1e-6 rad/(N.m)", 1e-6),
+            kc: scaled(way.elasticity.spring, "1e-6 m/N", 1e-6),
+            s0: scaled(way.elasticity.free_length, "mm", 1e-3),
+            others: way.others.iter().map(|(slot, value)| other(&model.registry[*slot], *value)).collect(),
+            rms: WithUnit { value: way.elasticity.rms * 1e6, unit: "1e-6 rad/(N.m)" },
+            residual: WithUnit { value: mm(way.residual), unit: "mm" },
+        };
+        let given: Vec<JointCompliance> = found.angles.iter().map(|at| at.compliance).collect();
+        let mut all = Self::new(None, Some(&found.triangle), &given, Some(&found.two_steps.elasticity));
+        let rows = all.compliances.iter_mut().flat_map(|of| &mut of.rows);
+        for (row, at) in rows.zip(&found.angles) {
+            row.readings = Some(at.readings);
+            row.one_step = Some(found.one_step.elasticity.compliance(&found.triangle, at.compliance.angle) * 1e6);
+        }
+        all.deflections = Some(BothWays {
+            two_steps: of(&found.two_steps),
+            one_step: of(&found.one_step),
+            residual_by_angle: WithUnit { value: mm(found.residual), unit: "mm" },
+            misfit: found.misfit.map(|of| LawMisfit { ratio: of.ratio, degrees_of_freedom: of.degrees, p: of.p }),
+        });
+        all
+    }
+}
+
+fn other(parameter: &Parameter, value: Value) -> OtherCompliance {
+    let (unit, size) = unit(parameter.shown_kind());
+    let ci95 = value.ci95.map(|width| parameter.shown_width(value.value, width) / size);
+    let found = Estimated { value: parameter.shown(value.value) / size, ci95, unit };
+    OtherCompliance { name: parameter.name.clone(), found }
+}
+
+fn scaled(value: Value, unit: &'static str, size: f64) -> Estimated {
+    Estimated { value: value.value / size, ci95: value.ci95.map(|ci95| ci95 / size), unit }
 }

@@ -42,7 +42,10 @@ pub use campaign::{
 };
 pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
-pub use compensator::{Compensator, CompliancePoint, CompliancePoints, Estimated, WithUnit};
+pub use compensator::{
+    BothWays, Compensator, CompensatorWay, CompliancePoint, CompliancePoints, Estimated, LawMisfit, OtherCompliance,
+    WithUnit,
+};
 pub use configurations::ConfigurationResidual;
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};

@@ -9,6 +9,7 @@ mod certificate;
 mod cli;
 mod compensation;
 mod compensator;
+mod compensator_deflections;
 mod configurations;
 mod contacts;
 mod convention;

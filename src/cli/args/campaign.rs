@@ -246,6 +246,19 @@ pub struct Compensator {
     /// intervals, where known.
     #[arg(long, value_name = "FILE")]
     pub compliances: Option<PathBuf>,
+    /// Campaign of deflections at three angles of the joint or more: a compliance of the joint at each angle and its spring from them,
+    /// and both in one fit. The mounting is that of the description.
+    #[arg(long, value_name = "CAMPAIGN", conflicts_with_all = ["circle", "anchor", "mounting", "compliances"])]
+    pub deflections: Option<String>,
+    /// Another description than that of the campaign of --deflections.
+    #[arg(long, value_name = "ROBOT", requires = "deflections")]
+    pub robot: Option<String>,
+    /// The spring of the description, where it has several.
+    #[arg(long, value_name = "NAME", requires = "deflections")]
+    pub spring: Option<String>,
+    /// Angles of the joint within this of each other count as one, deg.
+    #[arg(long, value_name = "DEG", default_value_t = 2.0, requires = "deflections")]
+    pub within: f64,
 }
 
 /// Placements of modal values.

@@ -12,15 +12,18 @@ use crate::cli::session::Session;
 use crate::cli::values::numbers;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::description::units::{Angle, Length, Unit};
-use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, mounting};
+use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, from_deflections, mounting};
 use crate::render::compensator as render;
 use crate::results::Compensator as Found;
 
 pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
+    if let Some(campaign) = &command.deflections {
+        return deflections(command, campaign, session);
+    }
     if command.circle.is_none() && command.mounting.is_none() {
         return Err(Error::input(
             "no measurements of the compensator",
-            "give --circle FILE [--anchor FILE], or --mounting L,AX,AY; and --compliances FILE for its spring",
+            "give --circle FILE [--anchor FILE], or --mounting L,AX,AY; and --compliances FILE for its spring; or --deflections CAMPAIGN",
         ));
     }
     let (mut mounted, mut compliances, mut spring) = (None, Vec::new(), None);
@@ -71,6 +74,41 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
     }
     let found = Found::new(mounted.as_ref(), triangle.as_ref(), &compliances, spring.as_ref());
     Output::new(render::compensator(&found, session.terminal.screen), &found)
+}
+
+/// Joint and spring from deflections, in two steps and in one.
+fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Result<Output, Error> {
+    if !(command.within > 0.0 && command.within < 90.0) {
+        return Err(Error::input(format!("--within `{}`", command.within), "give an angle above 0, deg"));
+    }
+    let loaded = session.reader.campaign(campaign, command.robot.as_deref())?;
+    let model = &loaded.robot.model;
+    let springs = &model.structure.springs;
+    let names: Vec<&str> = springs.iter().map(|spring| spring.spring.name.as_str()).collect();
+    let spring = match (&command.spring, &springs[..]) {
+        (Some(name), _) => springs.iter().find(|spring| spring.spring.name == *name),
+        (None, [only]) => Some(only),
+        (None, _) => None,
+    };
+    let Some(spring) = spring else {
+        return Err(match names.is_empty() {
+            true => {
+                Error::input("the description has no spring between bodies", "declare the compensator under `springs:`")
+            }
+            false => {
+                Error::input("which spring is the compensator?", format!("give --spring, one of: {}", names.join(", ")))
+            }
+        });
+    };
+    if !loaded.campaign.is_difference() {
+        let message = format!("--deflections: the campaign observes `{}`", loaded.campaign.observes.name());
+        return Err(Error::input(message, "give a campaign with `observes: deflection`"));
+    }
+    let found = from_deflections(model, &loaded.campaign, spring, command.within.to_radians())?;
+    let found = Found::from_deflections(model, &found);
+    let mut output = Output::new(render::compensator(&found, session.terminal.screen), &found)?;
+    output.diagnostics = loaded.diagnostics;
+    Ok(output)
 }
 
 /// Reads columns of numbers (and of the points' names) with whether each must be there.

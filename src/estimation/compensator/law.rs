@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::value::{CompensatorError, DEGENERATE, Value, refuse};
 use crate::math::linear::{Svd, cofactor};
-use crate::math::quantiles::{normal95, t95};
+use crate::math::quantiles::{f_tail, normal95, t95};
 
 /// L, ax and ay, m: the mounting as the law of the spring takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,12 +83,67 @@ impl Elasticity {
     }
 }
 
+/// How far compliances are from the law through them, beyond what their own uncertainty lets expect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Misfit {
+    /// Mean square over that of the readings.
+    pub ratio: f64,
+    /// Degrees of freedom of both.
+    pub degrees: [f64; 2],
+    /// Probability of such a ratio where the law holds.
+    pub p: f64,
+}
+
 /// k2_0, kc and s0 from compliances of the joint at several of its angles: eq. (13), (14), linear in the stiffnesses.
 /// Where all compliances have intervals, they are weighted by them.
 ///
 /// # Errors
 /// Fewer than three compliances, or some that no spring explains.
 pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity, CompensatorError> {
+    usable(at, found)?;
+    let stated = found.iter().all(|k| k.ci95.is_some());
+    // Of a stiffness 1/k.
+    let sigma = |k: &JointCompliance| match k.ci95 {
+        Some(ci) if stated => ci / normal95() / (k.compliance * k.compliance),
+        _ => 1.0,
+    };
+    let weights = DMatrix::from_diagonal(&DVector::from_iterator(found.len(), found.iter().map(|k| 1.0 / sigma(k))));
+    let degrees = found.len() as f64 - 3.0;
+    // Half width over the root of the cofactor: by the residuals, else by the stated intervals.
+    let (elasticity, _) = weighted(at, found, &weights, |residual| match (degrees > 0.0, stated) {
+        (true, _) => Some(residual / degrees.sqrt() * t95(degrees)),
+        (false, true) => Some(normal95()),
+        (false, false) => None,
+    })?;
+    Ok(elasticity)
+}
+
+/// The same from compliances with their covariance (rad/(N.m))^2 and the degrees of freedom with which it was estimated: intervals
+/// are by it. The misfit is none of three compliances, through which every law goes.
+///
+/// # Errors
+/// As [`elasticity`].
+pub fn elasticity_within(
+    at: &Triangle,
+    found: &[JointCompliance],
+    covariance: &DMatrix<f64>,
+    freedom: f64,
+) -> Result<(Elasticity, Option<Misfit>), CompensatorError> {
+    usable(at, found)?;
+    let squares: Vec<f64> = found.iter().map(|k| k.compliance * k.compliance).collect();
+    let of_stiffness = covariance.map_with_location(|i, j, c| c / (squares[i] * squares[j]));
+    let size = of_stiffness.diagonal().max();
+    let Some(weights) = (of_stiffness / size).cholesky().and_then(|factor| factor.l().try_inverse()) else {
+        return refuse("the readings do not tell the compliances at the angles from each other");
+    };
+    let (elasticity, residual) = weighted(at, found, &(weights / size.sqrt()), |_| Some(t95(freedom)))?;
+    let degrees = found.len() as f64 - 3.0;
+    let ratio = residual * residual / degrees;
+    let misfit = Misfit { ratio, degrees: [degrees, freedom], p: f_tail(ratio, degrees, freedom) };
+    Ok((elasticity, (degrees > 0.0).then_some(misfit)))
+}
+
+fn usable(at: &Triangle, found: &[JointCompliance]) -> Result<(), CompensatorError> {
     if found.len() < 3 {
         return refuse(format!(
             "{} compliances do not determine three numbers: three angles or more are needed",
@@ -101,14 +156,19 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
     if found.iter().any(|k| at.length(k.angle).is_nan() || at.length(k.angle) < 1e-6) {
         return refuse("the spring has no length at one of the angles: check L, ax and ay");
     }
-    let stated = found.iter().all(|k| k.ci95.is_some());
-    // Of a stiffness 1/k.
-    let sigma = |k: &JointCompliance| match k.ci95 {
-        Some(ci) if stated => ci / normal95() / (k.compliance * k.compliance),
-        _ => 1.0,
-    };
-    let matrix = DMatrix::from_fn(found.len(), 3, |i, j| at.row(found[i].angle)[j] / sigma(&found[i]));
-    let right = DVector::from_iterator(found.len(), found.iter().map(|k| 1.0 / k.compliance / sigma(k)));
+    Ok(())
+}
+
+/// The fit of eq. (13), rows multiplied by `weights`, and the length of its weighted residual; `size` is the half width over the root
+/// of the cofactor.
+fn weighted(
+    at: &Triangle,
+    found: &[JointCompliance],
+    weights: &DMatrix<f64>,
+    size: impl Fn(f64) -> Option<f64>,
+) -> Result<(Elasticity, f64), CompensatorError> {
+    let matrix = weights * DMatrix::from_fn(found.len(), 3, |i, j| at.row(found[i].angle)[j]);
+    let right = weights * DVector::from_iterator(found.len(), found.iter().map(|k| 1.0 / k.compliance));
     let norms: Vec<f64> = matrix.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     let Some(svd) = Svd::new(&DMatrix::from_fn(found.len(), 3, |i, j| matrix[(i, j)] / norms[j])) else {
         return refuse("the stiffnesses cannot be separated");
@@ -127,13 +187,7 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
         ));
     }
     let residual = &right - &matrix * DVector::from_column_slice(&[joint, rate, preload]);
-    let degrees = found.len() as f64 - 3.0;
-    // Half width over the root of the cofactor: by the residuals, else by the stated intervals.
-    let size = match (degrees > 0.0, stated) {
-        (true, _) => Some(residual.norm() / degrees.sqrt() * t95(degrees)),
-        (false, true) => Some(normal95()),
-        (false, false) => None,
-    };
+    let size = size(residual.norm());
     let cofactor = cofactor(&matrix);
     // Widths of 1/K0, 1/Kc and (s0 Kc)/Kc to first order.
     let width = |gradient: [f64; 3]| {
@@ -148,5 +202,5 @@ pub fn elasticity(at: &Triangle, found: &[JointCompliance]) -> Result<Elasticity
     };
     let squares = found.iter().map(|k| (k.compliance - result.compliance(at, k.angle)).powi(2)).sum::<f64>();
     result.rms = (squares / found.len() as f64).sqrt();
-    Ok(result)
+    Ok((result, residual.norm()))
 }

@@ -13,10 +13,12 @@
 //! against `across`, its ay against `along`, so that phi = -atan2(ax, ay): its -79.81 deg, and no other reading of its
 //! drawing, returns its Table IX.
 
+mod deflections;
 mod law;
 mod mounting;
 mod value;
 
-pub use law::{Elasticity, JointCompliance, Triangle, elasticity};
+pub use deflections::{AtAngle, FromDeflections, TOGETHER, Way, from_deflections};
+pub use law::{Elasticity, JointCompliance, Misfit, Triangle, elasticity, elasticity_within};
 pub use mounting::{Circle, Mounting, anchor, circle, mounting};
 pub use value::{CompensatorError, Value};
