@@ -153,6 +153,15 @@ pub struct Marker {
     pub position: Vector3<f64>,
 }
 
+/// A sum of changes of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Combination {
+    /// What it measures.
+    pub kind: Kind,
+    /// Parameters by name, and their factors, SI.
+    pub of: Vec<(String, f64)>,
+}
+
 /// What calibration may change; parameters by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
@@ -164,6 +173,8 @@ pub struct Calibration {
     pub length_tolerance: f64,
     /// Common error of an angle, one sigma, rad.
     pub angle_tolerance: f64,
+    /// Sums of changes in which results are reported too, by convention.
+    pub combinations: IndexMap<String, IndexMap<String, Combination>>,
     /// Common error of single parameters, SI.
     pub tolerances: IndexMap<String, f64>,
     /// Bounds of single parameters, SI.

@@ -29,6 +29,9 @@ pub(super) fn leave_out(raw: &mut RawRobot, name: &str, own: Option<&RawRobot>) 
     let stays = |parameter: &str| {
         !parameter.starts_with(&of_effect) && (after.contains(parameter) || !before.contains(parameter))
     };
+    for sums in raw.combinations.values_mut() {
+        sums.retain(|_, of| of.keys().all(|parameter| stays(parameter)));
+    }
     let calibration = &mut raw.calibration;
     calibration.free.retain(|parameter| stays(parameter));
     calibration.fixed.retain(|parameter| stays(parameter));

@@ -8,9 +8,9 @@ use super::table::{Screen, number};
 
 use crate::results::units::{deg, mm};
 use crate::results::{
-    DescriptionResiduals, Dropped, ElasticSensitivity, IN_BOTH_READINGS, Identification, MovedParameter,
-    ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup,
-    WorstReading,
+    CombinedParameter, DescriptionResiduals, Dropped, ElasticSensitivity, IN_BOTH_READINGS, Identification,
+    MovedParameter, ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since,
+    SpringGroup, WorstReading,
 };
 
 /// Factors below this are not shown.
@@ -139,6 +139,14 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
         found.parameters.iter().filter(|p| p.identifiable).map(|p| parameter_row(found, p)),
     );
+    for set in &found.combinations {
+        let row = |p: &CombinedParameter| {
+            let shown = |value: f64| number(p.unit, value);
+            vec![p.name.clone(), p.unit.into(), shown(p.value), p.ci95.map_or(String::new(), shown)]
+        };
+        let _ = writeln!(out, "\nchanges as {}", set.convention);
+        out += &screen.table(&["parameter", "unit", "change", "95 % +-"], set.parameters.iter().map(row));
+    }
     out += &spring_groups(&found.equivalences, screen);
     out += &found.since.as_ref().map_or(String::new(), |since| moved(since, screen));
     out += &found.against.as_ref().map_or(String::new(), |against| compared(against, screen));

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::against::AgainstOther;
+use super::combinations::CombinedParameters;
 use super::configurations::ConfigurationResidual;
 use super::errors::ReadingErrors;
 use super::identifiability::Reduction;
@@ -136,6 +137,9 @@ pub struct Identification {
     /// What has moved since an earlier description, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub since: Option<Since>,
+    /// In the parameters of the conventions that the description declares.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub combinations: Vec<CombinedParameters>,
     /// The result against another set of parameters, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstOther>,
@@ -197,6 +201,7 @@ impl Identification {
             iterations: found.iterations,
             history: found.history.clone(),
             since: None,
+            combinations: Vec::new(),
             against: None,
             ending: found.ending.to_string(),
             converged: found.converged(),

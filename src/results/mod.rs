@@ -10,6 +10,7 @@ mod against;
 mod blind;
 mod campaign;
 mod certificate;
+mod combinations;
 mod compensation;
 mod compensator;
 mod configurations;
@@ -41,6 +42,7 @@ pub use campaign::{
     ToEstimate,
 };
 pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
+pub use combinations::{CombinedParameter, CombinedParameters};
 pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
 pub use compensator::{
     BothWays, Compensator, CompensatorWay, CompliancePoint, CompliancePoints, Estimated, LawMisfit, OtherCompliance,

@@ -3,6 +3,7 @@
 
 use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::compensator::{FromDeflections, TOGETHER, Value, from_deflections};
+use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::observation::DEFLECTION;
@@ -11,7 +12,6 @@ use rayon::prelude::*;
 use serde_json::Value as Json;
 
 use crate::cli::run;
-use crate::support::bundled;
 
 /// Angles of Table VI, deg.
 const ANGLES: [f64; 5] = [-0.01, -25.2, -56.9, -99.8, -140.0];
@@ -55,7 +55,7 @@ const TRUTH: [f64; 3] = [0.302e-6, 0.144e-6, 0.458];
 /// Nearly without noise both ways return the truth, and the mounting is that of Table V.
 #[test]
 fn both_ways_return_what_was_simulated() {
-    let model = bundled("kuka-kr270");
+    let model = load_robot("kuka-kr270").expect("bundled").model;
     let found = found(&model, &campaign(&model, 1e-9, 1));
     assert!((found.triangle.lever - 0.18472).abs() < 1e-9 && (found.triangle.ax - 0.68593).abs() < 1e-9);
     assert!((found.triangle.ay - 0.1233).abs() < 1e-9, "{:?}", found.triangle);
@@ -80,7 +80,7 @@ fn both_ways_return_what_was_simulated() {
 /// as it should be where it holds.
 #[test]
 fn intervals_of_both_ways_hold_the_truth() {
-    let model = bundled("kuka-kr270");
+    let model = load_robot("kuka-kr270").expect("bundled").model;
     let seeds = 60;
     let trials: Vec<([[bool; 3]; 2], [f64; 3], bool)> = (0..seeds)
         .into_par_iter()

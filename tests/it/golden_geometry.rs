@@ -274,5 +274,20 @@ mod kr270 {
         both.columns_mut(0, ours.ncols()).copy_from(&ours);
         both.columns_mut(ours.ncols(), 30).copy_from(&theirs);
         assert_eq!((rank(&ours), rank(&theirs), rank(&both)), (30, 30, 30));
+        // The description declares the paper's parameters as sums of its own: but for base and tool they move the tool alike.
+        let declared = elastogeo::files::load_robot("kuka-kr270").expect("readable").robot.calibration.combinations;
+        let sums = &declared["table-iii"];
+        assert_eq!(sums.len(), 18);
+        let mut left = ours.columns(0, by.len()).into_owned();
+        for (k, slot) in model.free_slots().into_iter().enumerate() {
+            for (p, sum) in sums.values().enumerate() {
+                let factor =
+                    sum.of.iter().filter(|(name, _)| *name == model.registry[slot].name).map(|(_, factor)| factor);
+                left.column_mut(k).axpy(-factor.sum::<f64>(), &theirs.column(p), 1.0);
+            }
+        }
+        let arranged = theirs.columns(18, 12).into_owned().svd(true, true);
+        let base_and_tool = theirs.columns(18, 12) * arranged.solve(&left, 1e-9).expect("solved");
+        assert!((left - base_and_tool).amax() < 1e-8, "sums of the description are not the paper's parameters");
     }
 }

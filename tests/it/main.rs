@@ -7,6 +7,7 @@ mod blind;
 mod branches;
 mod certificate;
 mod cli;
+mod combinations;
 mod compensation;
 mod compensator;
 mod compensator_deflections;

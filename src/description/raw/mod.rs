@@ -116,6 +116,10 @@ raw! {
         fuzzy: Option<RawFuzzy>,
         /// Which parameters are free in calibration, how far they may be off.
         calibration: RawCalibration,
+        /// Other parameters in which results are reported too, by the name of their convention and their own: each a sum of changes of
+        /// the description's, `{2.r: 1, 4.alpha: 1100}`. Where lengths and angles go together it is a length, and the factor of an
+        /// angle is its lever, in the file's unit of length for one rad.
+        combinations: IndexMap<String, IndexMap<String, IndexMap<String, f64>>>,
     }
 }
 

@@ -4,8 +4,9 @@ use indexmap::IndexMap;
 
 use super::super::parameters::{Key, parameters};
 use super::super::raw::RawRobot;
-use super::super::robot::Calibration;
+use super::super::robot::{Calibration, Combination};
 use super::collector::Collector;
+use crate::parameter::Kind;
 
 pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
     let (length, angle) = (raw.units.length.factor(), raw.units.angle.factor());
@@ -51,7 +52,52 @@ pub fn resolve(raw: &RawRobot, diagnostics: &mut Collector) -> Calibration {
         angle_tolerance,
         tolerances,
         bounds,
+        combinations: combinations(raw, &valid, diagnostics),
     }
+}
+
+/// The sums in which results are reported too, in SI.
+fn combinations(
+    raw: &RawRobot,
+    valid: &IndexMap<String, Key>,
+    diagnostics: &mut Collector,
+) -> IndexMap<String, IndexMap<String, Combination>> {
+    let mut all: IndexMap<String, IndexMap<String, Combination>> = IndexMap::new();
+    for (convention, own) in &raw.combinations {
+        for (name, of) in own {
+            let path = ["combinations", convention, name];
+            for (member, factor) in of {
+                let path = [&path[..], &[member.as_str()]].concat();
+                diagnostics.known(&path, "parameter", member, valid.keys().map(String::as_str));
+                if !factor.is_finite() {
+                    diagnostics.error(&path, format!("factor `{factor}` must be a finite number"));
+                }
+            }
+            let mut kinds: Vec<Kind> = Vec::new();
+            for kind in of.keys().filter_map(|member| Some(valid.get(member)?.kind)) {
+                if !kinds.contains(&kind) {
+                    kinds.push(kind);
+                }
+            }
+            let is_sum = matches!(kinds[..], [_] | [Kind::Length, Kind::Angle] | [Kind::Angle, Kind::Length]);
+            if !is_sum {
+                if kinds.len() > 1 || of.is_empty() {
+                    let remedy = "add parameters of one unit, or lengths and angles with their levers";
+                    diagnostics.reject(&path, format!("`{name}` is no sum of parameters"), remedy);
+                }
+                continue;
+            }
+            let has_lever = kinds.len() > 1;
+            let kind = if has_lever { Kind::Length } else { kinds[0] };
+            let lever = |member: &str| has_lever && valid.get(member).is_some_and(|key| key.kind == Kind::Angle);
+            let of = of.iter().map(|(member, factor)| {
+                (member.clone(), if lever(member) { factor * raw.units.length.factor() } else { *factor })
+            });
+            let combination = Combination { kind, of: of.collect() };
+            all.entry(convention.clone()).or_default().insert(name.clone(), combination);
+        }
+    }
+    all
 }
 
 /// Rejects a covariance that is none, and one of parameters that the description does not have: left out of it, predicted

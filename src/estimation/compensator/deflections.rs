@@ -273,8 +273,8 @@ fn by_angle(
                 row += 1;
             }
         }
-        // Residuals are measured less predicted.
-        let change = least_squares(&jacobian, &-&right);
+        // Residuals are measured less predicted, derivatives those of the predictions.
+        let change = least_squares(&jacobian, &right);
         let is_steady = x.iter().zip(&change).all(|(x, change)| change.abs() <= 1e-9 * x.abs());
         if is_steady || step == STEPS {
             break;
