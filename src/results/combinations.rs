@@ -32,7 +32,7 @@ pub struct CombinedParameters {
 }
 
 impl CombinedParameters {
-    /// Of all conventions that a description declares.
+    /// Of all conventions that a description declares and of which something was estimated.
     pub fn all(
         declared: &IndexMap<String, IndexMap<String, Combination>>,
         model: &Model,
@@ -75,7 +75,8 @@ impl CombinedParameters {
                 correlation: (0..sums.len()).map(|i| (0..sums.len()).map(|j| correlation(i, j)).collect()).collect(),
             }
         };
-        declared.iter().map(of).collect()
+        let is_estimated = |set: &Self| set.parameters.iter().any(|sum| sum.ci95.is_some());
+        declared.iter().map(of).filter(is_estimated).collect()
     }
 }
 
