@@ -11,7 +11,7 @@ use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
-use crate::parameter::Slot;
+use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, Predictor, fill_holding_loads, seated};
 use crate::simulation::{Loaded, Plan, unmeasured};
 
@@ -92,7 +92,15 @@ impl<'a> Information<'a> {
         let unwhiten = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]);
         let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
         let (seen, short_list) = (request.settings.seen, request.settings.short_list);
-        let known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
+        let mut known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
+        if request.settings.prior {
+            for (k, parameter) in kept.iter().map(|&column| &model.registry[slots[column]]).enumerate() {
+                if parameter.group == Group::Geometry && parameter.tolerance > 0.0 {
+                    let row = unwhiten.row(k).transpose() / parameter.tolerance;
+                    known.ger(1.0, &row, &row, 1.0);
+                }
+            }
+        }
         Ok(Self {
             model,
             values,

@@ -118,7 +118,7 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
         deviations: information.kept().zip(information.deviations(&m).unwrap_or_default()).collect(),
         campaign,
         stations,
-        before: information.is_whole(known).then(|| search.errors.loss(known).exp()),
+        before: (measured.is_some() && information.is_whole(known)).then(|| search.errors.loss(known).exp()),
         error,
         bought,
         random_equal: search.random_equal(error),

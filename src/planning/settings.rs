@@ -35,6 +35,9 @@ pub struct Settings {
     pub off: f64,
     /// How many of them are tried.
     pub disturbed: u64,
+    /// Whether constants of the robot count as known to their tolerances before anything is measured, as `identify --prior` takes
+    /// them: fewer readings than parameters then do.
+    pub prior: bool,
     /// Added to the information matrix, of which a candidate holds 1 in the mean: keeps it invertible while stations are too
     /// few. Far below [`Settings::seen`], far above rounding.
     pub ridge: f64,
@@ -59,6 +62,7 @@ impl Default for Settings {
             random_sets: 20,
             off: 2.0,
             disturbed: 6,
+            prior: false,
             ridge: 1e-9,
             seen: 1e-7,
         }

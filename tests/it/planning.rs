@@ -8,7 +8,7 @@ use elastogeo::math::median;
 use elastogeo::model::Model;
 use elastogeo::observation::{POSE, POSITION};
 use elastogeo::parameter::{Group, Kind};
-use elastogeo::planning::{self, Optimality, Request, Sight, plan};
+use elastogeo::planning::{self, Optimality, PlanningError, Request, Sight, plan};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Loaded, Plan, draw_errors, draw_in_box, generator, joint_box, simulate};
 use nalgebra::{DMatrix, Point3, Vector3};
@@ -87,7 +87,8 @@ fn achieved(
     };
     let campaign = simulate(model, truth, &plan, &mut random).expect("simulated");
     let held_out = vec![false; campaign.readings.len()];
-    let found = calibrate(model, &campaign, &held_out, &Settings::default(), &mut |_| {}).expect("calibrated");
+    let settings = Settings { prior: of.settings.prior, ..Settings::default() };
+    let found = calibrate(model, &campaign, &held_out, &settings, &mut |_| {}).expect("calibrated");
     (plan.configurations, plan.sigma, plan.sigma_orientation) = (fresh.to_vec(), 0.0, 0.0);
     let check = simulate(model, truth, &plan, &mut random).expect("simulated");
     let mut left = Linearised::default();
@@ -161,6 +162,34 @@ fn twenty_planned_do_as_well_as_forty_random() {
         lines.push(format!("{}: {planned:.5} mm at 20 planned, {random:.5} mm at 40 random", model.name));
     }
     recorded("twenty-planned", "cargo test twenty_planned", &lines);
+}
+
+/// With tolerances taken for known, fewer readings than parameters do: robots off by their tolerances are found nearly as well as
+/// promised, and far better than they are uncalibrated.
+#[test]
+fn fewer_readings_than_parameters_do_with_tolerances() {
+    let model = load_robot("universal-ur5").expect("bundled").model;
+    let without = Request { tests: work(&model, &UR5, 200, 77), ..request(&model, 8) };
+    assert!(matches!(plan(&model, &without, &mut |_| {}), Err(PlanningError::TooFew { .. })));
+    let of = Request { settings: planning::Settings { prior: true, ..without.settings.clone() }, ..without };
+    let planned = plan(&model, &of, &mut |_| {}).expect("planned");
+    assert!(planned.campaign.rows() < planned.deviations.len(), "{}", planned.deviations.len());
+    let configurations: Vec<Vec<f64>> = planned.stations.iter().map(|station| station.q.clone()).collect();
+    let fresh: Vec<Vec<f64>> = work(&model, &UR5, 40, 78).into_iter().map(|(q, _)| q).collect();
+    let seeds = 40;
+    let squares = (0..seeds).into_par_iter().map(|seed| {
+        let truth = draw_errors(&model, 1.0, 0.0, &mut generator(1000 + seed));
+        achieved(&model, &of, &truth, &configurations, &fresh, seed).powi(2)
+    });
+    let found = (squares.sum::<f64>() / seeds as f64).sqrt();
+    println!("8 planned with tolerances: {:.4} mm, promised {:.4} mm", 1e3 * found, 1e3 * planned.error);
+    assert!((0.75..1.5).contains(&(found / planned.error)), "{found}, promised {}", planned.error);
+    let folder = tempfile::tempdir().expect("a folder");
+    let command = ["plan", "universal-ur5", "--poses", "8", "--unknown-base", "--unknown-tool"];
+    let ran = run(folder.path(), &command);
+    assert!(ran.status != 0 && ran.err.contains("--prior"), "{}", ran.err);
+    let ran = run(folder.path(), &[&command[..], &["--prior"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
 }
 
 /// The promised error, from the planned campaign's Jacobian by a pseudo-inverse.

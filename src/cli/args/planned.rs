@@ -141,6 +141,10 @@ pub struct Plan {
     /// What is to be best: test-error (position error after compensation at the test poses), D, A, E, O1 to O5.
     #[arg(long, default_value = "test-error")]
     pub criterion: String,
+    /// Take the constants of the robot as known to their tolerances beforehand, as `identify --prior` does: so few configurations do
+    /// that they alone would not tell the parameters apart.
+    #[arg(long)]
+    pub prior: bool,
     /// Where the instrument stands in the robot's base frame, in the description's units.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub instrument: Option<String>,

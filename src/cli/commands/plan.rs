@@ -111,7 +111,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         scaling,
         tolerance,
         seed,
-        settings: planning::Settings::default(),
+        settings: planning::Settings { prior: command.prior, ..planning::Settings::default() },
     };
     let mut output = carry_out(command, session, loaded, &request, planned_for.as_ref())?;
     output.diagnostics = diagnostics;
@@ -315,7 +315,9 @@ fn check(command: &Plan) -> Result<(), Error> {
 
 fn refused(error: PlanningError) -> Error {
     let remedy = match &error {
-        PlanningError::TooFew { least, .. } => format!("give --poses {least} or more, or hold parameters with --hold"),
+        PlanningError::TooFew { least, .. } => format!(
+            "give --poses {least} or more, take tolerances for known with --prior, or hold parameters with --hold"
+        ),
         PlanningError::TooFewAllowed { .. } => {
             "widen --cone, --workspace, --range or --share, or move the instrument".into()
         }
