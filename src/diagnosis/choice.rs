@@ -39,7 +39,12 @@ pub fn choice(
     // known: where something stays that no hypothesis has, it would fit that.
     let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
     let causes: Vec<Vec<usize>> = match leaves_noise(&selector.fit(found)) {
-        true => curves_for_laws(&selector, found, leaves_noise).into_iter().map(|member| vec![member]).collect(),
+        true => {
+            let mut members = curves_for_laws(&selector, found, leaves_noise);
+            // The search also finds small corrections of what is not quite the law of another cause.
+            forward.prune(&mut members, 0, settings.claims.least_share * forward.gap());
+            members.into_iter().map(|member| vec![member]).collect()
+        }
         false => forward.chosen(settings.selection.most),
     };
     let members = causes.concat();

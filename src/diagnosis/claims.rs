@@ -8,6 +8,8 @@
 //! Meinshausen, *Causal inference by using invariant prediction*, J. R. Stat. Soc. B 78, 2016 (laws that hold elsewhere);
 //! Roberts et al., *Cross-validation strategies for data with temporal, spatial, hierarchical structure*, Ecography 40, 2017.
 
+use nalgebra::{DMatrix, DVector, DVectorView};
+
 use super::forward::Forward;
 use super::free_errors::FreeErrors;
 use super::held_out::{Beside, HeldOut, Losses, paired};
@@ -240,6 +242,29 @@ impl Compared<'_> {
         stability(self.forward.problem, &self.beside.only(&near), &first, tied.len(), halves)
     }
 
+    /// Whether amounts that each marker has for itself do certainly better, and by much: then it is not the robot that moves.
+    fn is_of_one_marker(&self, at: usize) -> bool {
+        let (problem, settings) = (self.forward.problem, self.forward.settings);
+        let mut markers = problem.marker.clone();
+        markers.sort_unstable();
+        markers.dedup();
+        if markers.len() < 2 {
+            return false;
+        }
+        let columns = || self.sets[at].iter().flat_map(|&h| problem.hypotheses[h].columns.column_iter());
+        let of_marker = |marker: &usize| {
+            let of_row = |column: DVectorView<f64>| {
+                DVector::from_fn(column.len(), |row, _| if problem.marker[row] == *marker { column[row] } else { 0.0 })
+            };
+            columns().map(of_row).collect::<Vec<_>>()
+        };
+        let apart: Vec<DVector<f64>> = markers.iter().flat_map(of_marker).collect();
+        let losses = self.forward.folds.losses(&self.beside.with(&DMatrix::from_columns(&apart)));
+        let gain = paired(&self.losses.base, &losses.beside[0]).sum;
+        paired(&self.losses.beside[at], &losses.beside[0]).t > settings.paired_t
+            && self.gain(at) < settings.of_free * gain
+    }
+
     fn gates(&self, at: usize) -> Gates {
         let settings = self.forward.settings;
         let (own, gain) = (self.hypothesis(at), self.gain(at));
@@ -249,7 +274,7 @@ impl Compared<'_> {
             paired(&self.losses.beside[at], &self.losses.beside[k]).t > settings.paired_t
                 && gain < settings.of_free * self.gain(k)
         };
-        let is_beaten = self.free().any(is_better);
+        let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at);
         let own_only = self.beside.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;
@@ -278,7 +303,7 @@ impl Compared<'_> {
 struct Gates {
     of_free: Option<f64>,
     elsewhere: Option<f64>,
-    /// Whether a free curve anywhere is certainly better, and by much.
+    /// Whether a free curve anywhere, or an amount of each marker's own, is certainly better, and by much.
     is_beaten: bool,
     /// Share of what an error free in every configuration carries at the site.
     of_site: Option<f64>,

@@ -56,7 +56,13 @@ pub fn conclude(
     let claims: Vec<&Claim> =
         members.iter().filter_map(|&m| competition.claims.iter().find(|claim| claim.hypothesis == m)).collect();
     let rivals: Vec<Vec<Rival>> = claims.iter().map(|claim| claim.rivals.clone()).collect();
-    let found = Explanation { competition, judgement: &judgement, bootstrap, claims: &claims };
+    let found = Explanation {
+        competition,
+        judgement: &judgement,
+        bootstrap,
+        claims: &claims,
+        at_most: settings.claims.at_most,
+    };
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
@@ -173,6 +179,8 @@ struct Explanation<'a> {
     bootstrap: Bootstrap,
     /// Of each member.
     claims: &'a [&'a Claim],
+    /// Greatest probability of a name.
+    at_most: f64,
 }
 
 impl Explanation<'_> {
@@ -197,8 +205,9 @@ impl Explanation<'_> {
         Cause {
             effect,
             site,
-            // No more than how often it wins at all: then it includes that none of them is the cause.
-            probability: Some((1.0 / (1.0 + weights)).min(claim.stability.of(claim.level))),
+            // No more than how often it wins at all, and than how often such names are right: then it includes that none of
+            // them is the cause.
+            probability: Some(self.at_most * (1.0 / (1.0 + weights)).min(claim.stability.of(claim.level))),
             entries: vec![entry(hypothesis, fitted)],
             parameters: reported(model, hypothesis, fitted),
             rms_before: self.judgement.steps[step].rms,

@@ -143,6 +143,13 @@ impl<'a> Beside<'a> {
         Self { right: basis.tr_mul(residual), residual, basis, candidates }
     }
 
+    /// Other columns as the only candidate.
+    pub fn with(&self, columns: &DMatrix<f64>) -> Self {
+        let off = |columns: &DMatrix<f64>| columns - &self.basis * tr_mul(&self.basis, columns);
+        let candidates = vec![orthonormal(&off(&off(columns)), None)];
+        Self { basis: self.basis.clone(), residual: self.residual, right: self.right.clone(), candidates }
+    }
+
     /// Some of the candidates.
     pub fn only(&self, chosen: &[usize]) -> Self {
         Self {

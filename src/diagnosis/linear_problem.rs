@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::hypothesis::Hypothesis;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::row_sigmas;
 use crate::math::orthonormal;
 use crate::model::Model;
@@ -22,6 +22,8 @@ pub struct LinearProblem {
     pub sigmas: Vec<f64>,
     /// Configuration of each row.
     pub pose: Vec<usize>,
+    /// Marker of each row, counted from 1; 0 of the tool centre point and of constraints.
+    pub marker: Vec<usize>,
     /// Reading of each row.
     pub reading: Vec<usize>,
     /// Number of readings; what is known of the arrangement counts behind them.
@@ -78,12 +80,16 @@ impl LinearProblem {
         // Each constraint counts as a reading at a configuration of its own.
         let (poses, count) = (campaign.poses.len(), campaign.readings.len());
         let of_constraints = (0..campaign.constraints.len()).map(|k| (poses + k, count + k));
+        let marker_of = |reading: &Reading| reading.marker.map_or(0, |marker| marker + 1);
+        let markers = campaign.readings.iter().flat_map(|own| std::iter::repeat_n(marker_of(own), own.observes.rows()));
+        let marker = markers.chain(campaign.constraints.iter().map(|_| 0)).collect();
         let (pose, reading) = of_rows.chain(of_constraints).unzip();
         Ok(Self {
             residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
             nuisance: columns_of(nuisance),
             sigmas,
             pose,
+            marker,
             reading,
             readings: count,
             hypotheses,
@@ -116,6 +122,7 @@ impl LinearProblem {
             nuisance: self.nuisance.select_rows(&rows),
             sigmas: rows.iter().map(|&row| self.sigmas[row]).collect(),
             pose: rows.iter().map(|&row| self.pose[row]).collect(),
+            marker: rows.iter().map(|&row| self.marker[row]).collect(),
             reading: rows.iter().map(|&row| number[self.reading[row]]).collect(),
             readings: (0..self.readings).filter(|&reading| excluded.get(reading) != Some(&true)).count(),
             hypotheses: self.hypotheses.iter().map(select).collect(),

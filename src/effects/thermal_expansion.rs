@@ -1,4 +1,7 @@
-//! `thermal-expansion`: the length of a link follows temperature.
+//! `thermal-expansion`: the length of a link follows temperature, at once or with a delay.
+//!
+//! A thermometer in the air, or on the casting, shows what the metal feels later. A body that heats evenly follows with one
+//! time constant (lumped capacitance; Incropera et al., *Fundamentals of Heat and Mass Transfer*, sec. 5.1).
 
 use std::sync::Arc;
 
@@ -17,6 +20,25 @@ static REFERENCE: NonlinearParameter = NonlinearParameter {
     only_with: None,
     meaning: "`reference`: the temperature at which the lengths of the description hold",
 };
+const AT_ONCE: &str = "at-once";
+const DELAYED: &str = "delayed";
+static FOLLOWS: NonlinearParameter = NonlinearParameter {
+    name: "follows",
+    kind: NonlinearKind::Choice(&[AT_ONCE, DELAYED]),
+    default: Some(NonlinearValue::Choice(AT_ONCE)),
+    only_with: None,
+    meaning: "`follows`: the link has the temperature that is shown, or comes to it with a delay",
+};
+static TIME_CONSTANT: NonlinearParameter = NonlinearParameter {
+    name: "time_constant",
+    kind: NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true },
+    default: None,
+    only_with: Some(("follows", DELAYED)),
+    meaning: "`time_constant`: of the delay, s",
+};
+/// Time constants that are tried, as shares of the longest session: shorter ones are no delay, longer ones show little of
+/// what the thermometer does.
+const SHARES: [f64; 2] = [0.05, 0.2];
 /// Lengths below this one, m, expand by nothing that shows.
 const LEAST_LENGTH: f64 = 1e-3;
 
@@ -45,20 +67,30 @@ impl Effect for ThermalExpansion {
     }
 
     fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&REFERENCE]
+        vec![&REFERENCE, &FOLLOWS, &TIME_CONSTANT]
     }
 
     fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let mean = survey.mean_temperature(site).filter(|_| !lengths(model, site).is_empty());
-        mean.map(|mean| Nonlinear::new([(&REFERENCE, NonlinearValue::Real(mean))])).into_iter().collect()
+        let Some(mean) = mean else { return Vec::new() };
+        let of = |follows| vec![(&REFERENCE, NonlinearValue::Real(mean)), (&FOLLOWS, NonlinearValue::Choice(follows))];
+        let delays = survey.longest_session.into_iter().flat_map(|longest| SHARES.map(|share| share * longest));
+        let delayed = delays.map(|delay| {
+            Nonlinear::new(of(DELAYED).into_iter().chain([(&TIME_CONSTANT, NonlinearValue::Real(delay))]))
+        });
+        std::iter::once(Nonlinear::new(of(AT_ONCE))).chain(delayed).collect()
     }
 
     fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         vec![EffectParameter::new("expansion", "1/K", 1.2e-5)]
     }
 
+    fn thermal_delay(&self, nonlinear: &Nonlinear) -> Option<f64> {
+        nonlinear.continuous()
+    }
+
     fn changes(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let [NonlinearValue::Real(reference)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+        let Some(&NonlinearValue::Real(reference)) = nonlinear.values().first() else { return Arc::new(|_, _| {}) };
         let lengths = lengths(model, site);
         Arc::new(move |context, out| {
             let Some(temperature) = context.temperature else { return };

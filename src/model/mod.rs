@@ -131,6 +131,10 @@ pub trait Effect: Send + Sync {
     fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         model.shifts_of(&self.constants(model, site, nonlinear))
     }
+    /// Time constant (s) with which its site follows the thermometer; `None` where it follows at once.
+    fn thermal_delay(&self, _nonlinear: &Nonlinear) -> Option<f64> {
+        None
+    }
     /// What one unit of each parameter changes in a reading; by default nothing.
     fn changes(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Changes {
         Arc::new(|_, _| {})

@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::measured_loads::MeasuredLoads;
 use super::reading::ReadingAt;
-use crate::description::campaign::{Campaign, EARLIER_MOVES};
+use crate::description::campaign::{Campaign, Conditions, EARLIER_MOVES};
 use crate::kinematics::shift;
 use crate::model::{
     Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site,
@@ -28,6 +28,8 @@ pub struct Term {
     pub parameters: Vec<EffectParameter>,
     /// What one unit of each changes in a reading.
     changes: Changes,
+    /// Time constant with which its site follows the thermometer, s.
+    thermal_delay: Option<f64>,
 }
 
 impl std::fmt::Debug for Term {
@@ -42,9 +44,39 @@ impl Term {
         Self {
             parameters: effect.parameters(model, site, nonlinear),
             changes: effect.changes(model, site, nonlinear),
+            thermal_delay: effect.thermal_delay(nonlinear),
             effect: effect.clone(),
             site: site.clone(),
         }
+    }
+}
+
+/// Temperature that a term reads.
+#[derive(Debug, Clone)]
+enum SiteTemperature {
+    /// Of the surroundings.
+    Surroundings,
+    /// One of the temperatures of frames.
+    Own(usize),
+    /// By reading, as its site follows with a delay.
+    Delayed(Vec<f64>),
+}
+
+impl SiteTemperature {
+    fn new(term: &Term, frame: &str, conditions: &Conditions) -> Self {
+        if let Some(delayed) = term.thermal_delay.and_then(|delay| conditions.delayed_temperatures(frame, delay)) {
+            return Self::Delayed(delayed);
+        }
+        conditions.site_temperatures.get_index_of(frame).map_or(Self::Surroundings, Self::Own)
+    }
+
+    fn at(&self, conditions: &Conditions, index: usize) -> Option<f64> {
+        let all = match self {
+            Self::Delayed(all) => Some(all),
+            Self::Own(site) => conditions.site_temperatures.get_index(*site).map(|(_, all)| all),
+            Self::Surroundings => None,
+        };
+        all.or(conditions.temperature.as_ref()).and_then(|all| all.get(index)).copied()
     }
 }
 
@@ -65,8 +97,8 @@ pub(super) struct Terms {
     variables: usize,
     /// Whether some term depends on moves.
     looks_back: bool,
-    /// By term: which of the temperatures of frames is its site's; none where it has that of the surroundings.
-    site_temperature: Vec<Option<usize>>,
+    /// By term: the temperature of its site.
+    temperature: Vec<SiteTemperature>,
 }
 
 /// Workspace for one thread.
@@ -95,13 +127,13 @@ impl Terms {
         let slots = slots_changed(model, &terms);
         let loads = JointLoadPlan::new(mechanics, measured_frames(model, campaign), &slots);
         let variables = model.variables.len();
-        let own_temperature =
-            |term: &Term| campaign.conditions.site_temperatures.get_index_of(&model.frames[term.site.frame].name);
-        let site_temperature = terms.iter().map(own_temperature).collect();
+        let temperature_of =
+            |term: &Term| SiteTemperature::new(term, &model.frames[term.site.frame].name, &campaign.conditions);
+        let temperature = terms.iter().map(temperature_of).collect();
         let is_difference = campaign.observes.is_difference();
         let measured = MeasuredLoads::new(model, campaign);
         let looks_back = terms.iter().any(|term| term.effect.reads().contains(&Condition::LastMove));
-        Self { terms, columns, first, is_difference, loads, measured, slots, variables, looks_back, site_temperature }
+        Self { terms, columns, first, is_difference, loads, measured, slots, variables, looks_back, temperature }
     }
 
     /// Workspace for one thread.
@@ -146,8 +178,7 @@ impl Terms {
         let up = base.rotation * -at.mechanics.geometry.model.structure.gravity.try_normalize(0.0).unwrap_or_default();
         let by_wrench = at.mechanics.deflection_by_wrench(at.state, at.point);
         columns.fill([0.0; 6]);
-        for ((term, &first), site) in self.terms.iter().zip(&self.first).zip(&self.site_temperature) {
-            let own = site.and_then(|site| conditions.site_temperatures.get_index(site)).map(|(_, all)| all);
+        for ((term, &first), temperature) in self.terms.iter().zip(&self.first).zip(&self.temperature) {
             let context = ReadingContext {
                 q: &at.state.q,
                 joints: &at.state.placements.joints,
@@ -158,7 +189,7 @@ impl Terms {
                 earlier_moves,
                 time,
                 session_time,
-                temperature: own.or(conditions.temperature.as_ref()).map(|all| all[at.index]),
+                temperature: temperature.at(conditions, at.index),
                 position,
                 base: base.translation.vector,
                 body: (base.rotation * at.state.placements.frames[at.point.at.frame].rotation),

@@ -123,6 +123,31 @@ impl Conditions {
         self.site_temperatures.get(site).or(self.temperature.as_ref()).map(Vec::as_slice)
     }
 
+    /// What a site feels that follows its thermometer with a time constant (s), by reading; `None` where no times are known.
+    /// Before the first reading it had the temperature of that; NaN where a reading has none.
+    pub fn delayed_temperatures(&self, site: &str, time_constant: f64) -> Option<Vec<f64>> {
+        let (shown, times) = (self.temperatures_at(site)?, self.time.as_ref()?);
+        let mut order: Vec<usize> = (0..shown.len().min(times.len())).filter(|&k| shown[k].is_finite()).collect();
+        order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+        let mut felt = vec![f64::NAN; shown.len()];
+        let mut last: Option<(usize, f64)> = None;
+        for k in order {
+            let own = match last {
+                // Between readings the thermometer goes in a straight line, which has a closed solution.
+                Some((j, before)) if times[k] > times[j] => {
+                    let span = times[k] - times[j];
+                    let behind = time_constant * (shown[k] - shown[j]) / span;
+                    shown[k] - behind + (before - shown[j] + behind) * (-span / time_constant).exp()
+                }
+                Some((_, before)) => before,
+                None => shown[k],
+            };
+            felt[k] = own;
+            last = Some((k, own));
+        }
+        Some(felt)
+    }
+
     /// Those of some readings, by index.
     #[must_use]
     pub fn select(&self, kept: &[usize]) -> Self {
