@@ -42,7 +42,8 @@ pub fn choice(
         true => {
             let mut members = curves_for_laws(&selector, found, leaves_noise);
             // The search also finds small corrections of what is not quite the law of another cause.
-            forward.prune(&mut members, 0, settings.claims.least_share * forward.gap());
+            let least = settings.claims.least_share * forward.gap();
+            forward.prune(&mut members, 0, |before, after| paired(before, after).sum > least);
             members.into_iter().map(|member| vec![member]).collect()
         }
         false => forward.chosen(settings.selection.most),

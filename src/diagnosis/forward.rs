@@ -44,7 +44,7 @@ impl Forward<'_> {
                 break;
             }
             let mut all = [members.as_slice(), &candidates[best]].concat();
-            self.prune(&mut all, members.len(), 0.0);
+            self.prune(&mut all, members.len(), |before, after| self.is_worth(before, after));
             let cause = all.split_off(members.len());
             // Joints that are worth having together only, none by itself, are no cause.
             if cause.is_empty() {
@@ -77,9 +77,9 @@ impl Forward<'_> {
         (self.losses(&[], &[]).base.iter().sum::<f64>() - self.noise).max(0.0)
     }
 
-    /// Leaves out members from a position on that are not worth having beside the others, or take away less than `least`, the
-    /// least one first.
-    pub fn prune(&self, members: &mut Vec<usize>, from: usize, least: f64) {
+    /// Leaves out members from a position on that are not enough beside the others, the least one first. `is_enough` is given the
+    /// losses before and after.
+    pub fn prune(&self, members: &mut Vec<usize>, from: usize, is_enough: impl Fn(&[f64], &[f64]) -> bool) {
         while members.len() > from.max(1) {
             let without = |at: usize| -> Vec<usize> {
                 let mut others = members.clone();
@@ -89,7 +89,7 @@ impl Forward<'_> {
             let worth = |at: usize| {
                 let losses = self.losses(&without(at), &[vec![members[at]]]);
                 let gain = paired(&losses.base, &losses.beside[0]);
-                (gain.sum, gain.sum > least && self.is_worth(&losses.base, &losses.beside[0]))
+                (gain.sum, is_enough(&losses.base, &losses.beside[0]))
             };
             let worths: Vec<(f64, bool)> = (from..members.len()).map(worth).collect();
             let poor = worths.iter().enumerate().filter(|(_, (_, is_worth))| !is_worth);
