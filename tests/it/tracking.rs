@@ -248,6 +248,18 @@ fn a_step_is_told_with_its_joint() {
     }
     let ran = run(at, &[&last[..], &["--format", "json", "--change", "2.theta=0.02"]].concat());
     let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert!(found["checks"][1]["date"].is_null(), "{found:#}");
+    // Without `--dates` those of the certificates count.
+    for (month, date) in [("m1", "2026-01-12"), ("m2", "2026-02-09"), ("m3", "2026-03-09"), ("m4", "2026-04-13")] {
+        let file =
+            ["campaign.yaml", ".yaml"].map(|end| at.join(month).join(end)).into_iter().find(|file| file.exists());
+        let file = file.unwrap_or_else(|| at.join(format!("{month}.yaml")));
+        let text = std::fs::read_to_string(&file).expect("a campaign");
+        std::fs::write(file, format!("{text}certificate: {{date: {date}}}\n")).expect("written");
+    }
+    let dated = run(at, &[&asked[..], &["--format", "json"]].concat());
+    let dated: serde_json::Value = serde_json::from_str(&dated.out).expect("JSON");
+    assert_eq!(dated["checks"][3]["date"], "2026-04-13", "{dated:#}");
     let checks = found["checks"].as_array().expect("checks");
     let alarms: Vec<bool> = checks.iter().map(|check| check["alarm"] == true).collect();
     assert_eq!(alarms, [false, false, false, true, false], "{found:#}");

@@ -10,7 +10,8 @@ pub struct Track {
     /// Campaigns of this robot in the order of time: files, folders or bundled ones.
     #[arg(required = true, value_name = "CAMPAIGN")]
     pub campaigns: Vec<String>,
-    /// Days of the campaigns (2026-01-12), in their order; without them checks count as equally far apart.
+    /// Days of the campaigns (2026-01-12), in their order; by default those of `certificate: date` where each campaign has one,
+    /// else checks count as equally far apart.
     #[arg(long, value_delimiter = ',', value_name = "DATE,..")]
     pub dates: Vec<String>,
     /// Exit status 1 where the last check shows a change of the robot, or any check.

@@ -1,5 +1,7 @@
 //! `track`: campaigns of one robot over time.
 
+use chrono::{Datelike, NaiveDate};
+
 use super::identify::left_to_fit;
 use super::report::page;
 use crate::Error;
@@ -27,8 +29,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     if !(0.0..=0.9).contains(&command.check) {
         return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
     }
-    let days = days(command)?;
     let loaded = loaded(command, session)?;
+    let days = dates(command, &loaded)?;
     let measured = measured(command, session, &loaded, &days)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut told = |what: &str| {
@@ -43,7 +45,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let history = monitor(&all.checks, &settings).map_err(refused)?;
     let model = &first.robot.model;
     let next = wanted(command, model, &all, &history, &settings)?;
-    let mut dates: Vec<Option<String>> = command.dates.iter().cloned().map(Some).collect();
+    let mut dates: Vec<Option<String>> = days.iter().map(|date| Some(date.to_string())).collect();
     if all.with_description {
         dates.insert(0, None);
     }
@@ -87,45 +89,38 @@ fn refused(error: TrackingError) -> Error {
     Diagnostic::error(error.to_string()).code(Code::NotComputed).remedy(remedy).into()
 }
 
-/// Days of the campaigns since the first; none where no dates are given.
-fn days(command: &Asked) -> Result<Vec<f64>, Error> {
+/// Days of the campaigns: of `--dates`, else of their certificates where each has one; none where no dates are known.
+fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, Error> {
     let (given, wanted) = (command.dates.len(), command.campaigns.len());
-    if given == 0 {
-        return Ok(Vec::new());
-    }
-    if given != wanted {
+    if given > 0 && given != wanted {
         return Err(Error::input(format!("--dates has {given} days for {wanted} campaigns"), "give one for each"));
     }
-    let mut days = Vec::with_capacity(given);
-    for text in &command.dates {
-        let day =
-            day(text).ok_or_else(|| Error::input(format!("--dates: `{text}` is no day"), "write it as 2026-01-31"))?;
-        if days.last().is_some_and(|last| *last >= day) {
-            let message = format!("--dates: `{text}` is not after the day before it");
+    let certified = || loaded.iter().map(|own| own.raw.certificate.as_ref()?.date.clone()).collect::<Option<Vec<_>>>();
+    let (texts, place) = match given {
+        0 => (certified().unwrap_or_default(), "certificate: date"),
+        _ => (command.dates.clone(), "--dates"),
+    };
+    let mut dates: Vec<NaiveDate> = Vec::with_capacity(texts.len());
+    for text in texts {
+        let date = text.trim().parse::<NaiveDate>().ok().filter(|date| date.year() >= FIRST_YEAR);
+        let Some(date) = date else {
+            // A certificate's date is free text; without a day that can be compared checks count as equally far apart.
+            if given == 0 {
+                return Ok(Vec::new());
+            }
+            return Err(Error::input(format!("{place}: `{text}` is no day"), "write it as 2026-01-31"));
+        };
+        if dates.last().is_some_and(|last| *last >= date) {
+            let message = format!("{place}: `{text}` is not after the day before it");
             return Err(Error::input(message, "give campaigns and days in the order of time"));
         }
-        days.push(day);
+        dates.push(date);
     }
-    Ok(days)
+    Ok(dates)
 }
 
-/// Days from 0000-03-01 in the Gregorian calendar (Fliegel and van Flandern).
-fn day(text: &str) -> Option<f64> {
-    let parts: Vec<i64> = text.trim().split('-').map(str::parse).collect::<Result<_, _>>().ok()?;
-    let [year, month, day] = parts[..] else { return None };
-    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let most = match month {
-        2 => 28 + i64::from(leap),
-        4 | 6 | 9 | 11 => 30,
-        1..=12 => 31,
-        _ => return None,
-    };
-    if !(1..=most).contains(&day) || !(1000..10000).contains(&year) {
-        return None;
-    }
-    let (year, month) = if month < 3 { (year - 1, month + 9) } else { (year, month - 3) };
-    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 1) as f64)
-}
+/// Years before this one are written with too few digits.
+const FIRST_YEAR: i32 = 1000;
 
 /// All campaigns with the robot given, checked to be of it and different.
 fn loaded(command: &Asked, session: &Session) -> Result<Vec<LoadedCampaign>, Error> {
@@ -179,15 +174,15 @@ fn measured<'a>(
     command: &Asked,
     session: &Session,
     loaded: &'a [LoadedCampaign],
-    days: &[f64],
+    days: &[NaiveDate],
 ) -> Result<Vec<Measured<'a>>, Error> {
-    let first = days.first().copied().unwrap_or(0.0);
     let mut all = Vec::with_capacity(loaded.len());
     for (k, (loaded, name)) in loaded.iter().zip(&command.campaigns).enumerate() {
         let campaign = &loaded.campaign;
         let held_out = split(campaign, command.check, session.seed());
         left_to_fit(campaign, &held_out)?;
-        let time = days.get(k).map_or(k as f64, |day| (day - first) / MONTH);
+        let since_first = days.first().zip(days.get(k)).map(|(first, day)| (*day - *first).num_days() as f64 / MONTH);
+        let time = since_first.unwrap_or(k as f64);
         all.push(Measured { name: name.clone(), time, model: &loaded.robot.model, campaign, held_out });
     }
     Ok(all)
