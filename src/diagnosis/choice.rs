@@ -39,13 +39,7 @@ pub fn choice(
     // known: where something stays that no hypothesis has, it would fit that.
     let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
     let causes: Vec<Vec<usize>> = match leaves_noise(&selector.fit(found)) {
-        true => {
-            let mut members = curves_for_laws(&selector, found, leaves_noise);
-            // The search also finds small corrections of what is not quite the law of another cause.
-            let least = settings.claims.least_share * forward.gap();
-            forward.prune(&mut members, 0, |before, after| paired(before, after).sum > least);
-            members.into_iter().map(|member| vec![member]).collect()
-        }
+        true => curves_for_laws(&selector, found, leaves_noise).into_iter().map(|member| vec![member]).collect(),
         false => forward.chosen(settings.selection.most),
     };
     let members = causes.concat();
@@ -54,6 +48,12 @@ pub fn choice(
         let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
         rivals(&selector, &fit, per_pose, &settings.rivals)
     });
+    // The search also finds small corrections of what is not quite the law of another cause: fitted beside it, and not named.
+    let mut great = members.clone();
+    if sharp.is_some() {
+        let least = settings.claims.least_share * forward.gap();
+        forward.prune(&mut great, 0, |before, after| paired(before, after).sum > least);
+    }
     let blocks = blocks(problem, campaign, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
@@ -61,6 +61,9 @@ pub fn choice(
     let mut found: Vec<Claim> = Vec::new();
     let mut before = Before { forward: &forward, causes: Vec::new() };
     for (entry, cause) in causes.iter().enumerate() {
+        if !cause.iter().all(|member| great.contains(member)) {
+            continue;
+        }
         // Where the noise does not decide, a cause must be worth having whatever stands for those before it.
         if sharp.is_none() && !before.bears(cause) {
             continue;
