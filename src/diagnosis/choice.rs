@@ -51,8 +51,11 @@ pub fn choice(
     // The search also finds small corrections of what is not quite the law of another cause: fitted beside it, and not named.
     let mut great = members.clone();
     if sharp.is_some() {
-        let least = settings.claims.least_share * forward.gap();
-        forward.prune(&mut great, 0, |before, after| paired(before, after).sum > least);
+        let (least, certain) = (settings.claims.least_share * forward.gap(), settings.claims.paired_t);
+        forward.prune(&mut great, 0, |before, after| {
+            let gain = paired(before, after);
+            gain.sum > least || gain.sum > 0.0 && gain.t > certain
+        });
     }
     let blocks = blocks(problem, campaign, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);

@@ -1,5 +1,6 @@
 //! The verdict: which of the hypotheses selected are causes, and whether they explain the gap.
 
+use super::bootstrap::Bootstrap;
 use super::competition::Competition;
 use super::cross_validation::{folds, validated};
 use super::inputs::Inputs;
@@ -51,9 +52,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
             steps.push(step(&[last.subset.members.as_slice(), &[member]].concat()));
         }
     }
-    // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones.
-    let start = steps.first().map_or(0.0, |step| step.rms);
-    while steps.len() > 1 && steps.last().is_some_and(|step| step.rms.is_nan() || step.rms >= start) {
+    // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones; nor are those of
+    // which that is not certain.
+    while steps.len() > 1 && !is_certain(inputs, competition, &steps) {
         steps.pop();
     }
     let freedom = selector.projection.freedom;
@@ -78,6 +79,15 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         _ => Verdict::PartlyExplained,
     };
     Judgement { steps, verdict, noise, noise_source }
+}
+
+/// Whether the 95 % interval of what all causes take away, on readings that were not fitted, excludes nothing.
+fn is_certain(inputs: &Inputs, competition: &Competition, steps: &[Step]) -> bool {
+    let [Some(first), Some(last)] = [steps.first(), steps.last()] else { return false };
+    let value = 1.0 - last.rms / first.rms;
+    let settings = inputs.settings;
+    let drawn = Bootstrap::new(&competition.problem, &last.subset.members, settings.draws, settings.seed);
+    value > 0.0 && drawn.shrinkage(0, steps.len() - 1, value).is_none_or(|[low, _]| low > 0.0)
 }
 
 fn is_explained(before: f64, after: f64, limit: f64, settings: &VerdictSettings) -> bool {

@@ -29,12 +29,11 @@ use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, PredictionError, Predictor};
 
-/// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have: of a campaign
-/// that comes from [`super::weighed`].
+/// Calibrates as [`super::calibrate_as_weighed`] does, springs that end at a bound left there.
 ///
 /// # Errors
 /// As [`super::calibrate`].
-pub fn calibrate_as_weighed(
+pub(super) fn calibrate_as_asked(
     model: &Model,
     campaign: &Campaign,
     held_out: &[bool],

@@ -5,6 +5,7 @@ pub mod compensator;
 pub mod fuzzy;
 
 mod against;
+mod bound_springs;
 mod bounds;
 mod calibration;
 pub mod covariance;
@@ -28,7 +29,7 @@ mod statistics;
 mod weighing;
 
 pub use against::{Against, OtherSet, against};
-pub use calibration::calibrate_as_weighed;
+pub use bound_springs::calibrate_as_weighed;
 pub use equivalence::{Equivalence, Split, SpringGroup, Together};
 pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::calibration::calibrate_as_weighed;
+use super::bound_springs::calibrate_as_weighed;
 use super::problem::{row_kinds, row_sigmas};
 use super::result::{Calibration, CalibrationError, Comparison};
 use super::settings::{Settings, Weights};

@@ -5,7 +5,7 @@
 //! from it on, fitted with all that was fitted before (the test of Quandt, *J. Am. Stat. Assoc.* 55, 1960, for a change at an
 //! unknown place; its chance is bounded by the sum over the places).
 
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
@@ -13,6 +13,7 @@ use super::outlying::outlying;
 use super::words::mm;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::kinematics::{Geometry, Placements};
+use crate::math::median;
 use crate::math::quantiles::f_tail;
 
 /// Least number of readings on either side: two or three wrong ones in a row are outliers and no step, and the three values of a
@@ -30,6 +31,8 @@ struct Step {
     gain: f64,
     /// Residuals with it over those without.
     fall: f64,
+    /// The same of half of the readings: a few that are wrong leave the others where they were.
+    fall_of_half: f64,
 }
 
 pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
@@ -63,7 +66,8 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     let step = steps.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
     let total = fit.residual.norm_squared();
     let freedom = fit.freedom() - 3.0;
-    if freedom < limits.noise_freedom {
+    // Of a robust fit the residuals are not orthogonal to what was fitted, and the gain of a step is none.
+    if freedom < limits.noise_freedom || step.gain >= total {
         return None;
     }
     let left = (total - step.gain).max(f64::MIN_POSITIVE);
@@ -71,7 +75,9 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     let chance = f_tail((step.gain / 3.0) / (left / freedom), 3.0, freedom) * tried;
     let fall = (total / left).sqrt();
     let noise = fit.least() * (left / freedom).sqrt().max(1.0);
-    if chance > limits.chance || fall < limits.sessions_fall || step.by < limits.sessions_apart * noise {
+    // Of half of the readings 1.5 in squares: those near the middle of a step hardly fall.
+    let is_of_few = step.fall_of_half < limits.sessions_fall.sqrt();
+    if chance > limits.chance || fall < limits.sessions_fall || is_of_few || step.by < limits.sessions_apart * noise {
         return None;
     }
     Some(Step { fall, ..step })
@@ -114,6 +120,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
     let mut on_basis = DMatrix::<f64>::zeros(width, 3);
     let (mut square, mut right) = (Matrix3::<f64>::zeros(), Vector3::<f64>::zeros());
     let mut best: Option<Step> = None;
+    let (mut behind, mut taken) = (Vec::with_capacity(count), (0, Vector3::zeros(), DMatrix::zeros(width, 3)));
     for (before, &k) in order.iter().enumerate().rev() {
         let index = fit.reading(k);
         let reading = &campaign.readings[index];
@@ -129,6 +136,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
         let first = fit.rows[k];
         let weights = Vector3::from_fn(|row, _| 1.0 / fit.sigma(first + row));
         let own: SMatrix<f64, 3, 3> = Matrix3::from_diagonal(&weights) * axes;
+        behind.push((first, own));
         square += own.transpose() * own;
         right += own.transpose() * fit.residual.fixed_rows::<3>(first);
         on_basis += fit.basis.rows(first, 3).transpose() * own;
@@ -144,8 +152,24 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
         let by = factor.solve(&right) / square.trace();
         let gain = right.dot(&by);
         if best.as_ref().is_none_or(|best| gain > best.gain) {
-            best = Some(Step { is_marker, at: index, by: by.norm(), gain, fall: 1.0 });
+            taken = (behind.len(), by, on_basis.clone());
+            best = Some(Step { is_marker, at: index, by: by.norm(), gain, fall: 1.0, fall_of_half: 1.0 });
         }
     }
+    let best = best.map(|best| {
+        let (last, by, on_basis) = taken;
+        let mut left = &fit.residual + &fit.basis * (on_basis * by);
+        for (first, own) in &behind[..last] {
+            let mut rows = left.fixed_rows_mut::<3>(*first);
+            rows -= own * by;
+        }
+        let middle = |all: &DVector<f64>| {
+            median(&mut order.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect::<Vec<f64>>())
+        };
+        let fall = middle(&fit.residual)
+            .zip(middle(&left))
+            .map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE));
+        Step { fall_of_half: fall, ..best }
+    });
     best
 }

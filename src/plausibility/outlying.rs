@@ -106,6 +106,8 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         }
     }
     let least = fit.least();
+    // What a fit of hardly more rows than parameters leaves says nothing of readings that it did not see.
+    let tells_others = 2.0 * fit.freedom() >= fit.residual.len() as f64;
     let far = |size: &[f64], among: &[usize], is_last: bool| -> Option<(Vec<usize>, f64)> {
         let others = (0..size.len()).filter(|k| !among.contains(k)).map(|k| size[k]);
         let middle = median(&mut others.collect::<Vec<f64>>())?;
@@ -115,7 +117,9 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
             factor = factor.max(limits.outlying_open);
         }
         let floor = factor * middle.max(least);
-        let is_far = |&k: &usize| size[k] > floor && (among.contains(&k) || found.held_out.get(k) == Some(&true));
+        let is_far = |&k: &usize| {
+            size[k] > floor && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
+        };
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
         (!far.is_empty()).then_some((far, middle))
     };

@@ -63,7 +63,7 @@ fn scored(score: &serde_json::Value) -> Vec<String> {
 /// was recorded (`blind score F --format json --output tests/data/blind/score.json`).
 #[test]
 fn the_fixed_set_is_diagnosed_as_recorded() {
-    const DRAWN: usize = 10;
+    const DRAWN: usize = 30;
     let folder = tempfile::tempdir().expect("a folder");
     let into = folder.path().join("sealed").display().to_string();
     let run = |arguments: &[&str]| {

@@ -14,6 +14,8 @@ fn folder(name: &str) -> Option<String> {
     if std::path::Path::new(&folder).is_dir() {
         Some(folder)
     } else {
+        // Where any measurements are, all of them have to be.
+        assert!(!std::path::Path::new(&root).is_dir(), "{folder} is missing from {root}");
         println!("skipped: no data at {folder}");
         None
     }
