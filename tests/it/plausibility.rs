@@ -934,3 +934,65 @@ fn commands_that_fit_nothing_doubt_too() {
     doubts(at, &["residuals", "c/robot.yaml", "c"], "wrong-units", &["times 1000"]);
     doubts(at, &["plan", "c", "--poses", "8"], "wrong-units", &["times 1000"]);
 }
+
+/// Loads too small to tell a spring from none leave it as declared: neither free nor rigid, and nothing like it is saved.
+#[test]
+fn springs_that_small_loads_do_not_tell_stay_as_declared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for seed in ["1", "2"] {
+        let load = ["--poses", "12", "--observes", "deflection", "--wrench", "0,0,-100,0,0,0"];
+        simulated(at, "kuka-kr270", &[&load[..], &["--noise", "0.05", "--seed", seed]].concat());
+        let found = json(&run(at, &["identify", "s", "--format", "json"]));
+        let springs = found["parameters"].as_array().expect("a list");
+        for spring in springs.iter().filter(|own| own["nominal"].as_f64().is_some_and(|nominal| nominal > 0.0)) {
+            let number = |key: &str| spring[key].as_f64().expect("a number");
+            let ratio = number("value") / number("nominal");
+            assert!((1e-3..1e3).contains(&ratio), "seed {seed}: {spring}");
+        }
+    }
+}
+
+/// Copies of readings are no cause: what is named must take something away for certain.
+#[test]
+fn readings_pasted_twice_have_no_cause() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t| {
+        let copies = t.rows.clone();
+        t.rows.extend(copies);
+    });
+    let found = json(&run(at, &["diagnose", "c", "--format", "json", "--force"]));
+    assert_eq!(found["causes"].as_array().map(Vec::len), Some(0), "{}", found["causes"]);
+}
+
+/// Many wrong readings are no step of the instrument, however they are weighed.
+#[test]
+fn many_wrong_readings_are_no_step() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t| {
+        let columns = ["x", "y", "z"].map(|name| t.column(name));
+        for (k, row) in t.rows.iter_mut().enumerate().filter(|(k, _)| k % 5 == 2) {
+            let column = columns[k % 3];
+            let value: f64 = row[column].parse().expect("a number");
+            row[column] = (value + if k % 2 == 0 { 40.0 } else { -40.0 }).to_string();
+        }
+    });
+    for loss in ["squares", "huber", "tukey"] {
+        let ran = run(at, &["identify", "c", "--loss", loss, "--format", "json"]);
+        let found = json(&ran);
+        assert!(of_code(&found, "moved-midway").is_empty(), "{loss}: {found}");
+        assert!(!ran.out.contains("1/inf"), "{loss}");
+    }
+}
+
+/// A fit of hardly more rows than parameters says nothing of readings that it did not see.
+#[test]
+fn held_out_readings_of_a_thin_fit_are_not_called_wrong() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    simulated(at, "universal-ur5", &["--poses", "12", "--unknown-base", "--unknown-tool", "--check", "0.25"]);
+    let found = json(&run(at, &["identify", "s", "--format", "json"]));
+    assert!(of_code(&found, "outlying-readings").is_empty(), "{}", found["diagnostics"]);
+}
