@@ -52,13 +52,21 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
             steps.push(step(&[last.subset.members.as_slice(), &[member]].concat()));
         }
     }
-    // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones; nor are those of
-    // which that is not certain.
-    while steps.len() > 1 && !is_certain(inputs, competition, &steps) {
-        steps.pop();
-    }
     let freedom = selector.projection.freedom;
     let variance = |step: &Step| step.subset.squares / (freedom - step.subset.directions as f64).max(1.0);
+    let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
+    let is_noise = |step: &Step| competition.noise.is_some_and(|noise| variance(step) / (noise * noise) - 1.0 <= limit);
+    // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones. Where the noise does
+    // not decide, those are none either of which that is not certain.
+    let start = steps.first().map_or(0.0, |step| step.rms);
+    while let [first, .., last] = &steps[..] {
+        let is_better = last.rms < start;
+        let is_decided = !is_noise(first) && is_noise(last);
+        if is_better && (is_decided || is_certain(inputs, competition, &steps)) {
+            break;
+        }
+        steps.pop();
+    }
     let [before, after] = [steps.first(), steps.last()].map(|step| step.map_or(0.0, variance));
     let noise_source = match competition.noise {
         Some(_) if competition.campaign.sigma.is_some() => NoiseSource::Stated,
@@ -67,7 +75,6 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     };
     let noise = competition.noise.unwrap_or_else(|| after.sqrt());
     let [before, after] = [before, after].map(|variance| variance / (noise * noise) - 1.0);
-    let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
     // Beside a noise that is stated far too great no gap could show.
     let is_drowned = (before + 1.0).max(0.0).sqrt() < settings.least_noise;
     let is_significant = before > limit || steps.len() > 1;

@@ -1,7 +1,8 @@
-//! Springs that a fit left at a bound, rigid or free to any instrument, though readings hardly tell them.
+//! Springs that a fit left at the end of what a description can hold, free or rigid to any instrument, though readings hardly
+//! tell them.
 //!
-//! Where noise outweighs what a spring does, the best fit may lie at a bound, where it moves nothing and its interval says
-//! nothing. Such a spring is held as declared instead, if the readings fit as well with it: their weighted squares do not rise
+//! Where noise outweighs what a spring does, the best fit may lie at that end, where it moves nothing and its interval says
+//! nothing. (A compliance of zero is no such end: it is an estimate like others, with an interval.) Such a spring is held as declared instead, if the readings fit as well with it: their weighted squares do not rise
 //! by more than chance (likelihood ratio of one parameter; Seber and Wild, *Nonlinear Regression*, 1989, sec. 5.3), or do so
 //! in no more configurations than chance has it.
 
@@ -53,10 +54,13 @@ pub fn calibrate_as_weighed(
     Ok(found)
 }
 
-/// Springs at a bound that is not what is declared.
+/// Springs at a bound that is not one of the parameter's own.
 fn ended(model: &Model, found: &Calibration) -> Vec<Slot> {
-    let is_spring = |slot: Slot| model.registry[slot].group == Group::Elastic;
-    let ended = found.estimates.iter().filter(|own| own.at_bound && own.value != own.nominal && is_spring(own.slot));
+    let is_end = |slot: Slot, value: f64| {
+        let parameter = &model.registry[slot];
+        parameter.group == Group::Elastic && !parameter.bounds.contains(&value)
+    };
+    let ended = found.estimates.iter().filter(|own| own.at_bound && is_end(own.slot, own.value));
     ended.map(|own| own.slot).collect()
 }
 
