@@ -12,7 +12,7 @@ use crate::estimation::split;
 use crate::files::writable;
 use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
 use crate::render::html::write;
-use crate::results::{Report, Sources};
+use crate::results::{CombinedParameters, Report, Sources};
 use crate::review::review;
 
 /// Share of the configurations held out where the campaign does not say, as `identify` does.
@@ -42,6 +42,9 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let robot = command.robot.clone().or(loaded.raw.robot.clone()).unwrap_or_default();
     let mut report = Report::new(&review, Sources::new(&given, &robot));
     if let Ok((found, _)) = &review.calibration {
+        let declared = &loaded.robot.robot.calibration.combinations;
+        let combinations = CombinedParameters::all(declared, model, found);
+        report.identify.iter_mut().for_each(|own| own.combinations.clone_from(&combinations));
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {
