@@ -156,7 +156,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
             best = Some(Step { is_marker, at: index, by: by.norm(), gain, fall: 1.0, fall_of_half: 1.0 });
         }
     }
-    let best = best.map(|best| {
+    best.map(|best| {
         let (last, by, on_basis) = taken;
         let mut left = &fit.residual + &fit.basis * (on_basis * by);
         for (first, own) in &behind[..last] {
@@ -170,6 +170,5 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
             .zip(middle(&left))
             .map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE));
         Step { fall_of_half: fall, ..best }
-    });
-    best
+    })
 }
