@@ -2,9 +2,9 @@
 //! tell them.
 //!
 //! Where noise outweighs what a spring does, the best fit may lie at that end, where it moves nothing and its interval says
-//! nothing. (A compliance of zero is no such end: it is an estimate like others, with an interval.) Such a spring is held as declared instead, if the readings fit as well with it: their weighted squares do not rise
-//! by more than chance (likelihood ratio of one parameter; Seber and Wild, *Nonlinear Regression*, 1989, sec. 5.3), or do so
-//! in no more configurations than chance has it.
+//! nothing. (A compliance of zero is no such end: it is an estimate like others, with an interval.) Such a spring is held as
+//! declared instead, if the weighted squares of the readings rise by no more than chance (likelihood ratio of one parameter;
+//! Seber and Wild, *Nonlinear Regression*, 1989, sec. 5.3).
 
 use super::calibration::calibrate_as_asked;
 use super::problem::row_sigmas;
@@ -64,28 +64,16 @@ fn ended(model: &Model, found: &Calibration) -> Vec<Slot> {
     ended.map(|own| own.slot).collect()
 }
 
-/// Whether the fitted readings are certainly worse with so many springs held than with them at their bounds.
+/// Whether the fitted readings are certainly worse with so many springs held than with them at their bounds. Readings of one
+/// configuration that share an error count once.
 fn is_needed(campaign: &Campaign, free: &Calibration, held: &Calibration, count: usize) -> bool {
     let sigmas = row_sigmas(campaign);
-    let configurations = campaign.configurations();
-    let poses = configurations.iter().max().map_or(0, |last| last + 1);
-    let by_pose = |found: &Calibration| {
+    let squares = |found: &Calibration| -> f64 {
         let weighted: Vec<f64> = found.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
-        let mut squares = vec![0.0; poses];
-        for (index, (reading, own)) in campaign.by_reading(&weighted, 1).enumerate() {
-            if free.held_out.get(index) != Some(&true) {
-                squares[configurations[reading.pose]] += own.iter().map(|left| left * left).sum::<f64>();
-            }
-        }
-        squares
+        let own = campaign.by_reading(&weighted, 1).zip(&free.held_out).filter(|(_, held_out)| !**held_out);
+        own.flat_map(|((_, own), _)| own).map(|left| left * left).sum()
     };
-    let (before, after) = (by_pose(free), by_pose(held));
-    let rises: Vec<f64> =
-        before.iter().zip(&after).filter(|(b, a)| **b > 0.0 || **a > 0.0).map(|(b, a)| a - b).collect();
-    let (n, total) = (rises.len() as f64, rises.iter().sum::<f64>());
-    let variance = before.iter().sum::<f64>() / free.degrees_of_freedom.max(1.0);
-    let limit = t95(free.degrees_of_freedom.max(1.0));
-    let scatter = rises.iter().map(|rise| (rise - total / n).powi(2)).sum::<f64>();
-    let error = (scatter * n / (n - 1.0).max(1.0)).sqrt();
-    total > limit * limit * variance * count as f64 && total > t95((n - 1.0).max(1.0)) * error
+    let (before, freedom) = (squares(free), free.degrees_of_freedom.max(1.0));
+    let shared = free.shared.map_or(1.0, |error| error.ratio.max(1.0));
+    squares(held) - before > t95(freedom).powi(2) * count as f64 * shared * before / freedom
 }

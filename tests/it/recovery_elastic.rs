@@ -81,7 +81,11 @@ fn ir663_springs_are_recovered_from_126_readings_whatever_the_start() {
             let far = fitted(&far_off(&model, &mut random), &campaign);
             assert!(found.converged() && far.converged(), "{seed}: {} {}", found.ending, far.ending);
             let apart = far.noise_ratio / found.noise_ratio - 1.0;
-            assert!(apart.abs() < 1e-6, "{seed}: {apart:e} ({} and {} iterations)", found.iterations, far.iterations);
+            // A spring that the readings do not tell stays as declared, which is elsewhere: within what chance leaves.
+            let told = |found: &Calibration| found.estimates.iter().filter(|own| own.identifiable()).count() as f64;
+            let chance = 2.0 * (told(&found) - told(&far)).abs() / found.degrees_of_freedom;
+            let most = chance.max(1e-6);
+            assert!(apart.abs() < most, "{seed}: {apart:e} ({} and {} iterations)", found.iterations, far.iterations);
             let single = |name: &str| {
                 let estimate = estimate(&model, &far, name);
                 estimate.ci95.is_some_and(|ci95| (estimate.value - truth[estimate.slot]).abs() <= ci95)
