@@ -139,7 +139,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
         &["parameter", "unit", "nominal", "value", "change", "95 % +-", ""],
         found.parameters.iter().filter(|p| p.identifiable).map(|p| parameter_row(found, p)),
     );
-    for set in &found.combinations {
+    for set in &found.conventions {
         let row = |p: &CombinedParameter| {
             let shown = |value: f64| number(p.unit, value);
             vec![p.name.clone(), p.unit.into(), shown(p.value), p.ci95.map_or(String::new(), shown)]

@@ -137,9 +137,10 @@ pub struct Identification {
     /// What has moved since an earlier description, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub since: Option<Since>,
-    /// In the parameters of the conventions that the description declares.
+    /// In the parameters of the conventions that the description declares under `combinations:`; that key is here what each kept
+    /// parameter absorbed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub combinations: Vec<CombinedParameters>,
+    pub conventions: Vec<CombinedParameters>,
     /// The result against another set of parameters, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against: Option<AgainstOther>,
@@ -201,7 +202,7 @@ impl Identification {
             iterations: found.iterations,
             history: found.history.clone(),
             since: None,
-            combinations: Vec::new(),
+            conventions: Vec::new(),
             against: None,
             ending: found.ending.to_string(),
             converged: found.converged(),

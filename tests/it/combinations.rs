@@ -84,7 +84,8 @@ fn sums_are_reported_and_checked() {
     let found: Value = serde_json::from_str(&ran.out).expect("JSON");
     let own = |name: &str| found["parameters"].as_array().expect("a list").iter().find(|p| p["name"] == name).cloned();
     let [d, theta] = ["2.d", "2.theta"].map(|name| own(name).expect("a parameter"));
-    let set = &found["combinations"][0];
+    assert!(found["combinations"].is_object(), "what each kept parameter absorbed: {}", found["combinations"]);
+    let set = &found["conventions"][0];
     assert_eq!(set["convention"], "mine");
     let sum = |name: &str| {
         let all = set["parameters"].as_array().expect("a list");

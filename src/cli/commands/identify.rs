@@ -149,7 +149,7 @@ pub(super) fn calibrated(
     }
     let mut result = Identification::new(model, campaign, &found, started.elapsed().as_secs_f64());
     result.refusals = judged.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
-    result.combinations = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
+    result.conventions = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
     if let Some((name, LoadedCampaign { robot, campaign: theirs, .. })) = asked.against {
         let other = OtherSet { raw: &robot.raw, model: &robot.model, campaign: theirs };

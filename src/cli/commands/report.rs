@@ -43,8 +43,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut report = Report::new(&review, Sources::new(&given, &robot));
     if let Ok((found, _)) = &review.calibration {
         let declared = &loaded.robot.robot.calibration.combinations;
-        let combinations = CombinedParameters::all(declared, model, found);
-        report.identify.iter_mut().for_each(|own| own.combinations.clone_from(&combinations));
+        let conventions = CombinedParameters::all(declared, model, found);
+        report.identify.iter_mut().for_each(|own| own.conventions.clone_from(&conventions));
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {
