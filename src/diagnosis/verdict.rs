@@ -58,11 +58,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     let is_noise = |step: &Step| competition.noise.is_some_and(|noise| variance(step) / (noise * noise) - 1.0 <= limit);
     // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones. Where the noise does
     // not decide, those are none either of which that is not certain.
-    let start = steps.first().map_or(0.0, |step| step.rms);
     while let [first, .., last] = &steps[..] {
-        let is_better = last.rms < start;
         let is_decided = !is_noise(first) && is_noise(last);
-        if is_better && (is_decided || is_certain(inputs, competition, &steps)) {
+        if last.rms < first.rms && (is_decided || is_certain(inputs, competition, &steps)) {
             break;
         }
         steps.pop();
@@ -94,7 +92,7 @@ fn is_certain(inputs: &Inputs, competition: &Competition, steps: &[Step]) -> boo
     let value = 1.0 - last.rms / first.rms;
     let settings = inputs.settings;
     let drawn = Bootstrap::new(&competition.problem, &last.subset.members, settings.draws, settings.seed);
-    value > 0.0 && drawn.shrinkage(0, steps.len() - 1, value).is_none_or(|[low, _]| low > 0.0)
+    drawn.shrinkage(0, steps.len() - 1, value).is_none_or(|[low, _]| low > 0.0)
 }
 
 fn is_explained(before: f64, after: f64, limit: f64, settings: &VerdictSettings) -> bool {

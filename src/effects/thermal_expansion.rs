@@ -22,18 +22,18 @@ static REFERENCE: NonlinearParameter = NonlinearParameter {
 };
 const AT_ONCE: &str = "at-once";
 const DELAYED: &str = "delayed";
-static FOLLOWS: NonlinearParameter = NonlinearParameter {
-    name: "follows",
+static COURSE: NonlinearParameter = NonlinearParameter {
+    name: "course",
     kind: NonlinearKind::Choice(&[AT_ONCE, DELAYED]),
     default: Some(NonlinearValue::Choice(AT_ONCE)),
     only_with: None,
-    meaning: "`follows`: the link has the temperature that is shown, or comes to it with a delay",
+    meaning: "`course`: the link has the temperature that is shown, or comes to it with a delay",
 };
 static TIME_CONSTANT: NonlinearParameter = NonlinearParameter {
     name: "time_constant",
     kind: NonlinearKind::Real { unit: "s", is_continuous: true, is_positive: true },
     default: None,
-    only_with: Some(("follows", DELAYED)),
+    only_with: Some(("course", DELAYED)),
     meaning: "`time_constant`: of the delay, s",
 };
 /// Time constants that are tried, as shares of the longest session: shorter ones are no delay, longer ones show little of
@@ -67,13 +67,13 @@ impl Effect for ThermalExpansion {
     }
 
     fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&REFERENCE, &FOLLOWS, &TIME_CONSTANT]
+        vec![&REFERENCE, &COURSE, &TIME_CONSTANT]
     }
 
     fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
         let mean = survey.mean_temperature(site).filter(|_| !lengths(model, site).is_empty());
         let Some(mean) = mean else { return Vec::new() };
-        let of = |follows| vec![(&REFERENCE, NonlinearValue::Real(mean)), (&FOLLOWS, NonlinearValue::Choice(follows))];
+        let of = |course| vec![(&REFERENCE, NonlinearValue::Real(mean)), (&COURSE, NonlinearValue::Choice(course))];
         let delays = survey.longest_session.into_iter().flat_map(|longest| SHARES.map(|share| share * longest));
         let delayed = delays.map(|delay| {
             Nonlinear::new(of(DELAYED).into_iter().chain([(&TIME_CONSTANT, NonlinearValue::Real(delay))]))

@@ -82,8 +82,9 @@ fn ir663_springs_are_recovered_from_126_readings_whatever_the_start() {
             assert!(found.converged() && far.converged(), "{seed}: {} {}", found.ending, far.ending);
             let apart = far.noise_ratio / found.noise_ratio - 1.0;
             // A spring that the readings do not tell stays as declared, which is elsewhere: within what chance leaves.
-            let told = |found: &Calibration| found.estimates.iter().filter(|own| own.identifiable()).count() as f64;
-            let chance = 2.0 * (told(&found) - told(&far)).abs() / found.degrees_of_freedom;
+            let identified =
+                |found: &Calibration| found.estimates.iter().filter(|own| own.identifiable()).count() as f64;
+            let chance = 2.0 * (identified(&found) - identified(&far)).abs() / found.degrees_of_freedom;
             let most = chance.max(1e-6);
             assert!(apart.abs() < most, "{seed}: {apart:e} ({} and {} iterations)", found.iterations, far.iterations);
             let single = |name: &str| {

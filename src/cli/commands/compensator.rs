@@ -79,7 +79,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
 /// Joint and spring from deflections, in two steps and in one.
 fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Result<Output, Error> {
     if !(command.within > 0.0 && command.within < 90.0) {
-        return Err(Error::input(format!("--within `{}`", command.within), "give an angle above 0, deg"));
+        return Err(Error::input(format!("--within `{}`", command.within), "give an angle between 0 and 90, deg"));
     }
     let loaded = session.reader.campaign(campaign, command.robot.as_deref())?;
     let model = &loaded.robot.model;
