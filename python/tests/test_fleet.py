@@ -154,6 +154,26 @@ def test_an_interrupted_run_goes_on(fleet: Path, one_after_another: Path, tmp_pa
     assert {row["path"]: row["seconds"] for row in found if row["path"] in before} == before
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_an_interruption_that_a_destructor_swallows_is_heeded(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Last:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    def interrupted(job: Job) -> dict[str, Any]:
+        last = Last()
+        del last
+        return execute(job)
+
+    monkeypatch.setattr(engine, "execute", interrupted)
+    assert main(["diagnose", str(fleet), "--into", str(tmp_path / "results"), "--sequential"]) == 130
+    assert "what was done is kept" in capsys.readouterr().err
+    assert len(rows(tmp_path / "results")) == 1
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_only_what_changed_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for seed in range(3):
         make(tmp_path / f"robots/{seed}", seed + 1)

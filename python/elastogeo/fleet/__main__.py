@@ -100,23 +100,33 @@ def count(text: str) -> int:
 
 @contextlib.contextmanager
 def running(arguments: argparse.Namespace, todo: Sequence[Job]) -> Iterator[Iterator[tuple[Job, Row]]]:
-    """The results as they come."""
+    """The results as they come, until Ctrl-C or the end that a batch system sends."""
+    heard = False
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
+        nonlocal heard
+        heard = True
         raise KeyboardInterrupt
 
-    # A batch system that ends a job is heeded like Ctrl-C.
-    before = signal.signal(signal.SIGTERM, interrupt)
+    def heeding(results: Iterator[tuple[Job, Row]]) -> Iterator[tuple[Job, Row]]:
+        for each in results:
+            yield each
+            # Python drops an exception that is raised within a destructor or a callback of a library.
+            if heard:
+                raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         if arguments.sequential or not todo:
-            yield engine.sequential(todo)
+            yield heeding(engine.sequential(todo))
             return
         workers = min(arguments.workers or os.cpu_count() or 1, len(todo))
         with engine.connected(arguments.scheduler, workers) as client:
             engine.check_workers(client)
-            yield engine.distributed(todo, client)
+            yield heeding(engine.distributed(todo, client))
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def conclude(every: Sequence[Job], status: Sequence[str | None], progress: Progress) -> int:
