@@ -19,6 +19,7 @@ use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::stability::stability;
 use crate::description::campaign::Campaign;
+use crate::math::quantiles::normal_of_any;
 
 /// Claims, and the subsets on the way to their hypotheses. `found` are the causes by the information criterion, `problem`
 /// and `campaign` hold the readings that are fitted, `noise` is over their sigmas.
@@ -51,10 +52,12 @@ pub fn choice(
     // The search also finds small corrections of what is not quite the law of another cause: fitted beside it, and not named.
     let mut great = members.clone();
     if sharp.is_some() {
-        let (least, certain) = (settings.claims.least_share * forward.gap(), settings.claims.paired_t);
+        let claims = &settings.claims;
+        let great_sum = claims.great_share * forward.gap();
+        let certain = normal_of_any(claims.of_any, problem.hypotheses.len());
         forward.prune(&mut great, 0, |before, after| {
             let gain = paired(before, after);
-            gain.sum > least || gain.sum > 0.0 && gain.t > certain
+            gain.sum > great_sum || gain.sum > 0.0 && gain.t > certain
         });
     }
     let blocks = blocks(problem, campaign, settings);

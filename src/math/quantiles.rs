@@ -14,6 +14,19 @@ pub fn normal95() -> f64 {
     *QUANTILE
 }
 
+/// Standard normal deviate that each of `count` tests must exceed for any of them to do so by chance with at most `probability`
+/// (Bonferroni).
+///
+/// ```
+/// use elastogeo::math::quantiles::normal_of_any;
+///
+/// assert!((normal_of_any(0.025, 1) - 1.959964).abs() < 1e-6);
+/// assert!((normal_of_any(0.05, 250) - 3.5401).abs() < 1e-4); // tables, at 2e-4
+/// ```
+pub fn normal_of_any(probability: f64, count: usize) -> f64 {
+    -Normal::standard().inverse_cdf((probability / count.max(1) as f64).clamp(f64::MIN_POSITIVE, 1.0))
+}
+
 /// Degrees of freedom from which the quantile of Student's t is that of the normal distribution with three terms of its
 /// expansion (Abramowitz and Stegun, 26.7.5), right to 1e-11. The library's inversion of the incomplete beta function is wrong by
 /// 1e-4 at 1e6 of them, and never ends at 1e8.
