@@ -18,6 +18,12 @@ const FURTHEST: f64 = 0.012;
 const HEAVIEST: f64 = 300.0;
 /// No joint, bearing or base is softer than this, rad/(N.m).
 const SOFTEST: f64 = 1e-4;
+/// No link grows by more with the temperature noted, 1/K: four times aluminium, where a motor inside is warmer than the air.
+const GROWTH: f64 = 1e-4;
+/// No instrument's scale is further off: dial gauges and cameras reach a percent, trackers a few millionths.
+const SCALE: f64 = 0.01;
+/// No load that is applied is stated further off.
+const GAIN: f64 = 0.5;
 /// What each of several causes must leave in addition to the others, as a share of what it leaves alone.
 const OWN: f64 = 0.4;
 /// Singular values below this share of the greatest are directions that calibration does not fit.
@@ -121,7 +127,13 @@ fn basis(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
 
 /// Whether a machine can have a cause of this size.
 fn is_possible(plant: &Plant, shape: &Shape, size: f64) -> bool {
-    let Shape::Constants(slots) = shape else { return true };
+    let slots = match shape {
+        Shape::Constants(slots) => slots,
+        Shape::Growth(_) => return size < GROWTH,
+        Shape::Scale => return size < SCALE,
+        Shape::Gain => return size < GAIN,
+        _ => return true,
+    };
     slots.iter().all(|&(slot, share)| {
         let is_too_great = match plant.model.registry[slot].kind {
             Kind::Mass => size * share > HEAVIEST,

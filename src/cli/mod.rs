@@ -84,7 +84,7 @@ pub fn call(
         watch("writing files");
         write_files(&output, None)?;
     }
-    Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.text), failed: output.failed })
+    Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.with_doubts()), failed: output.failed })
 }
 
 /// Runs the command line of this process with a catalogue of effects: that of a program with effects of its own, for which
@@ -160,7 +160,7 @@ fn deliver(session: &Session, output: &Output) -> Result<(), Error> {
     let arguments = session.arguments;
     let text = match arguments.format {
         Format::Text if output.verbatim => output.text.clone(),
-        Format::Text => inert_lines(&output.text),
+        Format::Text => inert_lines(&output.with_doubts()),
         Format::Json if output.json.is_null() => String::new(),
         Format::Json => serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n",
     };

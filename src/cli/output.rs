@@ -1,11 +1,11 @@
 //! What a command hands to the terminal and to files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use crate::Error;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::plausibility::{forced, refusing};
 
 /// What a command found.
@@ -55,6 +55,13 @@ impl Output {
         }
     }
 
+    /// The text, with what casts doubt on the figures before them.
+    pub fn with_doubts(&self) -> String {
+        let is_doubt = |diagnostic: &&Diagnostic| diagnostic.code.is_about_figures();
+        let doubts: String = self.diagnostics.iter().filter(is_doubt).map(doubt).collect();
+        if doubts.is_empty() { self.text.clone() } else { format!("{doubts}\n{}", self.text) }
+    }
+
     /// The JSON, with the list of diagnostics.
     pub fn with_diagnostics(&self) -> Result<serde_json::Value, Error> {
         let mut json = self.json.clone();
@@ -73,13 +80,20 @@ impl Output {
             return Err(Error::from(refused));
         }
         self.failed |= found.iter().any(Diagnostic::is_error);
-        // What casts doubt on the figures is read before them, wherever the text goes.
-        let doubts: String = found.iter().filter(|diagnostic| diagnostic.code.is_about_figures()).map(doubt).collect();
-        if !doubts.is_empty() {
-            self.text = format!("{doubts}\n{}", self.text);
-        }
         self.diagnostics.extend(found);
         Ok(self)
+    }
+
+    /// The first doubt for which fitted values are not to be written into a description; none where that is forced.
+    pub fn doubt_in_values(&self, force: bool) -> Option<Code> {
+        self.diagnostics.iter().map(|diagnostic| diagnostic.code).find(|code| !force && code.forbids_saving())
+    }
+
+    /// Says that a file which was asked for is not written, and why; the result is then not to be used as it is.
+    pub fn not_written(&mut self, path: &Path, doubt: Option<Code>) {
+        let why = doubt.map_or(String::new(), |code| format!(" (doubtful: {}; --force writes it)", code.name()));
+        self.text += &format!("not written: {}{why}\n", path.display());
+        self.failed = true;
     }
 
     pub fn verbatim(self) -> Self {

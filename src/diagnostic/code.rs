@@ -81,6 +81,8 @@ codes! {
     TooLittleData "too-little-data",
     /// Sessions, or files, do not share the base or the tool that the campaign says they share.
     SessionsDiffer "sessions-differ",
+    /// Readings are copies of others, come back in time, or have the name of another configuration.
+    SuspectReadings "suspect-readings",
     /// A few readings are far from what all others say.
     OutlyingReadings "outlying-readings",
     /// What is left steps at one row: instrument, base or marker was moved.
@@ -121,6 +123,19 @@ impl Code {
         )
     }
 
+    /// Whether values that were fitted to such readings are not written into a description, unless that is forced. Too great a
+    /// residual is no reason: it is the gap. Nor are constants that moved: that is what a calibration is for.
+    pub fn forbids_saving(self) -> bool {
+        matches!(
+            self,
+            Self::TooLittleData
+                | Self::SessionsDiffer
+                | Self::OutlyingReadings
+                | Self::MovedMidway
+                | Self::WorseThanRegistered
+        )
+    }
+
     /// Whether it casts doubt on the figures of a result, and stands before them.
     pub fn is_about_figures(self) -> bool {
         self.is_plausibility()
@@ -129,6 +144,7 @@ impl Code {
                 Self::NoiseUnlikeStated
                     | Self::TooLittleData
                     | Self::SessionsDiffer
+                    | Self::SuspectReadings
                     | Self::OutlyingReadings
                     | Self::MovedMidway
                     | Self::SpringsHeld

@@ -236,4 +236,15 @@ fn a_campaign_is_checked_before_anything_is_fitted() {
     assert_eq!(json(&["check", "kr270-simulated"])["readings"], 270);
     assert_eq!(run(path, &["check", "arm.yaml", "--robot", "arm.yaml"]).status, 2);
     assert_eq!(run(path, &["check", "kr270-simulated", "--snapshot", "s"]).status, 2);
+    // A snapshot holds the units in which commands take values; one of an earlier version has none.
+    assert_eq!(run(path, &["check", "arm.yaml", "--snapshot", "s"]).status, 0);
+    let arm = std::fs::read_to_string(path.join("arm.yaml")).expect("text");
+    std::fs::write(path.join("arm.yaml"), arm.replace("units: {", "units: {force: kN, ")).expect("written");
+    let ran = run(path, &["check", "arm.yaml", "--snapshot", "s"]);
+    assert!(ran.status == 1 && ran.out.contains("\"force\":\"kN\""), "{}{}", ran.out, ran.err);
+    let old = std::fs::read_to_string(path.join("s")).expect("a snapshot");
+    let old: String = old.split("\nunits:").next().expect("a part").into();
+    std::fs::write(path.join("s"), old).expect("written");
+    let ran = run(path, &["check", "arm.yaml", "--snapshot", "s"]);
+    assert_eq!(ran.status, 0, "{}", ran.out);
 }

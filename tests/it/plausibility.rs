@@ -566,12 +566,56 @@ fn time_that_goes_back_and_copies_are_told() {
     timed(|k| if k == 20 { 3 } else { k });
     let ran = run(at, &["check", "c"]);
     assert!(ran.err.contains("`time` goes back by 960 s") && ran.err.contains("measurements.csv:22"), "{}", ran.err);
+    doubts(at, &["identify", "c"], "suspect-readings", &["`time` goes back by 960 s"]);
     timed(|k| k);
     let twice =
         campaign.replace("measurements: measurements.csv", "measurements: [measurements.csv, measurements.csv]");
     std::fs::write(&path, twice).expect("written");
     let ran = run(at, &["check", "c"]);
     assert!(ran.err.contains("60 of 120 readings are copies"), "{}", ran.err);
+    doubts(at, &["diagnose", "c"], "suspect-readings", &["60 of 120 readings are copies"]);
+    // A report says it before its figures too.
+    assert_eq!(run(at, &["report", "c", "--output", "r.html"]).status, 0);
+    let page = std::fs::read_to_string(at.join("r.html")).expect("a report");
+    assert!(page.contains("60 of 120 readings are copies"));
+}
+
+/// Values that were fitted to readings which are not what they should be are not written into a description, unless that is forced
+/// or, of outliers, the loss bears them.
+#[test]
+fn doubted_values_are_not_saved() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |table| {
+        let x = table.column("x");
+        let cell = &mut table.rows[7][x];
+        *cell = (50.0 + cell.parse::<f64>().expect("a number")).to_string();
+    });
+    let ran = run(at, &["identify", "c", "--save", "x.yaml"]);
+    assert_eq!(ran.status, 1);
+    assert!(ran.out.contains("not written: x.yaml (doubtful: outlying-readings; --force writes it)"), "{}", ran.out);
+    assert!(!at.join("x.yaml").exists());
+    for more in ["--force", "--loss=huber"] {
+        assert_eq!(run(at, &["identify", "c", "--save", "x.yaml", more]).status, 0, "{more}");
+        std::fs::remove_file(at.join("x.yaml")).expect("written");
+    }
+    // A diagnosis sets them aside.
+    assert_eq!(run(at, &["diagnose", "c", "--apply", "x.yaml"]).status, 0);
+    assert!(at.join("x.yaml").exists());
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |table| {
+        let y = table.column("y");
+        for row in table.rows.iter_mut().skip(30) {
+            row[y] = (1.0 + row[y].parse::<f64>().expect("a number")).to_string();
+        }
+    });
+    for command in [["identify", "c", "--save", "x.yaml"], ["diagnose", "c", "--apply", "x.yaml"]] {
+        let ran = run(at, &command);
+        assert_eq!(ran.status, 1, "{command:?}: {}", ran.out);
+        assert!(ran.out.contains("not written: x.yaml (doubtful: moved-midway"), "{command:?}: {}", ran.out);
+        assert!(!at.join("x.yaml").exists());
+    }
 }
 
 /// A coordinate with a digit too many: named by its line, before and after calibration, and no unit is suspected.

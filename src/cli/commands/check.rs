@@ -6,6 +6,7 @@ use crate::Error;
 use crate::cli::args::Check;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::units::Units;
 use crate::plausibility::{Evidence, Limits, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
@@ -24,8 +25,13 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
     if let Some(path) = &command.snapshot {
-        let new = snapshot(&loaded.model)?;
+        let new = format!("{}\n{}", snapshot(&loaded.model)?, units(&loaded.raw.units)?);
+        // Snapshots of earlier versions hold no units.
         let old = old(path)?;
+        let new = match &old {
+            Some(old) if !old.contains("\nunits:") => snapshot(&loaded.model)?,
+            _ => new,
+        };
         let shown = path.display();
         let agrees = old.as_ref().is_none_or(|old| *old == new);
         text = match &old {
@@ -59,6 +65,11 @@ fn campaign(command: &Check, session: &Session) -> Result<Output, Error> {
     output.diagnostics = loaded.diagnostics;
     let judged = judge(&Evidence::of(&loaded.robot.model, &loaded.campaign), &Limits::default());
     output.judged(judged, session.arguments.force)
+}
+
+/// The units in which commands take and give values of a description.
+fn units(units: &Units) -> Result<String, Error> {
+    Ok(format!("units: {}\n", serde_json::to_string(units)?))
 }
 
 /// The text of a snapshot; `None` where there is no such file.

@@ -59,9 +59,17 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         if !raw.effects.is_empty() {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
+        // Readings that are far off are set aside.
+        let doubt = output.doubt_in_values(session.arguments.force).filter(|code| *code != Code::OutlyingReadings);
+        if doubt.is_some() {
+            output.text.push('\n');
+            output.not_written(path, doubt);
+            return Ok(output);
+        }
         let refused = unusable(&raw, session, &Expected { campaign, residual: None, fitted: (model, &found.values) })?;
         if refused.is_some() {
-            output.text += &format!("\nnot written: {}\n", path.display());
+            output.text.push('\n');
+            output.not_written(path, None);
             return output.judged(refused.into_iter().collect(), session.arguments.force);
         }
         let (text, diagnostics) = written(&raw, path)?;

@@ -11,7 +11,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::elements::Spring;
 use crate::estimation::{
     Calibration, OtherSet, Scheme, Settings, Split, Weights, What, against, calibrate, changes, comparable, compare,
@@ -175,8 +175,11 @@ pub(super) fn calibrated(
         output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
         output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
     }
+    // A robust loss is there for readings that are far off.
+    let is_borne = |code: &Code| *code == Code::OutlyingReadings && settings.loss != Loss::Squares;
+    let doubt = output.doubt_in_values(session.arguments.force).filter(|code| !is_borne(code));
     match asked.save {
-        Some(path) if output.failed => output.text += &format!("not written: {}\n", path.display()),
+        Some(path) if output.failed || doubt.is_some() => output.not_written(path, doubt),
         Some(path) => {
             let (text, diagnostics) = written(&saved, path)?;
             output.diagnostics.extend(diagnostics);

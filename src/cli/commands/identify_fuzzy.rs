@@ -200,8 +200,7 @@ fn save(
     if let Some(refused) =
         unusable(&raw, session, &Expected { campaign: &loaded.campaign, residual: None, fitted: (model, values) })?
     {
-        output.text += &format!("not written: {}\n", path.display());
-        output.failed = true;
+        output.not_written(path, None);
         output.diagnostics.push(refused);
         return Ok(());
     }

@@ -56,7 +56,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
     }
     let shown = if force { forced(judged.clone()) } else { judged.clone() };
-    report.diagnostics = shown.into_iter().filter(|found| found.code.is_about_figures()).collect();
+    let of_the_files = loaded.diagnostics.iter().filter(|found| found.code.is_about_figures()).cloned();
+    report.diagnostics = of_the_files.chain(shown.into_iter().filter(|found| found.code.is_about_figures())).collect();
     let html = write(&review, &mut report)?;
     bar.finish_and_clear();
     let answer = report.answer.as_deref().unwrap_or_default();

@@ -13,7 +13,7 @@ use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
 use crate::description::units::Units;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Code, Diagnostic, Place};
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(
@@ -33,9 +33,8 @@ pub fn doubts(
         let configurations = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
         diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
-    diagnostics.extend(one_name_for_two(campaign, units, robot, &place));
-    diagnostics.extend(back_in_time(campaign, &place));
-    diagnostics.extend(copies(campaign, sources));
+    let suspect = [one_name_for_two(campaign, units, robot, &place), back_in_time(campaign, &place), copies(campaign, sources)];
+    diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
