@@ -12,7 +12,7 @@ use super::linear_problem::LinearProblem;
 use super::selection::Selector;
 use super::settings::ClaimSettings;
 use crate::effects::{Family, SiteKind};
-use crate::math::least_squares;
+use crate::math::{least_squares, quantiles::two_sided_t};
 
 /// Chooses among the hypotheses of a problem.
 pub struct Forward<'a> {
@@ -36,10 +36,10 @@ impl Forward<'_> {
             let beside = Beside::new(&self.selector.projection, &members, &candidates);
             let losses = self.folds.losses(&beside);
             let Some(best) = least(&losses) else { break };
+            let by_flips = || chances(self.problem, &beside, self.settings.flips, self.settings.seed)[best];
+            let gain = paired(&losses.base, &losses.beside[best]);
             if !self.is_worth(&losses.base, &losses.beside[best])
-                || self.is_chance(&members, &candidates[best], || {
-                    chances(self.problem, &beside, self.settings.flips, self.settings.seed)[best]
-                })
+                || self.is_chance(&members, &candidates[best], gain.t, by_flips)
             {
                 break;
             }
@@ -55,15 +55,20 @@ impl Forward<'_> {
         causes
     }
 
-    /// Whether a cause could be chance: by the noise where that is known, else by flipped signs.
-    fn is_chance(&self, members: &[usize], cause: &[usize], by_flips: impl Fn() -> f64) -> bool {
+    /// Whether a cause could be chance: by the noise where that is known, else by what it gains on readings that were not fitted
+    /// (`t`, over all hypotheses) or by flipped signs, which hardly show causes of many parameters.
+    fn is_chance(&self, members: &[usize], cause: &[usize], t: f64, by_flips: impl Fn() -> f64) -> bool {
         match self.sigma {
             Some(_) => {
                 let [before, after] =
                     [members.to_vec(), [members, cause].concat()].map(|members| self.selector.fit(&members));
                 !self.selector.is_worth(&before, &after, self.sigma)
             }
-            None => by_flips() >= self.settings.chance,
+            None => {
+                let freedom = self.problem.poses().len() as f64 - 1.0;
+                let by_gain = 0.5 * two_sided_t(t.max(0.0), freedom) * self.problem.hypotheses.len() as f64;
+                by_gain >= self.settings.chance && by_flips() >= self.settings.chance
+            }
         }
     }
 

@@ -95,7 +95,15 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     let campaign = evidence.campaign;
     let mut size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
     let mut fit = Fitted::of(evidence)?;
-    let mut wrong = Vec::new();
+    let most = (limits.wrong_share * size.len() as f64) as usize;
+    let least = fit.least();
+    // Many together hide each other from deletion, and are plain where a robust loss has not let them bend the fit.
+    let floor = limits.outlying_open * median(&mut size.clone())?.max(least);
+    let plain: Vec<usize> = (0..fit.readings().len()).filter(|&k| size[fit.reading(k)] > floor).collect();
+    let plain = if plain.len() < most { plain } else { Vec::new() };
+    let mut wrong: Vec<usize> = plain.iter().map(|&k| fit.reading(k)).collect();
+    plain.into_iter().for_each(|k| fit.leave_out(k));
+    fit.errors(limits).into_iter().for_each(|(reading, error)| size[reading] = error);
     while let Some((k, by)) = fit.worst(limits).filter(|_| wrong.len() < MOST) {
         fit.leave_out(k);
         wrong.push(fit.reading(k));
@@ -105,7 +113,6 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
             size[reading] = error;
         }
     }
-    let least = fit.least();
     // What a fit of hardly more rows than parameters leaves says nothing of readings that it did not see.
     let tells_others = 2.0 * fit.freedom() >= fit.residual.len() as f64;
     let far = |size: &[f64], among: &[usize], is_last: bool| -> Option<(Vec<usize>, f64)> {
@@ -123,7 +130,6 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
         (!far.is_empty()).then_some((far, middle))
     };
-    let most = (limits.wrong_share * size.len() as f64) as usize;
     let (mut wrong, middle) = far(&size, &wrong, false)?;
     // Deletion is to first order, and a reading that is far off bends the fit and makes others look so: once more, fitted without
     // the worst of them.

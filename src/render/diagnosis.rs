@@ -23,7 +23,8 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
     }
     if !found.causes.is_empty() {
         let row = |what: String, rms: f64| (what, rms, format!("{rms:.4} mm"));
-        let mut rows = vec![row("calibrated".into(), found.gap.rms)];
+        let first = if found.gap.without_outliers.is_some() { "calibrated, with the outliers" } else { "calibrated" };
+        let mut rows = vec![row(first.into(), found.gap.rms)];
         rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms_after)));
         rows.push(row("noise".into(), found.gap.noise));
         let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows, screen));
@@ -69,12 +70,16 @@ pub fn finding(found: &Diagnosis) -> String {
         ),
         Verdict::Explained | Verdict::PartlyExplained => {
             let named: Vec<String> = found.causes.iter().map(|c| named(found, c)).collect();
-            format!(
-                "{}: {}. The gap shrinks from {rms:.4} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).",
-                if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" },
-                named.join(", then "),
-                found.after_all.rms
-            )
+            let (word, named) =
+                (if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" }, named.join(", then "));
+            // An outlier may be among the readings held out, or not: with them all readings are counted.
+            let from = match gap.without_outliers {
+                Some(without) => {
+                    format!("With the outliers all readings err by {rms:.4} mm (rms). Without them the gap shrinks from {without:.4}")
+                }
+                None => format!("The gap shrinks from {rms:.4}"),
+            };
+            format!("{word}: {named}. {from} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).", found.after_all.rms)
         }
     }
 }
