@@ -25,7 +25,7 @@ pub fn diagnosis(found: &Diagnosis, screen: Screen) -> String {
         let row = |what: String, rms: f64| (what, rms, format!("{rms:.4} mm"));
         let first = if found.gap.without_outliers.is_some() { "calibrated, with the outliers" } else { "calibrated" };
         let mut rows = vec![row(first.into(), found.gap.rms)];
-        rows.extend(found.causes.iter().map(|c| row(format!("+ {} at {}", c.effect, c.site), c.rms_after)));
+        rows.extend(found.causes.iter().map(|c| row(format!("+ {}", short(c)), c.rms_after)));
         rows.push(row("noise".into(), found.gap.noise));
         let _ = writeln!(out, "rms error, unseen readings\n{}", bars(&rows, screen));
     }
@@ -89,17 +89,16 @@ fn named(found: &Diagnosis, cause: &Cause) -> String {
     let count = found.outliers.len();
     match cause.effect.as_str() {
         "outliers" => format!("outliers ({count} reading{} set aside)", if count == 1 { "" } else { "s" }),
-        _ => certain(cause),
+        _ => cause.claim.clone(),
     }
 }
 
-/// A cause as far as it is certain.
-fn certain(cause: &Cause) -> String {
-    let follows = cause.follows.as_ref().map_or(String::new(), |follows| format!(" with {follows}"));
+/// A cause in a few words, no more than is certain.
+fn short(cause: &Cause) -> String {
     match cause.level {
         Level::Law => format!("{} at {}", cause.effect, cause.site),
-        Level::Site => format!("something at {} that goes{follows}, its law unknown", cause.site),
-        Level::Family => format!("something {} (site and law unknown)", cause.family.name()),
+        Level::Site => format!("something at {}", cause.site),
+        Level::Family => cause.family.words().into(),
     }
 }
 
@@ -110,7 +109,7 @@ fn cause(number: usize, cause: &Cause) -> String {
     };
     let mut out = match cause.effect.as_str() {
         "outliers" => format!("{number}. outliers at {}\n", cause.site),
-        _ => format!("{number}. {}\n", certain(cause)),
+        _ => format!("{number}. {}\n", cause.claim),
     };
     let (before, after, less) = (cause.rms_before, cause.rms_after, 100.0 * cause.shrinkage);
     let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}");

@@ -61,6 +61,8 @@ pub struct Location {
 pub struct Cause {
     pub effect: String,
     pub site: String,
+    /// As much as is certain, in words.
+    pub claim: String,
     /// `None` where nothing competes with it.
     pub probability: Option<f64>,
     pub parameters: Vec<CauseParameter>,
@@ -254,6 +256,7 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
     Cause {
         effect: cause.effect.clone(),
         site: cause.site.clone(),
+        claim: claim(cause),
         probability: cause.probability,
         parameters: cause.parameters.clone(),
         rms_before: mm(cause.rms_before),
@@ -269,5 +272,15 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
         implies: cause.implies.clone(),
         signature: cause.signature,
         remedy: cause.remedy,
+    }
+}
+
+/// A cause as far as it is certain.
+fn claim(cause: &diagnosis::Cause) -> String {
+    let follows = cause.follows.as_ref().map_or(String::new(), |follows| format!(" that goes with {follows}"));
+    match cause.level {
+        Level::Law => format!("{} at {}", cause.effect, cause.site),
+        Level::Site => format!("something at {}{follows}, its law unknown", cause.site),
+        Level::Family => format!("{} (site and law unknown)", cause.family.words()),
     }
 }

@@ -38,4 +38,18 @@ impl Family {
             Self::Gross => "gross",
         }
     }
+
+    /// Something of the kind, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Elastic => "something that gives under load",
+            Self::Kinematic => "something that goes with the joints' angles",
+            Self::History => "something that depends on the moves before",
+            Self::Time => "something that goes with time",
+            Self::Temperature => "something that goes with temperature",
+            Self::Instrument => "something of the instrument",
+            Self::Geometry => "a constant of the geometry",
+            Self::Gross => "single readings",
+        }
+    }
 }
