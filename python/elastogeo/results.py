@@ -67,7 +67,7 @@ class Identification(Result):
     @property
     def parameters(self) -> Any:
         """A row for each parameter: name, unit, nominal, value, ci95, identifiable, at_bound, ..; a pandas data frame."""
-        return _table(self._found["parameters"])
+        return data_frame(self._found["parameters"])
 
     @property
     def kept(self) -> list[str]:
@@ -125,12 +125,12 @@ class Diagnosis(Result):
     @property
     def causes(self) -> Any:
         """A row for each cause: effect, site, probability, rms before and after, shrinkage; a pandas data frame."""
-        return _table([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])
+        return data_frame([{k: v for k, v in each.items() if _is_plain(v)} for each in self._found["causes"]])
 
     @property
     def sites(self) -> Any:
         """The share of the gap that could come from each site; a pandas data frame."""
-        return _table(self._found["where"]["sites"])
+        return data_frame(self._found["where"]["sites"])
 
     def _plot(self) -> str:
         bars = [(each["site"], each["share"]) for each in self._found["where"]["sites"] if each["share"] > 0]
@@ -174,7 +174,7 @@ class Residuals(Result):
     @property
     def readings(self) -> Any:
         """A row for each reading; a pandas data frame."""
-        return _table(self._found["readings"])
+        return data_frame(self._found["readings"])
 
     @property
     def errors(self) -> list[Array]:
@@ -204,7 +204,7 @@ class Configurations(Result):
     def table(self) -> Any:
         """A row for each configuration; a pandas data frame."""
         plain = [{k: v for k, v in each.items() if _is_plain(v)} | each.get("joints", {}) for each in self._rows]
-        return _table(plain)
+        return data_frame(plain)
 
     def _tables(self) -> list[str]:
         joints = [dict(zip(self.variables, row)) for row in self.joints.tolist()]
@@ -221,7 +221,7 @@ class Simulated(Result):
     @property
     def truth(self) -> Any:
         """The parameters with which it was made, SI; a pandas data frame."""
-        return _table([{"name": name} | each for name, each in self._found["truth"]["parameters"].items()])
+        return data_frame([{"name": name} | each for name, each in self._found["truth"]["parameters"].items()])
 
 
 class Report(Result):
@@ -244,7 +244,10 @@ def _number(value: float | None) -> float:
     return float("inf") if value is None else value
 
 
-def _table(rows: list[dict[str, Any]]) -> Any:
-    from .robot import table
-
-    return table(rows)
+def data_frame(rows: list[dict[str, Any]]) -> Any:
+    """Rows as a pandas data frame, or as they are where pandas is missing."""
+    try:
+        import pandas
+    except ImportError:
+        return rows
+    return pandas.DataFrame(rows)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import Array, array, rows
 from ._run import flags, numbers, run
-from .results import Result, Stiffness
+from .results import Result, Stiffness, data_frame
 
 if TYPE_CHECKING:
     from .effects import Effect
@@ -76,7 +76,7 @@ class Robot:
     def parameters(self) -> Any:
         """All parameters as a data frame (a list of dicts where pandas is missing): name, unit (SI), nominal, tolerance, free."""
         names = ("name", "unit", "nominal", "tolerance", "free")
-        return table([dict(zip(names, row)) for row in self._native.parameters])
+        return data_frame([dict(zip(names, row)) for row in self._native.parameters])
 
     def forward(
         self,
@@ -236,12 +236,3 @@ def bundled_robots() -> list[str]:
     True
     """
     return _native.bundled_robots()
-
-
-def table(rows: list[dict[str, Any]]) -> Any:
-    """Rows as a pandas data frame, or as they are where pandas is missing."""
-    try:
-        import pandas
-    except ImportError:
-        return rows
-    return pandas.DataFrame(rows)

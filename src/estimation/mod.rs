@@ -35,7 +35,7 @@ pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};
 pub use registration::registered;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
-pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What, loss_fault};
+pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What, criterion_for, loss_fault};
 pub use shared::SharedError;
 pub use since::{Change, LEVEL, changes, comparable, holm, with_uncertainties};
 pub use split::split;

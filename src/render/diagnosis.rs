@@ -70,16 +70,23 @@ pub fn finding(found: &Diagnosis) -> String {
         ),
         Verdict::Explained | Verdict::PartlyExplained => {
             let named: Vec<String> = found.causes.iter().map(|c| named(found, c)).collect();
-            let (word, named) =
-                (if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" }, named.join(", then "));
+            let (word, named) = (
+                if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" },
+                named.join(", then "),
+            );
             // An outlier may be among the readings held out, or not: with them all readings are counted.
             let from = match gap.without_outliers {
                 Some(without) => {
-                    format!("With the outliers all readings err by {rms:.4} mm (rms). Without them the gap shrinks from {without:.4}")
+                    format!(
+                        "With the outliers all readings err by {rms:.4} mm (rms). Without them the gap shrinks from {without:.4}"
+                    )
                 }
                 None => format!("The gap shrinks from {rms:.4}"),
             };
-            format!("{word}: {named}. {from} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).", found.after_all.rms)
+            format!(
+                "{word}: {named}. {from} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).",
+                found.after_all.rms
+            )
         }
     }
 }

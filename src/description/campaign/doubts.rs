@@ -33,7 +33,8 @@ pub fn doubts(
         let configurations = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
         diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
-    let suspect = [one_name_for_two(campaign, units, robot, &place), back_in_time(campaign, &place), copies(campaign, sources)];
+    let suspect =
+        [one_name_for_two(campaign, units, robot, &place), back_in_time(campaign, &place), copies(campaign, sources)];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
