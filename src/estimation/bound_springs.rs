@@ -7,6 +7,7 @@
 //! Seber and Wild, *Nonlinear Regression*, 1989, sec. 5.3).
 
 use super::calibration::calibrate_as_asked;
+use super::determined::calibrate_determined;
 use super::problem::row_sigmas;
 use super::result::{Calibration, CalibrationError};
 use super::settings::Settings;
@@ -29,7 +30,7 @@ pub fn calibrate_as_weighed(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let mut found = calibrate_as_asked(model, campaign, held_out, settings, progress)?;
+    let mut found = calibrate_determined(model, campaign, held_out, settings, progress)?;
     let mut held: Vec<Slot> = Vec::new();
     while found.converged() {
         let ended = ended(model, &found);

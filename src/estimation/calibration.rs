@@ -14,7 +14,7 @@ use super::registration::{arrangement, rough};
 use super::result::{Calibration, CalibrationError, Estimate, Figures, PredictedError};
 use super::robust;
 use super::selection::Selection;
-use super::settings::{Scheme, Settings, Weights, criterion_for, loss_fault};
+use super::settings::{Scheme, Settings, Weights, loss_fault};
 use super::shared::Sharing;
 use super::statistics::errors_of;
 use indexmap::IndexMap;
@@ -206,8 +206,7 @@ impl<'a> Task<'a> {
             return Ok(start);
         }
         let predictor = Predictor::new(self.model, &self.fitted, slots.clone())?;
-        let scaling = self.settings.scaling;
-        let criterion = self.settings.criterion.unwrap_or_else(|| criterion_for(&self.fitted));
+        let (scaling, criterion) = (self.settings.scaling, self.settings.criterion);
         let shown = |values: &[f64]| reduced(&predictor, values, &self.sigmas, &self.held, scaling, criterion);
         let mut found = shown(&start)?.identifiability;
         // Which directions show depends on where base and tool are: once more from there.

@@ -4,7 +4,7 @@ use super::equivalence::{SpringGroup, groups};
 use super::reduction::{Reduction, candidates, reduced};
 use super::registration::arrangement;
 use super::result::CalibrationError;
-use super::settings::{Settings, What, criterion_for};
+use super::settings::{Settings, What};
 use super::start::elastic_start;
 use crate::description::campaign::Campaign;
 use crate::identifiability::{Identifiability, Why};
@@ -45,8 +45,8 @@ impl<'a> Selection<'a> {
         if settings.only.is_none() {
             elastic_start(&predictor, sigmas, held, start, settings)?;
         }
-        let criterion = settings.criterion.unwrap_or_else(|| criterion_for(campaign));
-        let Reduction { identifiability, .. } = reduced(&predictor, start, sigmas, held, settings.scaling, criterion)?;
+        let Reduction { identifiability, .. } =
+            reduced(&predictor, start, sigmas, held, settings.scaling, settings.criterion)?;
         // What moves no reading stays as described, whatever the search for a start tried with it.
         let merged: Vec<usize> = identifiability.merged().collect();
         let exact = identifiability.dropped.iter().filter(|(_, why)| *why == Why::Exact).map(|(column, _)| *column);

@@ -112,8 +112,9 @@ pub struct Settings {
     pub prior: bool,
     /// Column scaling of the reduction.
     pub scaling: Scaling,
-    /// When a parameter that is not exactly dependent is dropped; `None`: as [`criterion_for`] says.
-    pub criterion: Option<Criterion>,
+    /// When a parameter that is not exactly dependent is dropped. The default keeps what the IR663 paper kept with its 27
+    /// poses; a smaller value keeps parameters that noise decides.
+    pub criterion: Criterion,
     /// Whether factors of merged parameters are those at the solution, and intervals count what dropped parameters do in
     /// second order: one linearisation for each dropped one. To be left out where nobody looks at intervals.
     pub second_order: bool,
@@ -141,7 +142,7 @@ impl Default for Settings {
             loss: Loss::Squares,
             prior: false,
             scaling: Scaling::Norm,
-            criterion: None,
+            criterion: Criterion::Relative(DEFAULT_TOLERANCE),
             second_order: true,
             max_iterations: None,
             cost_tolerance: 1e-12,
@@ -207,13 +208,4 @@ impl Default for StartSettings {
     fn default() -> Self {
         Self { decades: 4, lengths: [0.3, 0.6, 0.9, 1.2], max_iterations: 30, cost_tolerance: 1e-9 }
     }
-}
-
-/// When a parameter that is not exactly dependent is dropped, where nothing else is asked for. Of what an instrument measured, as many
-/// are kept as the IR663 paper kept with its 27 poses. Contacts share unknown places, which take up most of what constants change: there a
-/// fraction of the greatest singular value keeps constants that noise decides (of a Franka Panda with a ball in sockets, a twist that
-/// comes out 48 deg off).
-pub fn criterion_for(campaign: &Campaign) -> Criterion {
-    let is_contact = campaign.targets.iter().any(|target| target.column == "contact");
-    if is_contact { Criterion::Noise } else { Criterion::Relative(DEFAULT_TOLERANCE) }
 }

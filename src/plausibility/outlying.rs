@@ -200,6 +200,9 @@ impl Fitted<'_> {
         let mut columns = DMatrix::zeros(self.residual.len(), own.len());
         own.enumerate().for_each(|(column, row)| columns[(row, column)] = 1.0);
         let added = orthonormal(&columns, Some(&self.basis));
+        // What a robust loss leaves is not orthogonal to what its parameters span.
+        let spanned: DVector<f64> = self.basis.tr_mul(&self.residual);
+        self.residual -= &self.basis * spanned;
         let part: DVector<f64> = added.tr_mul(&self.residual);
         self.residual -= &added * part;
         self.basis = crate::math::joined(&self.basis, &added);

@@ -74,19 +74,19 @@ pub fn finding(found: &Diagnosis) -> String {
                 if found.verdict == Verdict::Explained { "Explained" } else { "Partly explained" },
                 named.join(", then "),
             );
+            let (after, unseen) = (found.after_all.rms, format!("(rms, unseen readings; noise {noise:.4} mm)"));
             // An outlier may be among the readings held out, or not: with them all readings are counted.
-            let from = match gap.without_outliers {
-                Some(without) => {
-                    format!(
-                        "With the outliers all readings err by {rms:.4} mm (rms). Without them the gap shrinks from {without:.4}"
-                    )
-                }
-                None => format!("The gap shrinks from {rms:.4}"),
+            let shrinks = match gap.without_outliers {
+                None => format!("The gap shrinks from {rms:.4} to {after:.4} mm {unseen}"),
+                Some(without) if found.causes.len() > 1 => format!(
+                    "The error of all readings shrinks from {rms:.4} mm to {without:.4} mm without the outliers, and the gap \
+                     to {after:.4} mm {unseen}"
+                ),
+                Some(_) => format!(
+                    "The error of all readings shrinks from {rms:.4} to {after:.4} mm without the outliers {unseen}"
+                ),
             };
-            format!(
-                "{word}: {named}. {from} to {:.4} mm (rms, unseen readings; noise {noise:.4} mm).",
-                found.after_all.rms
-            )
+            format!("{word}: {named}. {shrinks}.")
         }
     }
 }

@@ -54,7 +54,7 @@ pub fn calibrated(
         return Err(TrackingError::OneCheck);
     };
     let described = fit.and_then(|(fit, time)| Check::of_description("description", time, first.model, fit));
-    let settings = Settings { second_order: false, criterion: Some(Criterion::Noise), ..settings.clone() };
+    let settings = Settings { second_order: false, criterion: Criterion::Noise, ..settings.clone() };
     let mut names = described.as_ref().map(|check| check.robot.names.clone());
     let mut models: Vec<Model> = measured.iter().map(|measured| measured.model.clone()).collect();
     if described.is_none() {

@@ -258,8 +258,8 @@ fn copies_and_shared_errors_are_said() {
     let text = std::fs::read_to_string(&file).expect("text");
     let body = text.split_once('\n').expect("a header").1;
     std::fs::write(&file, format!("{text}{body}")).expect("written");
-    assert_eq!(codes(&["identify", "e"]), ["doubtful"]);
-    assert_eq!(codes(&["check", "e"]), ["doubtful"]);
+    assert_eq!(codes(&["identify", "e"]), ["suspect-readings"]);
+    assert_eq!(codes(&["check", "e"]), ["suspect-readings"]);
     // Three readings of each configuration, off together.
     let lines = body.lines().enumerate().flat_map(|(row, line)| {
         let mut cells: Vec<String> = line.split(',').map(String::from).collect();

@@ -148,3 +148,108 @@ fn lists_of_points_are_refused_where_they_could_mean_something_else() {
         ran.err
     );
 }
+
+const TOUCHED: &str = "robot: arm.yaml
+units: {length: mm, angle: deg}
+observes: contact
+estimate: {tool: true}
+contacts: {s0: {kind: socket, group: placement}, s1: {kind: socket, group: placement}}
+distances: {s0-s1: 50}
+measurements: touched.csv
+";
+const TOUCHES: &str =
+    "pose,q1,q2,placement,contact\na,10,20,left,s0\nb,20,30,left,s1\nc,30,50,left,s0\nd,45,10,left,s1\n";
+const SESSIONS: &str = "robot: arm.yaml
+units: {length: mm, angle: deg}
+observes: position
+estimate: {base: per session}
+payloads: {heavy: {mass: 5, com: [0, 0, 50], frame: \"2\"}}
+measurements: [{file: monday.csv, session: monday}, {file: friday.csv, session: friday}]
+";
+const MONDAY: &str = "pose,q1,q2,x,y,z,order,payload\na,90,0,0,900,0,1,heavy\nb,0,0,900,0,0,2,heavy\n";
+
+/// Evidence besides positions of one session: contacts, sessions, order, payloads, uncertainties, commanded joints, torques.
+#[test]
+fn wrong_evidence_is_refused_with_place_and_remedy() {
+    let refused = |files: [(&str, &str); 3], change: (&str, &str, &str), expected: &[&str]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("arm.yaml"), PLANAR).expect("written");
+        let (file, from, to) = change;
+        for (name, text) in files {
+            assert!(name != file || text.contains(from), "{change:?}");
+            let text = if name == file { text.replace(from, to) } else { text.into() };
+            std::fs::write(folder.path().join(name), text).expect("written");
+        }
+        // Readings that no arm has made are forced; what is wrong with the files is not.
+        let ran = run(folder.path(), &["check", "c.yaml", "--force"]);
+        if from == to {
+            return assert_eq!(ran.status, 0, "{change:?}\n{}", ran.err);
+        }
+        assert_eq!((ran.status, ran.out.as_str()), (2, ""), "{change:?}\n{}", ran.err);
+        expected
+            .iter()
+            .for_each(|word| assert!(ran.err.contains(word), "`{word}` is not said of {change:?}\n{}", ran.err));
+        let faults = ran.err.lines().filter(|line| line.starts_with("error: ")).count();
+        assert_eq!(faults, ran.err.matches("help: ").count(), "{change:?}\n{}", ran.err);
+    };
+    let touched = [("c.yaml", TOUCHED), ("touched.csv", TOUCHES), ("none.csv", "")];
+    let contacts: [((&str, &str, &str), &[&str]); 9] = [
+        (("c.yaml", "robot", "robot"), &[]),
+        (("c.yaml", "s0: {kind: socket", "s0: {kind: hole"), &["c.yaml:5:", "`hole`", "`socket`, `plane`, `sphere`"]),
+        (("c.yaml", "s0-s1", "s0-s7"), &["c.yaml:6:", "names no two contacts"]),
+        (("c.yaml", "distances: {s0-s1: 50}", "distances: {s0-s1: -5}"), &["c.yaml:6:"]),
+        (("touched.csv", "placement", "plate"), &["touched.csv:1:", "unknown column `plate`"]),
+        (("touched.csv", "left,s1", "left,s2"), &["touched.csv:3:", "unknown contact `s2`", "did you mean"]),
+        (("touched.csv", ",contact", ",socket"), &["touched.csv:1:", "unknown column `socket`", "`columns:`"]),
+        (
+            (
+                "c.yaml",
+                "contacts: {s0: {kind: socket, group: placement}, s1: {kind: socket, group: placement}}\ndistances: {s0-s1: 50}\n",
+                "",
+            ),
+            &["contacts are observed, and none is declared"],
+        ),
+        (("c.yaml", "group: placement", "group: plate"), &["`plate`, which names none", "add the column"]),
+    ];
+    contacts.iter().for_each(|(change, expected)| refused(touched, *change, expected));
+    let friday = MONDAY.replace("a,90", "c,90").replace("b,0", "d,0").replace("900", "901");
+    let measured = [("c.yaml", SESSIONS), ("monday.csv", MONDAY), ("friday.csv", friday.as_str())];
+    let sessions: [((&str, &str, &str), &[&str]); 14] = [
+        (("c.yaml", "robot", "robot"), &[]),
+        (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
+        (("c.yaml", "session: friday", "session: \"last friday\""), &["`last friday` is no name of a session"]),
+        (("c.yaml", "file: friday.csv", "file: sunday.csv"), &["c.yaml:6:", "no file `sunday.csv`"]),
+        (("c.yaml", "frame: \"2\"", "frame: \"9\""), &["c.yaml:5:", "`9`"]),
+        (("c.yaml", "mass: 5", "mass: -5"), &["c.yaml:5:"]),
+        (("c.yaml", "position\n", "position\njoints: commanded\n"), &["monday.csv:1:", "`commanded.q1` is missing"]),
+        (("c.yaml", "position\n", "position\ninstrument: {sigma: 0.05, ppm: -3}\n"), &["c.yaml:4:", "-3"]),
+        (("c.yaml", "position\n", "position\nreferences: r.csv\n"), &["c.yaml:4:", "no file `r.csv`"]),
+        (
+            ("monday.csv", "heavy", "light"),
+            &["monday.csv:2:", "unknown payload `light`", "valid here: `heavy`, `none`"],
+        ),
+        (
+            ("monday.csv", ",order,payload\na,90,0,0,900,0,1,", ",sigma,payload\na,90,0,0,900,0,-1,"),
+            &["monday.csv:2:", "`-1` where a finite noise above 0 is needed"],
+        ),
+        (("monday.csv", "900,0,1,heavy", "900,0,first,heavy"), &["monday.csv:2:", "`order`", "`first`"]),
+        (
+            ("monday.csv", "b,0,0,900,0,0,2,heavy\n", "b,0,0,900,0,0,2\n"),
+            &["monday.csv:3:", "7 fields in this row, expected 8"],
+        ),
+        (
+            ("friday.csv", "\nc,90,0,0,901,0,1,heavy\nd,0,0,901,0,0,2,heavy", ""),
+            &["friday.csv:1:1", "a header and no rows"],
+        ),
+    ];
+    sessions.iter().for_each(|(change, expected)| refused(measured, *change, expected));
+    for (kind, declared, said) in [
+        ("distance", "", "none is declared"),
+        ("torque", "torques: {q9: {gain: unknown}}\n", "`q9`, which is no variable"),
+        ("inclination", "", "inclination needs the columns"),
+    ] {
+        let campaign = format!("robot: arm.yaml\nobserves: {kind}\n{declared}measurements: m.csv\n");
+        let files = [("c.yaml", campaign.as_str()), ("m.csv", "pose,q1,q2\na,0,0\n"), ("none.csv", "")];
+        refused(files, ("c.yaml", "arm.yaml\n", "arm.yaml\n\n"), &[said]);
+    }
+}

@@ -88,7 +88,7 @@ fn tracked(model: &Model, campaigns: &[Campaign]) -> Option<(Calibrated, History
 /// The zero of a joint, or a length, with the standard deviation of its estimate from one campaign.
 fn withheld(model: &Model, own: &Campaign, kind: Withheld, random: &mut ChaCha8Rng) -> (Slot, f64) {
     // Of what is compared.
-    let criterion = Some(Criterion::Noise);
+    let criterion = Criterion::Noise;
     let settings = estimation::Settings { second_order: false, criterion, ..estimation::Settings::default() };
     let held_out = vec![false; own.readings.len()];
     let found = estimation::calibrate(model, own, &held_out, &settings, &mut |_| {}).expect("calibrated");

@@ -32,9 +32,9 @@ pub struct Residuals {
 #[derive(Debug, Args)]
 pub struct Reduction {
     /// Parameters are dropped below this fraction of the greatest singular value, or `noise`: where an error of the
-    /// parameter's tolerance would show less than the readings' noise. [default: 6e-5; of contacts `noise`]
-    #[arg(long, value_name = "FRACTION|noise")]
-    pub tolerance: Option<String>,
+    /// parameter's tolerance would show less than the readings' noise.
+    #[arg(long, default_value = "6e-5", value_name = "FRACTION|noise")]
+    pub tolerance: String,
     /// Scaling of columns.
     #[arg(long, value_enum, default_value_t = Scale::Norm)]
     pub scale: Scale,

@@ -6,7 +6,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::diagnostic::Diagnostic;
-use crate::estimation::{What, criterion_for, observe};
+use crate::estimation::{What, observe};
 use crate::identifiability::{Criterion, Scaling};
 use crate::render::identification as render;
 use crate::results::Reduction;
@@ -16,7 +16,6 @@ pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error
     let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let criterion = criterion.unwrap_or_else(|| criterion_for(&loaded.campaign));
     let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)?;
     let found = Reduction::new(model, &found.slots, &found.identifiability);
     let mut output = Output::new(render::reduction(&found, session.terminal.screen), &found)?;
@@ -41,16 +40,15 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Error> {
 }
 
 /// Scaling and criterion as asked for.
-pub fn reduction(asked: &Asked) -> Result<(Scaling, Option<Criterion>), Error> {
+pub fn reduction(asked: &Asked) -> Result<(Scaling, Criterion), Error> {
     let scaling = match asked.scale {
         Scale::Norm => Scaling::Norm,
         Scale::Tolerance => Scaling::Tolerance,
     };
-    let criterion = match asked.tolerance.as_deref() {
-        None => None,
-        Some("noise") => Some(Criterion::Noise),
-        Some(number) => match number.parse::<f64>() {
-            Ok(tolerance) if (0.0..1.0).contains(&tolerance) => Some(Criterion::Relative(tolerance)),
+    let criterion = match asked.tolerance.as_str() {
+        "noise" => Criterion::Noise,
+        number => match number.parse::<f64>() {
+            Ok(tolerance) if (0.0..1.0).contains(&tolerance) => Criterion::Relative(tolerance),
             _ => {
                 return Err(Error::input(format!("--tolerance `{number}`"), "give a fraction in [0, 1), or `noise`"));
             }

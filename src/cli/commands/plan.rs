@@ -21,9 +21,8 @@ use crate::cli::values::{known_parameters, markers, numbers, ranges, wrench};
 use crate::description::campaign::{Campaign, Reading, WRENCH};
 use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
-use crate::estimation::{What, criterion_for};
+use crate::estimation::What;
 use crate::files::{LoadedRobot, writable_table};
-use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, Observes, POSITION};
 use crate::planning::{self, Optimality, Planned, PlanningError, Request, Sight, plan};
@@ -110,7 +109,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         design: planned_for.as_ref().map(|own| own.design.clone()),
         hold: command.reduction.hold.iter().filter_map(|name| model.registry.slot(name)).collect(),
         scaling,
-        tolerance: tolerance.or(said_by.map(criterion_for)).unwrap_or(Criterion::Relative(DEFAULT_TOLERANCE)),
+        tolerance,
         seed,
         settings: planning::Settings { prior: command.prior, ..planning::Settings::default() },
     };

@@ -249,10 +249,10 @@ impl<'de> Deserialize<'de> for RawSharing {
                 Ok(RawSharing(is_unknown.then_some(Sharing::All)))
             }
             fn visit_str<E: Error>(self, word: &str) -> Result<RawSharing, E> {
-                match word {
+                match word.replace(' ', "-").as_str() {
                     "per-session" => Ok(RawSharing(Some(Sharing::PerSession))),
                     "per-station" => Ok(RawSharing(Some(Sharing::PerStation))),
-                    other => Err(E::unknown_variant(other, &["true", "false", "per-session", "per-station"])),
+                    _ => Err(E::unknown_variant(word, &["true", "false", "per-session", "per-station"])),
                 }
             }
         }

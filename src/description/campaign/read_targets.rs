@@ -49,7 +49,16 @@ pub(super) fn targets(
     }
     if needs("contact") {
         for (name, contact) in &raw.contacts {
-            for group in groups(contact, sources) {
+            let members = groups(contact, sources);
+            if let Some(column) = contact.group.as_ref().filter(|_| members.is_empty()) {
+                let message =
+                    format!("the contact `{name}` is one of a group by the column `{column}`, which names none");
+                let diagnostic = Diagnostic::error(message).at(locate(&["contacts", name, "group"]));
+                diagnostics.push(
+                    diagnostic.remedy(format!("add the column `{column}` to the readings, or leave `group:` out")),
+                );
+            }
+            for group in members {
                 targets.push(self::contact(name, contact, group, raw.units.length.factor()));
             }
         }
@@ -70,7 +79,7 @@ pub(super) fn targets(
         diagnostics.push(Diagnostic::error(message).at(locate(&[&key, &target.name])).remedy("name it otherwise"));
     }
     for column in ["anchor", "contact"].into_iter().filter(|column| needs(column)) {
-        if !targets.iter().any(|target| target.column == column) {
+        if !targets.iter().any(|target| target.column == column) && (column != "contact" || raw.contacts.is_empty()) {
             let observes =
                 kinds.iter().find(|kind| kind.target_column() == Some(column)).map_or("", |kind| kind.name());
             let (message, remedy) = match column {

@@ -57,7 +57,12 @@ impl Faults {
 
     pub fn unknown<'n>(&mut self, row: &Row, column: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
         let diagnostic = Diagnostic::error(format!("unknown {column} `{name}`")).at(row.place(column));
-        self.push(diagnostic.suggest(name, valid));
+        let valid: Vec<&str> = valid.into_iter().collect();
+        self.push(match valid.is_empty() {
+            // That there is none of them is an error of its own.
+            true => diagnostic.remedy(format!("declare it under `{column}s:`")),
+            false => diagnostic.suggest(name, valid),
+        });
     }
 
     pub fn check_size(&mut self, row: &Row, column: &str, value: f64) {

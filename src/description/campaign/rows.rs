@@ -292,7 +292,10 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
     if let Some((index, _)) = found {
         return index;
     }
-    faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));
+    // Where none is declared, that is said once, of the campaign.
+    if own.clone().next().is_some() || !matches!(column, "anchor" | "contact") {
+        faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));
+    }
     0
 }
 
@@ -307,7 +310,8 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
         let sigma = value * factor * row.units.length.factor();
         if !(LEAST_NOISE..=GREATEST).contains(&sigma) {
             let message = format!("column `{column}`: `{value}` where a finite noise above 0 is needed");
-            faults.push(Diagnostic::error(message).at(row.place(column)));
+            let remedy = "give one standard deviation, in the unit of the readings";
+            faults.push(Diagnostic::error(message).at(row.place(column)).remedy(remedy));
         }
         axes.iter().for_each(|&axis| noise.position[axis] = sigma);
         noise.is_stated = true;
