@@ -18,6 +18,9 @@ const LIST: &str = "// exported\nlab\ttip\ta\t910\t0\t0\nlab\ttip\tb\t0\t910\t0\
 /// A file, a piece of it, and what takes its place.
 type Change = (&'static str, &'static str, &'static str);
 
+/// What is said of a change.
+type Case = (Change, &'static [&'static str]);
+
 /// The files, one of them changed.
 fn files(change: (&str, &str, &str)) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -193,7 +196,7 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         assert_eq!(faults, ran.err.matches("help: ").count(), "{change:?}\n{}", ran.err);
     };
     let touched = [("c.yaml", TOUCHED), ("touched.csv", TOUCHES), ("none.csv", "")];
-    let contacts: [((&str, &str, &str), &[&str]); 9] = [
+    let contacts: [Case; 9] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "s0: {kind: socket", "s0: {kind: hole"), &["c.yaml:5:", "`hole`", "`socket`, `plane`, `sphere`"]),
         (("c.yaml", "s0-s1", "s0-s7"), &["c.yaml:6:", "names no two contacts"]),
@@ -214,7 +217,7 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     contacts.iter().for_each(|(change, expected)| refused(touched, *change, expected));
     let friday = MONDAY.replace("a,90", "c,90").replace("b,0", "d,0").replace("900", "901");
     let measured = [("c.yaml", SESSIONS), ("monday.csv", MONDAY), ("friday.csv", friday.as_str())];
-    let sessions: [((&str, &str, &str), &[&str]); 14] = [
+    let sessions: [Case; 14] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
         (("c.yaml", "session: friday", "session: \"last friday\""), &["`last friday` is no name of a session"]),
