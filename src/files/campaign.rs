@@ -195,6 +195,14 @@ fn with_remedy(mut found: Vec<Diagnostic>, file: &str) -> Vec<Diagnostic> {
     found
 }
 
+/// Of a file that a campaign names, and that cannot be opened.
+fn unopened(mut diagnostic: Diagnostic, at: impl Into<Option<crate::diagnostic::Place>>) -> Diagnostic {
+    diagnostic
+        .remedy
+        .get_or_insert_with(|| "correct the name; the file is sought in the folder of the campaign".into());
+    diagnostic.at(at)
+}
+
 /// Diagnostics on files of measurements that cannot be opened. Their columns are not checked: that needs the robot's
 /// variables.
 fn check_table_files(
@@ -207,7 +215,7 @@ fn check_table_files(
     for file in table_files(raw, place, document, diagnostics) {
         for (path, place) in file.all() {
             if let Err(diagnostic) = open(reader, place) {
-                diagnostics.push(diagnostic.at(place_of(document, path)));
+                diagnostics.push(unopened(diagnostic, place_of(document, path)));
             }
         }
     }
@@ -239,7 +247,7 @@ fn tables(
         for (path, place) in file.all() {
             match open(reader, place) {
                 Ok(bytes) => opened.push((place.name(), bytes)),
-                Err(diagnostic) => diagnostics.push(diagnostic.at(place_of(document, path))),
+                Err(diagnostic) => diagnostics.push(unopened(diagnostic, place_of(document, path))),
             }
         }
         let declared = faults(&asked, |key| place_of_key(document, &file.path, key));
@@ -287,7 +295,7 @@ fn references(
         let file = place.next_to(&entry.file);
         let table = match open(reader, &file) {
             Ok(bytes) => read(&asked, vec![(file.name(), bytes)]),
-            Err(diagnostic) => Err(vec![diagnostic.at(document.place_of_value(path))]),
+            Err(diagnostic) => Err(vec![unopened(diagnostic, document.place_of_value(path))]),
         };
         match table {
             Ok(table) => found.append(&table, &units),

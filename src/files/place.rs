@@ -155,7 +155,7 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Diagnostic {
     names.sort();
     match nearest(wanted, names.iter().map(String::as_str)) {
         Some(near) => diagnostic.remedy(format!("did you mean `{}`?", path.with_file_name(near).display())),
-        None => diagnostic.remedy("correct the name; a file that another one names is sought in the folder of that"),
+        None => diagnostic,
     }
 }
 

@@ -352,7 +352,7 @@ fn sockets_calibrate_real_arms() {
     }
     let data = data.canonicalize().expect("a folder");
     for (file, urdf, most, most_off) in
-        [("panda_1.csv", "panda.urdf", 0.592e-3, 0.5e-3), ("kuka_14.csv", "iiwa14.urdf", 0.254e-3, 0.1e-3)]
+        [("panda_1.csv", "panda.urdf", 0.592e-3, 0.5e-3), ("kuka_14.csv", "iiwa14.urdf", 0.255e-3, 0.1e-3)]
     {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("written");
