@@ -123,7 +123,7 @@ pub struct ClaimSettings {
     pub least_share: f64,
     /// Beside causes that leave nothing but noise, a further one is named where it takes away at least this share of the gap, or where
     /// as much would be chance with at most `of_any` in any hypothesis: what takes less corrects the law of another as often as it
-    /// is a cause (12 of 25 in workshops and laboratories of seeds 21, 22 and 31).
+    /// is a cause (10 of 23 in workshops and a laboratory of seeds 21, 22 and 31).
     pub great_share: f64,
     /// See `great_share`; 1 in 20, as of the intervals.
     pub of_any: f64,

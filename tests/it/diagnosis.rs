@@ -419,3 +419,25 @@ fn noise_is_taken_from_repeats() {
     assert_eq!(found.noise_source, NoiseSource::Repeated);
     assert_eq!(found.verdict, Verdict::NoGap);
 }
+
+/// A drift of six parameters in thirty configurations, its noise not stated: flipped signs do not show it, readings that are not
+/// fitted do. Noise alone, not stated either, is given no name.
+#[test]
+fn causes_of_many_parameters_are_named_without_a_stated_noise() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let answer = |effect: &[&str]| -> serde_json::Value {
+        let made = ["simulate", "universal-ur5", "--poses", "30", "--noise", "0.05", "--errors", "0", "--conditions"];
+        let unknown = ["--unknown-base", "--unknown-tool", "--into", "c", "--force"];
+        assert_eq!(run(at, &[&made, &unknown[..], effect].concat()).status, 0);
+        let file = at.join("c/campaign.yaml");
+        let text = std::fs::read_to_string(&file).expect("text").replace("instrument:\n  sigma: 0.05\n", "");
+        assert!(!text.contains("sigma"));
+        std::fs::write(&file, text).expect("written");
+        serde_json::from_str(&run(at, &["diagnose", "c", "--format", "json"]).out).expect("JSON")
+    };
+    let found = answer(&["--effect", "frame-drift@base:x=2e-7,y=-1e-7,z=1e-7,rx=1e-7"]);
+    assert_eq!((&found["causes"][0]["effect"], &found["causes"][0]["level"]), (&"frame-drift".into(), &"law".into()));
+    assert_eq!(found["causes"][0]["claim"], "frame-drift at base");
+    assert_eq!(answer(&[])["causes"], serde_json::json!([]));
+}
