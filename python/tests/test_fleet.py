@@ -230,8 +230,8 @@ def test_sealed_campaigns(tmp_path: Path, command: Callable[..., dict[str, Any]]
         assert timeless(found) == timeless(wanted[Path(row["path"]).name])
         assert row["verdict"] == ("right" if found["right"] else "wrong") and row["causes"]
     # What a cause consists of need not be numbers: by what a joint with play changes its flank.
-    played = {"effect": "backlash@joint:2:half_width=1e-3,by=approach", "noise": 0.05, "unknown_base": True}
-    elastogeo.simulate("universal-ur5", 30, tmp_path / "played", **played)
+    play = "backlash@joint:2:half_width=1e-3,by=approach"
+    elastogeo.simulate("universal-ur5", 30, tmp_path / "played", noise=0.05, effect=play, unknown_base=True)
     asked = ["diagnose", str(tmp_path / "played"), "--into", str(tmp_path / "diagnosed"), "--sequential"]
     assert main(asked) == 0
     (row,) = rows(tmp_path / "diagnosed")
