@@ -126,6 +126,9 @@ fn declared(model: &Model) -> String {
     for frame in model.frames.iter().filter(|frame| frame.limits.is_some()) {
         let _ = writeln!(out, "joint {}: {}", frame.name, limits(frame.limits));
     }
+    for keep_out in &model.keep_out {
+        let _ = writeln!(out, "keep out {}: {}", keep_out.name, numbers(keep_out.space.as_flattened()));
+    }
     for sum in &model.limits {
         let _ = writeln!(out, "sum {}: {}", sum.name, numbers(&sum.limits));
     }

@@ -1,6 +1,7 @@
 //! Arguments, files, terminal and exit codes.
 
 mod args;
+mod boxes;
 mod commands;
 mod output;
 mod session;

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, Const, Matrix6, Vector6};
 
 use super::{Desired, Hold, Refusal, Settings};
-use crate::kinematics::{Transform, beyond_limits};
+use crate::kinematics::{Geometry, Transform, beyond_limits, entered};
 use crate::model::Model;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 
@@ -85,7 +85,7 @@ pub fn correct(
             steps = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?.0;
         }
     }
-    within_limits(model, &q, work)?;
+    within_limits(predictor.geometry(), &q, work)?;
     small_enough(model, &desired.nominal, &q, settings, condition)?;
     let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
     let off = held.in_its_axes(&seen.to(target)).into();
@@ -118,8 +118,9 @@ fn scale(model: &Model, k: usize) -> f64 {
     }
 }
 
-/// Variables and passive joints at the configuration just placed.
-fn within_limits(model: &Model, q: &[f64], work: &SingleWorkspace) -> Result<(), Refusal> {
+/// Variables, passive joints and boxes to keep out of, at the configuration just placed.
+fn within_limits(geometry: &Geometry, q: &[f64], work: &SingleWorkspace) -> Result<(), Refusal> {
+    let model = geometry.model;
     let mut beyond = Vec::new();
     for (value, variable) in q.iter().zip(&model.variables) {
         let Some([low, high]) = variable.limits else { continue };
@@ -132,6 +133,7 @@ fn within_limits(model: &Model, q: &[f64], work: &SingleWorkspace) -> Result<(),
         let [value, low, high] = [of.value, of.limits[0], of.limits[1]].map(|v| length_or_angle(v, of.is_angle));
         format!("{} would be {value}, from {low} to {high} are allowed", of.name)
     }));
+    beyond.extend(entered(geometry, &work.state.placements).map(|entered| entered.to_string()));
     if beyond.is_empty() { Ok(()) } else { Err(Refusal::Limits(beyond)) }
 }
 

@@ -30,6 +30,8 @@ pub struct Robot {
     pub loops: Vec<Loop>,
     /// Limits of sums of joints.
     pub limits: Vec<SumLimit>,
+    /// Boxes through which no link may pass.
+    pub keep_out: Vec<KeepOut>,
     /// Actuators away from their joint.
     pub actuators: Vec<SliderCrank>,
     /// Pose of the base frame in the measurement frame.
@@ -90,6 +92,15 @@ pub struct SumLimit {
     pub is_angle: bool,
     /// Least and greatest value, rad or m.
     pub limits: [f64; 2],
+}
+
+/// A box through which no link may pass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeepOut {
+    /// Name.
+    pub name: String,
+    /// From and to along x, y, z of the base frame, m; infinite where open.
+    pub space: [[f64; 2]; 3],
 }
 
 /// A closed loop.

@@ -33,6 +33,7 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         actuators: parts.actuators.into_iter().flatten().collect(),
         couplings: robot.couplings.iter().map(|coupling| coupling.terms.clone()).collect(),
         limits: robot.limits.clone(),
+        keep_out: robot.keep_out.clone(),
         stages: Vec::new(),
         base,
         tool,

@@ -30,7 +30,7 @@ pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;
 use crate::description::raw::JointKind;
-use crate::description::robot::{FrameIndex, Motion, SumLimit, Variable};
+use crate::description::robot::{FrameIndex, KeepOut, Motion, SumLimit, Variable};
 use crate::parameter::{Group, Registry, Slot};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
@@ -51,6 +51,8 @@ pub struct Model {
     pub couplings: Vec<Vec<(f64, FrameIndex)>>,
     /// Limits of sums of joints.
     pub limits: Vec<SumLimit>,
+    /// Boxes through which no link may pass.
+    pub keep_out: Vec<KeepOut>,
     /// Joints that are not driven by a variable of their own, in the order in which they can be evaluated.
     pub stages: Vec<Stage>,
     /// First of the six slots of the base's pose in the measurement frame.

@@ -25,7 +25,9 @@ pub enum PlanningError {
         source: AssemblyError,
     },
     /// Too few configurations keep the rules.
-    #[error("only {found} of {tried} configurations drawn keep the limits, the workspace and the line of sight")]
+    #[error(
+        "only {found} of {tried} configurations drawn keep the limits, the workspace, the line of sight and out of the boxes of `keep_out`"
+    )]
     TooFewAllowed {
         /// How many were found.
         found: usize,

@@ -87,17 +87,18 @@ impl<'a> Rules<'a> {
 
     /// The same for configurations that are not measured: without line of sight and workspace.
     pub fn seen_from_anywhere(&self, q: &[f64], placements: &Placements) -> bool {
-        within_limits(self.geometry.model, q, placements) && self.is_sturdy(q)
+        within_limits(self.geometry, q, placements) && self.is_sturdy(q)
     }
 
+    /// Whether linkages off by [`super::Settings::off`] tolerances can take a configuration, within the limits of their joints.
     fn is_sturdy(&self, q: &[f64]) -> bool {
         let mut placements = Placements::default();
-        self.disturbed.iter().all(|geometry| geometry.place(q, &mut placements).is_ok())
+        self.disturbed.iter().all(|off| off.place(q, &mut placements).is_ok() && within_limits(off, q, &placements))
     }
 
     /// What can be measured at placed frames; nothing where a rule is broken.
     pub fn seen(&self, q: &[f64], placements: &Placements) -> Option<Vec<Option<usize>>> {
-        if !within_limits(self.geometry.model, q, placements) {
+        if !within_limits(self.geometry, q, placements) {
             return None;
         }
         let mut found = Vec::with_capacity(self.request.markers.len());

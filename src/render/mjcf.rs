@@ -278,6 +278,7 @@ impl Writer<'_> {
             ("beams", robot.elastic.beams.iter().map(|own| own.name.as_str()).collect()),
             ("springs that act on the stiffness alone", weak.map(|own| own.name.as_str()).collect()),
             ("limits of sums", robot.limits.iter().map(|own| own.name.as_str()).collect()),
+            ("boxes to keep out of", robot.keep_out.iter().map(|own| own.name.as_str()).collect()),
             ("effects", robot.effects.iter().filter_map(|own| own.effect.as_deref()).collect()),
             ("rules", robot.fuzzy.iter().map(|_| "fuzzy").collect()),
         ];

@@ -150,7 +150,7 @@ pub fn lay_out(
             let now = target_values(model, campaign, index, values);
             let mut placements = Placements::default();
             let mut is_taken =
-                |q: &Vec<f64>| geometry.place(q, &mut placements).is_ok() && within_limits(model, q, &placements);
+                |q: &Vec<f64>| geometry.place(q, &mut placements).is_ok() && within_limits(&geometry, q, &placements);
             let mut touched = || {
                 drawn.iter().filter_map(|q| toucher.touching(reading, &now, q, &off)).filter(|q| is_taken(q)).count()
             };

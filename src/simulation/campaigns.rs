@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::description::campaign::{Campaign, Reading, Target};
 use crate::description::robot::Motion;
 use crate::effects::Condition;
-use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits};
+use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits, entered};
 use crate::model::Model;
 use crate::observation::{Noise, Observes, POSE, Purpose};
 use crate::prediction::{Linearised, PredictionError, Predictor};
@@ -54,13 +54,16 @@ pub fn joint_box(model: &Model, share: f64) -> Vec<[f64; 2]> {
     model.variables.iter().map(side).collect()
 }
 
-/// Whether a placed configuration `q` (rad and m) keeps the limits of all joints and of sums of joints.
-pub fn within_limits(model: &Model, q: &[f64], placements: &Placements) -> bool {
+/// Whether a placed configuration `q` (rad and m) keeps the limits of all joints and of sums of joints, and out of the boxes
+/// declared.
+pub fn within_limits(geometry: &Geometry, q: &[f64], placements: &Placements) -> bool {
+    let model = geometry.model;
     let driven = model.frames.iter().zip(&placements.joints);
     driven
         .filter(|(frame, _)| matches!(frame.motion, Motion::Variable { .. }))
         .all(|(frame, joint)| frame.limits.is_none_or(|[low, high]| (low..=high).contains(joint)))
         && beyond_limits(model, q, placements).next().is_none()
+        && entered(geometry, placements).next().is_none()
 }
 
 /// Configurations drawn uniformly from a box of the variables (rad, m), as far as they can be assembled, keep the limits
@@ -85,7 +88,7 @@ pub fn draw_in_box(
             .collect();
         match geometry.place(&q, &mut placements) {
             Ok(()) => {
-                if within_limits(geometry.model, &q, &placements) && accepted(&q, &placements) {
+                if within_limits(geometry, &q, &placements) && accepted(&q, &placements) {
                     drawn.push(q);
                 }
             }
@@ -134,9 +137,9 @@ pub fn draw_configurations_in(
     let nominal = Geometry::nominal(geometry.model).ok().filter(|_| !geometry.model.stages.is_empty());
     let mut placements = Placements::default();
     let accepted = |q: &[f64], _: &Placements| {
-        nominal.as_ref().is_none_or(|nominal| {
-            nominal.place(q, &mut placements).is_ok() && within_limits(geometry.model, q, &placements)
-        })
+        nominal
+            .as_ref()
+            .is_none_or(|nominal| nominal.place(q, &mut placements).is_ok() && within_limits(nominal, q, &placements))
     };
     match draw_in_box(geometry, within, count, random, accepted) {
         (drawn, Some(error)) if drawn.len() < count => Err(error),

@@ -42,6 +42,7 @@ mod inclination;
 mod init;
 mod inverse;
 mod joints;
+mod keep_out;
 mod laws;
 mod least_squares;
 mod literature_more_garbow_hillstrom;

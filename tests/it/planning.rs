@@ -20,7 +20,7 @@ use crate::figures::recorded;
 
 const GEOMETRIC: What = What { geometric: true, elastic: false };
 
-fn request(model: &Model, count: usize) -> Request {
+pub fn request(model: &Model, count: usize) -> Request {
     Request {
         count,
         what: GEOMETRIC,

@@ -74,6 +74,10 @@ pub struct Simulate {
     /// Narrower limits of variables, in the description's units: name=low:high.
     #[arg(long, value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
     pub range: Vec<String>,
+    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// are open. Base frame, in the description's units.
+    #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
+    pub keep_out: Vec<String>,
     /// Share of configurations marked `check`.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,
@@ -160,9 +164,13 @@ pub struct Plan {
     /// Share of each variable's limits to stay in.
     #[arg(long, default_value_t = 1.0)]
     pub share: f64,
-    /// Box in which the measured points stay, base frame, in the description's units.
-    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", allow_hyphen_values = true)]
+    /// Box in which the measured points stay, base frame, in the description's units; ends left out are open.
+    #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     pub workspace: Option<String>,
+    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// are open. Base frame, in the description's units.
+    #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
+    pub keep_out: Vec<String>,
     /// Least distance between the tool centre points of two configurations, in the description's units.
     #[arg(long, default_value_t = 0.0)]
     pub apart: f64,

@@ -15,6 +15,7 @@ use super::pose::loaded_configurations;
 use super::simulate::observed;
 use crate::Error;
 use crate::cli::args::Plan;
+use crate::cli::boxes::{keep_out, space};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{known_parameters, markers, numbers, ranges, wrench};
@@ -40,13 +41,17 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
-    let planned_for = planned_for(command, session, seed)?;
-    let measured = match (&command.add_to, &planned_for) {
+    let mut planned_for = planned_for(command, session, seed)?;
+    let mut measured = match (&command.add_to, &planned_for) {
         (Some(name), None) => Some(session.reader.campaign(name, Some(&command.robot))?),
         _ => None,
     };
     // A campaign may leave elements out.
-    let robot = if planned_for.is_none() { Some(session.reader.robot(&command.robot)?) } else { None };
+    let mut robot = if planned_for.is_none() { Some(session.reader.robot(&command.robot)?) } else { None };
+    let own = planned_for.as_mut().map(|own| &mut own.robot).or(measured.as_mut().map(|own| &mut own.robot));
+    if let Some(own) = own.or(robot.as_mut()) {
+        keep_out(&command.keep_out, own)?;
+    }
     let loaded = match (&planned_for, &measured, &robot) {
         (Some(own), ..) => &own.robot,
         (None, Some(measured), _) => &measured.robot,
@@ -102,7 +107,7 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         estimate: said_by.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight: sight(command, length)?,
-        workspace: workspace(command, length)?,
+        workspace: command.workspace.as_deref().map(|text| space("--workspace", text, length)).transpose()?,
         apart: command.apart * length,
         tests,
         measured: measured.cloned(),
@@ -265,16 +270,6 @@ fn sight(command: &Plan, length: f64) -> Result<Option<Sight>, Error> {
     Ok(Some(Sight { instrument, cone: command.cone.to_radians(), facing: facing.normalize() }))
 }
 
-/// The box in which measured points stay, m.
-fn workspace(command: &Plan, length: f64) -> Result<Option<[[f64; 2]; 3]>, Error> {
-    let Some(text) = &command.workspace else { return Ok(None) };
-    let n = numbers("--workspace", text, &[6])?;
-    if (0..3).any(|k| n[2 * k] >= n[2 * k + 1]) {
-        return Err(Error::input(format!("--workspace `{text}`"), "give least before greatest: x, y, z"));
-    }
-    Ok(Some(std::array::from_fn(|k| [n[2 * k] * length, n[2 * k + 1] * length])))
-}
-
 /// Names that the campaign does not have, counted on from its own.
 fn rename(planned: &mut Planned, known: &[String]) {
     let number = |name: &String| name.strip_prefix('p').and_then(|number| number.parse::<usize>().ok());
@@ -319,7 +314,8 @@ fn refused(error: PlanningError) -> Error {
             "give --poses {least} or more, take tolerances for known with --prior, or hold parameters with --hold"
         ),
         PlanningError::TooFewAllowed { .. } => {
-            "widen --cone, --workspace, --range or --share, or move the instrument".into()
+            "widen --cone, --workspace, --range or --share, move the instrument, or make what is kept out of smaller"
+                .into()
         }
         PlanningError::NoTest { .. } => "widen --test-range, or give poses with --test".into(),
         PlanningError::TooNear { .. } => "lower --apart, or ask for fewer".into(),

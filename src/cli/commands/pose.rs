@@ -6,6 +6,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use crate::Error;
 use crate::cli::args::Pose;
+use crate::cli::boxes;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
@@ -202,7 +203,9 @@ fn beyond_all(
             }
         }
     }
-    beyond(&variables, &loaded.raw.units, of, all.iter().map(Vec::as_slice), place)
+    let mut diagnostics = beyond(&variables, &loaded.raw.units, of, all.iter().map(Vec::as_slice), place);
+    diagnostics.extend(boxes::beyond(loaded, of, configurations.iter().copied()));
+    diagnostics
 }
 
 fn read(

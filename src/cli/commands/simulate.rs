@@ -16,6 +16,7 @@ use serde_json::Value;
 use crate::Error;
 use crate::blind::seal as digest;
 use crate::cli::args::Simulate;
+use crate::cli::boxes::keep_out;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{markers, wrench};
@@ -45,6 +46,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         let entry = effect(&loaded.model, text)?;
         loaded.model.switch_on(entry);
     }
+    keep_out(&command.keep_out, &mut loaded)?;
     let mut diagnostics = Vec::new();
     let model = &loaded.model;
     let mut random = generator(seed);

@@ -78,6 +78,8 @@ raw! {
         /// Limits of sums of joints: `q3 - q2: [-60, 90]`. A name is that of a variable, or else of a joint (by its frame),
         /// which may be passive or follow others.
         limits: IndexMap<String, [f64; 2]>,
+        /// Boxes through which no link may pass, by name.
+        keep_out: IndexMap<String, RawKeepOut>,
         /// Turns of the motor in a turn of its joint, by variable: what its motor does to a joint comes back with each of them.
         gear_ratios: IndexMap<String, f64>,
         /// Actuators that do not sit at their joint, by name.

@@ -208,6 +208,19 @@ raw! {
 }
 
 raw! {
+    /// A box along the axes of the base frame 0 through which no link may pass: from and to along each axis, open where absent
+    /// or infinite.
+    pub struct RawKeepOut {
+        /// Along x.
+        x: Option<[f64; 2]>,
+        /// Along y.
+        y: Option<[f64; 2]>,
+        /// Along z.
+        z: Option<[f64; 2]>,
+    }
+}
+
+raw! {
     /// A measured point, in a frame.
     pub struct RawMarker {
         /// The frame it moves with; the tool's where absent.

@@ -7,6 +7,7 @@ mod drivers;
 mod elastic;
 mod elastic_values;
 mod fuzzy;
+mod keep_out;
 mod limits;
 mod loops;
 mod motion;
@@ -62,6 +63,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     let calibration = calibration::resolve(raw, &mut diagnostics);
     let fuzzy = fuzzy::resolve(raw, &tree, &mut diagnostics);
     let limits = limits::resolve(raw, &tree, &mut diagnostics);
+    let keep_out = keep_out::resolve(raw, &mut diagnostics);
     if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics.diagnostics);
     }
@@ -73,6 +75,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         couplings: tree.couplings,
         loops: tree.loops,
         limits,
+        keep_out,
         actuators: tree.actuators,
         base,
         tool,

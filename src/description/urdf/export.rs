@@ -117,6 +117,8 @@ impl<'a> Writer<'a> {
         }
         let sections = [
             ("base", robot.base == RawPlacement::default()),
+            ("limits", robot.limits.is_empty()),
+            ("keep_out", robot.keep_out.is_empty()),
             ("anchors", robot.anchors.is_empty()),
             ("beams", robot.beams.is_empty()),
             ("joint_stiffness", robot.joint_stiffness.is_empty()),

@@ -178,7 +178,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Whether the joints that no variable moves directly, and sums of joints, keep their limits at the configuration just
-    /// placed.
+    /// placed. Boxes to keep out of do not steer the steps: an arm may have to pass through one on its way to a solution.
     pub fn passive_within(&self, q: &[f64], placements: &Placements) -> bool {
         beyond_limits(self.geometry.model, q, placements).next().is_none()
     }

@@ -15,6 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::geometry::{Geometry, Placements};
+use super::keep_out::entered;
 use super::limits::beyond_limits;
 use descent::{Memory, Problem, Within};
 
@@ -237,7 +238,8 @@ impl Search<'_> {
     /// Errors of a configuration that keeps all limits, and their weighted square.
     fn measure(&self, joints: Vec<f64>, memory: &mut Memory) -> Option<(f64, Solution)> {
         let errors = self.problem.errors(&joints, memory)?;
-        let within = self.problem.passive_within(&joints, &memory.placements);
+        let within = self.problem.passive_within(&joints, &memory.placements)
+            && entered(self.problem.geometry, &memory.placements).next().is_none();
         let solution = Solution {
             joints,
             position_error: errors.position.norm(),
@@ -360,6 +362,10 @@ impl Search<'_> {
         }
         if self.problem.errors(q, memory).is_some() {
             names.extend(beyond_limits(model, q, &memory.placements).map(|beyond| beyond.name.to_owned()));
+            let boxes = entered(self.problem.geometry, &memory.placements)
+                .map(|entered| format!("keep_out `{}`", entered.keep_out));
+            names.extend(boxes);
+            names.dedup();
         }
         names
     }

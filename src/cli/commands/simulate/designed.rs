@@ -8,6 +8,7 @@ use super::drawn::{Configurations, configurations as drawn};
 use super::errors::{effect, set_errors};
 use crate::Error;
 use crate::cli::args::Simulate;
+use crate::cli::boxes::keep_out;
 use crate::cli::commands::designed::{Cells, Wanted, blank, given, plain};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
@@ -34,6 +35,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         let entry = effect(&design.robot.model, text)?;
         design.robot.model.switch_on(entry);
     }
+    keep_out(&command.keep_out, &mut design.robot)?;
     let mut raw = stated(plain(&design.raw), command);
     if raw.loads.joints == LoadSource::Measured {
         return Err(Error::input(
@@ -245,7 +247,7 @@ fn bring_to_contacts(
         for _ in 0..TRIALS {
             found = toucher.touching(index, &target, &start, &off).filter(|q| {
                 geometry.place(q, &mut placements).is_ok()
-                    && within_limits(model, q, &placements)
+                    && within_limits(&geometry, q, &placements)
                     && q.iter().zip(&within).all(|(q, [low, high])| (*low..=*high).contains(q))
             });
             if found.is_some() {

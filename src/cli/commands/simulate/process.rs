@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use super::campaign::{Made, delivered};
 use crate::Error;
 use crate::cli::args::{FrameName, Simulate};
+use crate::cli::boxes;
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
@@ -32,6 +33,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
+        diagnostics.extend(boxes::beyond(loaded, "rows", rows.clone()));
         diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
     }
     if marker.is_some() {
