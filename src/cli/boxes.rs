@@ -10,7 +10,7 @@ use crate::kinematics::{Geometry, Placements, always_entered, entered};
 
 /// From and to along x, y, z, in units of `length` (m); an end that is left out is open. Commas or colons separate them.
 pub fn space(flag: &str, text: &str, length: f64) -> Result<[[f64; 2]; 3], Error> {
-    let open = |k: usize| if k % 2 == 0 { f64::NEG_INFINITY } else { f64::INFINITY };
+    let open = |k: usize| if k.is_multiple_of(2) { f64::NEG_INFINITY } else { f64::INFINITY };
     let end = |(k, end): (usize, &str)| match end.trim() {
         "" => Some(open(k)),
         end => end.parse::<f64>().ok().map(|v| v * length).filter(|v| v.abs() <= GREATEST),
