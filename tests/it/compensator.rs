@@ -9,6 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value as Json;
 
 use crate::cli::run;
+use crate::figures::recorded;
 use crate::support::golden;
 
 /// Table V.
@@ -66,6 +67,43 @@ fn eq_13_returns_table_vii_from_what_it_predicts_and_within_its_intervals_from_t
     assert!((found.spring.value - 0.144e-6).abs() < 0.031e-6);
     assert!((found.free_length.value - 0.458).abs() < 0.027);
     assert!((found.rms - 0.019e-6).abs() < 0.003e-6, "three parameters do not follow the five: {}", found.rms);
+}
+
+/// Table VII by the command from Table VI as printed, ordinary least squares of eq. (13): inside the printed intervals. What the
+/// last digits of Table VI leave open holds the printed kc and s0, and k2_0 to 0.002.
+#[test]
+fn table_vii_is_fitted_to_table_vi() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fitted = |shift: [f64; 5]| -> [f64; 3] {
+        let mut table = String::from("q,k2\n");
+        for ((q, k), shift) in ANGLES.iter().zip([0.297, 0.287, 0.315, 0.302, 0.251]).zip(shift) {
+            table += &format!("{q},{}\n", k + shift);
+        }
+        std::fs::write(folder.path().join("vi.csv"), table).expect("written");
+        let arguments =
+            ["compensator", "--mounting", "184.72,685.93,123.3", "--compliances", "vi.csv", "--format", "json"];
+        let ran = run(folder.path(), &arguments);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let json: Json = serde_json::from_str(&ran.out).expect("JSON");
+        ["k2_0", "kc", "s0"].map(|name| json[name]["value"].as_f64().expect("a value"))
+    };
+    let found = fitted([0.0; 5]);
+    let (mut least, mut most) = ([f64::INFINITY; 3], [0.0_f64; 3]);
+    for corner in 0..32 {
+        let at = fitted(std::array::from_fn(|k| if corner >> k & 1 == 1 { 0.0005 } else { -0.0005 }));
+        (0..3).for_each(|k| (least[k], most[k]) = (least[k].min(at[k]), most[k].max(at[k])));
+    }
+    let printed = [("k2_0", 0.302, 0.004), ("kc", 0.144, 0.031), ("s0", 458.0, 27.0)];
+    let mut lines = Vec::new();
+    for (k, (name, value, width)) in printed.into_iter().enumerate() {
+        assert!((found[k] - value).abs() < width, "{name}: {} {value}", found[k]);
+        lines.push(format!(
+            "{name}: {value} printed, {:.4} here, {:.4} to {:.4} by rounding of Table VI",
+            found[k], least[k], most[k]
+        ));
+    }
+    recorded("table-vii", "cargo test table_vii_is_fitted", &lines);
+    assert!((least[1]..most[1]).contains(&0.144) && (least[2]..most[2]).contains(&458.0) && least[0] - 0.302 < 0.0025);
 }
 
 /// Positions at joint angles.
