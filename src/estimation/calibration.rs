@@ -53,7 +53,10 @@ pub(super) fn calibrate_as_asked(
         }
         progress(step);
     };
-    let found = fit(&problem, &bounds, settings, &mut noted)?;
+    let mut found = fit(&problem, &bounds, settings, &mut noted)?;
+    // What follows counts in the parameters themselves.
+    let scales = problem.scales(&found.x);
+    found.jacobian.column_iter_mut().zip(&scales).for_each(|(mut column, scale)| column.scale_mut(scale.recip()));
 
     let covariance = covariance(&task.fitted, &problem, &found);
     let ci95 = covariance.ci95();
@@ -64,6 +67,7 @@ pub(super) fn calibrate_as_asked(
     });
     let equivalences = equivalences.collect();
     let free = task.back_to_nominal(&selection, &found, &mut values)?;
+    let fitted = Fitted { covariance: &covariance, at_bound: &free, logarithms: problem.logarithms() };
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
     let open = match settings.second_order {
@@ -80,7 +84,7 @@ pub(super) fn calibrate_as_asked(
         task.predicted_error(problem.slots(), &values, &covariance, direction_noise, &residual)?;
     Ok(Calibration {
         fit: task.carried(problem.slots(), &covariance, direction_noise),
-        estimates: task.estimates(&selection, &values, &covariance, &open, &free)?,
+        estimates: task.estimates(&selection, &values, &fitted, &open)?,
         predicted,
         configurations,
         slots: selection.predictor.slots,
@@ -125,6 +129,13 @@ pub(super) struct Task<'a> {
     everything: Predictor<'a>,
 }
 
+/// What a fit tells of its parameters.
+struct Fitted<'t> {
+    covariance: &'t Covariance,
+    at_bound: &'t [bool],
+    logarithms: &'t [bool],
+}
+
 /// The fit of the kept parameters, and their bounds.
 struct Selected<'t> {
     problem: CampaignProblem<'t>,
@@ -146,6 +157,9 @@ impl<'a> Task<'a> {
         if settings.scheme != Scheme::Batch && settings.loss != Loss::Squares {
             let message = "a robust loss needs the batch scheme; the iterative schemes of the papers know squares only";
             return malformed(message.into());
+        }
+        if settings.logarithms && settings.scheme != Scheme::Batch {
+            return malformed("logarithms of springs need the batch scheme".into());
         }
         if let Some(fault) = loss_fault(settings.loss) {
             return malformed(fault);
@@ -248,7 +262,9 @@ impl<'a> Task<'a> {
             }
         }
         let predictor = Predictor::new(self.model, &self.fitted, kept)?;
-        Ok(Selected { problem: CampaignProblem::new(predictor, start, sigmas, priors), bounds })
+        let problem = CampaignProblem::new(predictor, start, sigmas, priors);
+        let problem = if self.settings.logarithms { problem.in_logarithms(&mut bounds) } else { problem };
+        Ok(Selected { problem, bounds })
     }
 
     /// Geometric parameters are expected within their tolerance of the description; base, tool and springs are not.
@@ -331,9 +347,8 @@ impl<'a> Task<'a> {
         &self,
         selection: &Selection,
         values: &[f64],
-        covariance: &Covariance,
+        &Fitted { covariance, at_bound, logarithms }: &Fitted,
         open: &[f64],
-        at_bound: &[bool],
     ) -> Result<Vec<Estimate>, CalibrationError> {
         let slots = &selection.predictor.slots;
         let mut last = Linearised::default();
@@ -350,11 +365,15 @@ impl<'a> Task<'a> {
         let estimate = |(column, (&slot, moves)): (usize, (&Slot, f64))| {
             let position = selection.identifiability.kept.binary_search(&column).ok();
             let (ci95, degrees_of_freedom) = position.map(width).unzip();
+            let value = values[slot];
+            let of_factors = |ci95: f64| [-1.0, 1.0].map(|side| value * (side * ci95 / value).exp());
+            let interval = ci95.filter(|_| position.is_some_and(|k| logarithms[k]) && value > 0.0).map(of_factors);
             Estimate {
                 slot,
                 nominal: self.nominal[slot],
-                value: values[slot],
+                value,
                 ci95,
+                interval,
                 of_dropped: position.and_then(|k| open.get(k).copied()).filter(|open| *open > 0.0),
                 degrees_of_freedom: degrees_of_freedom.unwrap_or(0.0),
                 at_bound: position.is_some_and(|k| at_bound[k]),

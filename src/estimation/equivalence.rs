@@ -2,23 +2,16 @@
 //! stiffness sum k_i (eq. (68), (69) of the IR663 calibration paper).
 //!
 //! In series the columns of the members keep their ratio whatever the members' values are. In parallel they do not: a
-//! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed separates the two.
+//! stiffness k shows as 1, a compliance c as -1/c^2, so that one whose value is changed separates the two. Three or more may
+//! be groups within each other ([`Network`]).
 
 use super::bounds;
+use super::network::{CHANGED, Network, Together};
 use crate::description::campaign::Campaign;
 use crate::identifiability::Identifiability;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor};
-
-/// How springs act together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Together {
-    /// One after the other: compliances add.
-    Series,
-    /// Next to each other: stiffnesses add.
-    Parallel,
-}
 
 /// By which rule an equivalent is split back into its members.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,8 +28,10 @@ pub enum Split {
 pub struct SpringGroup {
     /// The kept one first, then those merged into it, with their weights in the sum (1 for plain series).
     pub members: Vec<(Slot, f64)>,
-    /// How they act together.
+    /// How they act together; of a network within which groups lie in groups, its outermost connection.
     pub together: Together,
+    /// Such a network. The weights of `members` are 1 then.
+    pub nested: Option<Network>,
 }
 
 /// A fitted group of springs.
@@ -53,9 +48,6 @@ pub struct Equivalence {
 /// A member's column may differ from a multiple of the kept one by this fraction. Springs that act as one agree to rounding
 /// (1e-9); the nearest that do not, on the bundled robots, differ by some per cent.
 const LEFT_OVER: f64 = 1e-3;
-/// Factor by which a compliance is changed to see whether the ratio of the columns follows: large compared with their rounding,
-/// small enough to stay in the same regime.
-const CHANGED: f64 = 1.5;
 /// A compliance that is to carry nothing parallel to others is this many times softer than all of them: their sum then
 /// changes by a part that no campaign sees.
 const SOFT: f64 = 1e6;
@@ -79,6 +71,8 @@ pub fn groups(
     found: &Identifiability,
 ) -> Result<Vec<SpringGroup>, PredictionError> {
     let (model, slots) = (predictor.model, &predictor.slots);
+    // Springs of which readings see one, whether or not these add up plainly.
+    let mut alike: Vec<Vec<usize>> = Vec::new();
     let is_elastic = |column: usize| model.registry[slots[column]].group == Group::Elastic;
     let mut groups: Vec<SpringGroup> = Vec::new();
     for &(dropped, _) in found.dropped.iter().filter(|(column, _)| is_elastic(*column)) {
@@ -95,6 +89,10 @@ pub fn groups(
         let (slot, kept) = (slots[dropped], slots[keeper]);
         if !is_spring(model, slot) || !is_spring(model, kept) {
             continue;
+        }
+        match alike.iter_mut().find(|columns| columns[0] == keeper) {
+            Some(columns) => columns.push(dropped),
+            None => alike.push(vec![keeper, dropped]),
         }
         let stiffness = [kept, slot].map(|slot| is_stiffness(model, slot));
         let together = match stiffness {
@@ -116,10 +114,48 @@ pub fn groups(
             // One that is in series with some and parallel to others is no plain sum.
             Some(group) if group.together != together => {}
             Some(group) => group.members.push((slot, weight)),
-            None => groups.push(SpringGroup { members: vec![(kept, 1.0), (slot, weight)], together }),
+            None => groups.push(SpringGroup { members: vec![(kept, 1.0), (slot, weight)], together, nested: None }),
         }
     }
+    for columns in alike.into_iter().filter(|columns| columns.len() > 2) {
+        let Some(network) = network(predictor, values, &columns)?.filter(Network::is_nested) else { continue };
+        let members: Vec<(Slot, f64)> = columns.iter().map(|column| (slots[*column], 1.0)).collect();
+        groups.retain(|group| group.members[0].0 != members[0].0);
+        let together = if let Network::Group(together, _) = &network { *together } else { Together::Series };
+        groups.push(SpringGroup { members, together, nested: Some(network) });
+    }
     Ok(groups)
+}
+
+/// The network that springs with columns in proportion make up, if it is one of series and parallel connections.
+fn network(predictor: &Predictor, values: &[f64], columns: &[usize]) -> Result<Option<Network>, PredictionError> {
+    let (model, slots) = (predictor.model, &predictor.slots);
+    let springs: Vec<Slot> = columns.iter().map(|column| slots[*column]).collect();
+    let compliance = |slot: Slot| compliance(model, slot, values[slot]);
+    if !springs.iter().all(|slot| compliance(*slot) > 0.0 && compliance(*slot).is_finite()) {
+        return Ok(None);
+    }
+    let parts = |changed: &[Slot]| -> Result<Vec<f64>, PredictionError> {
+        let mut values = values.to_vec();
+        changed
+            .iter()
+            .for_each(|&slot| values[slot] *= if is_stiffness(model, slot) { CHANGED.recip() } else { CHANGED });
+        let mut found = Linearised::default();
+        predictor.linearise(&values, true, &mut found)?;
+        // In proportion to the first column, and by compliance.
+        let width = slots.len();
+        let along = |column: usize| -> f64 {
+            found.jacobian.chunks(width).map(|row| row[columns[0]] * row[column]).sum::<f64>()
+        };
+        let by_compliance = |slot: Slot| if is_stiffness(model, slot) { -values[slot] * values[slot] } else { 1.0 };
+        Ok(columns.iter().map(|&column| along(column) * by_compliance(slots[column])).collect())
+    };
+    Network::of(&springs, &compliance, parts)
+}
+
+/// A value of a spring as a compliance, and the reverse.
+fn compliance(model: &Model, slot: Slot, value: f64) -> f64 {
+    if is_stiffness(model, slot) { value.recip() } else { value }
 }
 
 /// Whether the ratio of two compliances' columns, `factor`, changes with the second one's value as it does in parallel.
@@ -150,12 +186,73 @@ impl SpringGroup {
 
     /// The equivalent of the members' values.
     pub fn of(&self, model: &Model, values: &[f64]) -> f64 {
+        if let Some(network) = &self.nested {
+            return self.shown(network.compliance(&|slot| compliance(model, slot, values[slot])));
+        }
         self.members.iter().map(|&(slot, weight)| weight * self.part(model, slot, values[slot])).sum()
+    }
+
+    /// A compliance of the whole as its value is given.
+    fn shown(&self, compliance: f64) -> f64 {
+        if self.together == Together::Parallel { compliance.recip() } else { compliance }
+    }
+
+    /// As [`SpringGroup::gather`], of a network: what is in series with the kept member is made rigid.
+    fn gather_network(&self, network: &Network, model: &Model, values: &mut [f64]) -> [f64; 2] {
+        let kept = self.members[0].0;
+        let whole = network.compliance(&|slot| compliance(model, slot, values[slot]));
+        let end = |end: usize| {
+            network.compliance(&|slot| {
+                let ends = bounds::bounds(model, slot).map(|value| compliance(model, slot, value.max(0.0)));
+                if end == 0 { ends[0].min(ends[1]) } else { ends[0].max(ends[1]) }
+            })
+        };
+        let (rigid, loose, times) = network.alone(kept);
+        let limits = [end(0) / times, end(1) / times];
+        for (slots, own) in [(rigid, 0.0), (loose, whole * SOFT)] {
+            for slot in slots {
+                values[slot] = match is_stiffness(model, slot) {
+                    true => compliance(model, slot, own.max(whole / SOFT)),
+                    false => own,
+                };
+            }
+        }
+        values[kept] = compliance(model, kept, whole / times);
+        let ends = limits.map(|limit| compliance(model, kept, limit));
+        if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] }
+    }
+
+    /// As [`SpringGroup::fitted`], of a network: its members are split in proportion to the description.
+    fn fitted_network(self, network: &Network, model: &Model, ci95: f64, values: &mut [f64]) -> Equivalence {
+        let kept = self.members[0].0;
+        let at = |values: &[f64]| network.compliance(&|slot| compliance(model, slot, values[slot]));
+        let whole = at(values).max(0.0);
+        let by = network.derivative(&|slot| compliance(model, slot, values[slot]), kept);
+        let by = if is_stiffness(model, kept) { by / values[kept].powi(2) } else { by };
+        let width = if self.together == Together::Parallel { ci95 * by / (whole * whole) } else { ci95 * by };
+        let declared = model.registry.nominal();
+        let times = whole / at(&declared);
+        if times > 0.0 && times.is_finite() {
+            for (slot, _) in &self.members {
+                values[*slot] = compliance(model, *slot, times * compliance(model, *slot, declared[*slot]));
+            }
+        }
+        Equivalence { value: self.shown(whole), ci95: width, springs: self }
+    }
+
+    /// Its stiffness as a formula of those of its members, by their names.
+    pub fn formula(&self, model: &Model) -> String {
+        let part = |&(slot, weight): &(Slot, f64)| (weight, Network::Spring(slot));
+        let plain = || Network::Group(self.together, self.members.iter().map(part).collect());
+        self.nested.clone().unwrap_or_else(plain).formula(&|slot| model.registry[slot].name.clone())
     }
 
     /// Lets the kept member alone stand for the group in a fit: in parallel the others are taken out of `values` as far
     /// as they can be. Returns the bounds of the kept one by which the sum, not it alone, is bounded.
     pub fn gather(&self, model: &Model, values: &mut [f64]) -> [f64; 2] {
+        if let Some(network) = &self.nested {
+            return self.gather_network(network, model, values);
+        }
         let (kept, others) = (self.members[0].0, &self.members[1..]);
         let bounds = |slot: Slot| {
             let [low, high] = bounds::bounds(model, slot);
@@ -184,6 +281,9 @@ impl SpringGroup {
     /// The equivalent of fitted values, with the interval of the kept member (half width `ci95`), and into `values` those of
     /// the members that add up to it.
     pub fn fitted(self, model: &Model, ci95: f64, rule: Split, values: &mut [f64]) -> Equivalence {
+        if let Some(network) = self.nested.clone() {
+            return self.fitted_network(&network, model, ci95, values);
+        }
         let kept = self.members[0].0;
         let value = self.of(model, values).max(0.0);
         let inverted = self.together == Together::Parallel && !is_stiffness(model, kept);

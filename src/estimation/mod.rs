@@ -13,6 +13,7 @@ mod determined;
 mod dropped;
 mod equivalence;
 mod fit;
+mod network;
 mod placing;
 mod problem;
 mod reduction;
@@ -31,7 +32,8 @@ mod weighing;
 
 pub use against::{Against, OtherSet, against};
 pub use bound_springs::calibrate_as_weighed;
-pub use equivalence::{Equivalence, Split, SpringGroup, Together};
+pub use equivalence::{Equivalence, Split, SpringGroup};
+pub use network::{CHANGED, Network, Together};
 pub use problem::row_sigmas;
 pub use reduction::{Reduction, candidates, observe};
 pub use registration::registered;

@@ -5,9 +5,9 @@ use std::cell::{Cell, RefCell};
 use nalgebra::{DMatrix, DVector};
 
 use crate::description::campaign::{Campaign, Reading};
-use crate::least_squares::{EvaluationError, Problem};
+use crate::least_squares::{Bounds, EvaluationError, Problem};
 use crate::model::Model;
-use crate::parameter::Slot;
+use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, Predictor};
 
 /// One sigma of each residual row (m, rad), as its reading says.
@@ -42,6 +42,11 @@ pub struct Prior {
     pub sigma: f64,
 }
 
+fn is_spring(kind: Kind) -> bool {
+    use Kind::{LinearCompliance, LinearStiffness, RotationalCompliance, RotationalStiffness};
+    matches!(kind, LinearCompliance | RotationalCompliance | LinearStiffness | RotationalStiffness)
+}
+
 /// Residuals of a campaign in standard deviations, then of the priors, as a function of changes of some parameters (those
 /// of the predictor's slots) from a start.
 pub struct CampaignProblem<'a> {
@@ -49,6 +54,8 @@ pub struct CampaignProblem<'a> {
     start: Vec<f64>,
     sigmas: Vec<f64>,
     priors: Vec<Prior>,
+    /// Parameters whose logarithm is fitted.
+    logarithms: Vec<bool>,
     /// By row of a reading.
     kinds: Vec<usize>,
     /// Robust standard deviations of lengths, of angles and of torques, in stated ones.
@@ -61,6 +68,7 @@ impl<'a> CampaignProblem<'a> {
     pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
         Self {
             kinds: row_kinds(predictor.campaign),
+            logarithms: vec![false; predictor.slots.len()],
             predictor,
             start: start.to_vec(),
             sigmas,
@@ -70,11 +78,45 @@ impl<'a> CampaignProblem<'a> {
         }
     }
 
+    /// The same with the logarithms of those springs fitted that start above 0, and bounds of these: the change of such a
+    /// parameter is that of its logarithm.
+    #[must_use]
+    pub fn in_logarithms(mut self, bounds: &mut Bounds) -> Self {
+        for (k, &slot) in self.predictor.slots.iter().enumerate() {
+            let parameter = &self.predictor.model.registry[slot];
+            let start = self.start[slot];
+            if !(parameter.group == Group::Elastic && is_spring(parameter.kind) && start > 0.0 && start.is_finite()) {
+                continue;
+            }
+            self.logarithms[k] = true;
+            for limit in [&mut bounds.lower[k], &mut bounds.upper[k]] {
+                *limit = (1.0 + *limit / start).max(0.0).ln();
+            }
+        }
+        self
+    }
+
+    /// Which parameters are fitted by their logarithms.
+    pub fn logarithms(&self) -> &[bool] {
+        &self.logarithms
+    }
+
+    /// Derivative of each parameter by what is fitted of it: the value itself of one whose logarithm is.
+    pub fn scales(&self, x: &[f64]) -> Vec<f64> {
+        let values = self.values(x);
+        let slots = self.slots().iter().zip(&self.logarithms);
+        slots.map(|(&slot, logarithm)| if *logarithm { values[slot] } else { 1.0 }).collect()
+    }
+
     /// All values at the changes `x`.
     pub fn values(&self, x: &[f64]) -> Vec<f64> {
         let mut values = self.start.clone();
-        for (&slot, change) in self.slots().iter().zip(x) {
-            values[slot] += change;
+        for ((&slot, change), logarithm) in self.slots().iter().zip(x).zip(&self.logarithms) {
+            if *logarithm {
+                values[slot] *= change.exp();
+            } else {
+                values[slot] += change;
+            }
         }
         values
     }
@@ -168,6 +210,9 @@ impl Problem for CampaignProblem<'_> {
             for (column, derivative) in derivatives.iter().enumerate() {
                 jacobian[(row, column)] = -derivative / sigma;
             }
+        }
+        for (column, &slot) in self.slots().iter().enumerate().filter(|(column, _)| self.logarithms[*column]) {
+            jacobian.column_mut(column).scale_mut(values[slot]);
         }
         for (k, prior) in self.priors.iter().enumerate() {
             jacobian[(rows + k, prior.column)] = -1.0 / prior.sigma;

@@ -64,6 +64,8 @@ pub struct Estimate {
     pub value: f64,
     /// Half width of the 95 % interval; `None` where the reduction dropped it.
     pub ci95: Option<f64>,
+    /// Ends of the 95 % interval of a spring whose logarithm was fitted.
+    pub interval: Option<[f64; 2]>,
     /// Standard uncertainty within it that is not of the readings: what dropped parameters, as uncertain as their
     /// tolerances, do to the value in second order. `None` where they do nothing.
     pub of_dropped: Option<f64>,

@@ -99,6 +99,8 @@ pub struct Settings {
     pub hold: Vec<String>,
     /// How springs that act as one are split back into their members.
     pub split: Split,
+    /// Fit the logarithms of springs: their values stay above 0, and their intervals are of factors. Batch scheme only.
+    pub logarithms: bool,
     /// Scheme of the fit. The iterative schemes exist to compare with the papers; leave it at `Batch`.
     pub scheme: Scheme,
     /// Weights of readings.
@@ -137,6 +139,7 @@ impl Default for Settings {
             only: None,
             hold: Vec::new(),
             split: Split::default(),
+            logarithms: false,
             scheme: Scheme::Batch,
             weights: Weights::Stated,
             loss: Loss::Squares,

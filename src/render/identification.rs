@@ -234,6 +234,10 @@ fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {
         _ if p.insensitive == Some(true) => any_value(p),
         (true, _) => "at its bound".to_string(),
         (_, true) => "with its group, below".to_string(),
+        _ if p.interval.is_some() => {
+            let ends = p.interval.map(|ends| ends.map(|end| number(p.unit, end)).join(" to "));
+            ends.unwrap_or_default()
+        }
         _ if p.is_uncertain_by_dropped() => "+- mostly by dropped ones".to_string(),
         _ => String::new(),
     };
@@ -286,7 +290,15 @@ fn spring_groups(groups: &[SpringGroup], screen: Screen) -> String {
         vec![group.members.join(", "), how.into(), value, ci95, group.unit.into(), note.into()]
     });
     let table = screen.table(&["members", "act", "as one of", "95 % +-", "unit", ""], rows);
-    format!("\nsprings that these readings see as one\n{table}")
+    let mut out = format!("\nsprings that these readings see as one\n{table}");
+    // Groups within each other, and members that count more or less than once.
+    for group in groups.iter().filter(|group| group.formula.contains(['(', '*'])) {
+        let sums = group.formula.matches('(').count();
+        if sums > 1 || group.kind == "parallel" || group.weights.iter().any(|weight| (weight - 1.0).abs() > 1e-3) {
+            let _ = writeln!(out, "{:.4e} {} = {}", group.equivalent, group.unit, group.formula);
+        }
+    }
+    out
 }
 
 /// The rms error step by step down to the noise, and the coordinates that are left, as bars.

@@ -29,6 +29,9 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// Half width of the 95 % interval; `None` where it was dropped.
     pub ci95: Option<f64>,
+    /// Ends of the 95 % interval of a spring whose logarithm was fitted (`--logarithms`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
     /// Standard uncertainty within it by what dropped parameters do in second order; `None` where that is nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_dropped: Option<f64>,
@@ -283,6 +286,10 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
         nominal: shown(estimate.nominal),
         value: shown(estimate.value),
         ci95: estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size),
+        interval: estimate.interval.map(|ends| {
+            let [a, b] = ends.map(shown);
+            [a.min(b), a.max(b)]
+        }),
         of_dropped: estimate.of_dropped.map(|open| parameter.shown_width(estimate.value, open) / size),
         identifiable: estimate.identifiable(),
         at_bound: estimate.at_bound,

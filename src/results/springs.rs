@@ -14,14 +14,16 @@ use crate::parameter::{Kind, Parameter, Slot};
 pub struct SpringGroup {
     /// Names, the kept one first.
     pub members: Vec<String>,
-    /// `series` or `parallel`.
+    /// `series` or `parallel`; of groups within each other the outermost.
     pub kind: &'static str,
+    /// The stiffness of the one spring from those of the members.
+    pub formula: String,
     /// Stiffness (or compliance) of the one spring, in `unit`.
     pub equivalent: f64,
     /// Half width of its 95 % interval.
     pub ci95: f64,
     pub unit: &'static str,
-    /// Weights of the members in the sum.
+    /// Weights of the members in the sum; 1 of groups within each other, which `formula` has.
     pub weights: Vec<f64>,
     /// No member moves any reading noticeably.
     pub insensitive: bool,
@@ -46,17 +48,17 @@ impl SpringGroup {
     /// A group with the names of a model.
     pub fn new(model: &Model, campaign: &Campaign, found: &Calibration, group: &Equivalence) -> Self {
         let kind = group.springs.members.first().map_or(Kind::LinearCompliance, |&(slot, _)| model.registry[slot].kind);
-        let (unit, equivalent, ci95) = match group.springs.together {
-            Together::Series => (kind.inverse().unit(), 1.0 / group.value, group.ci95 / (group.value * group.value)),
-            Together::Parallel => {
-                let stiffness = matches!(kind, Kind::LinearStiffness | Kind::RotationalStiffness);
-                (if stiffness { kind } else { kind.inverse() }.unit(), group.value, group.ci95)
-            }
+        let is_stiffness = matches!(kind, Kind::LinearStiffness | Kind::RotationalStiffness);
+        let unit = if is_stiffness { kind } else { kind.inverse() }.unit();
+        let (equivalent, ci95) = match group.springs.together {
+            Together::Series => (1.0 / group.value, group.ci95 / (group.value * group.value)),
+            Together::Parallel => (group.value, group.ci95),
         };
         let of = |slot: Slot| found.estimates.iter().find(|estimate| estimate.slot == slot);
         Self {
             members: group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.clone()).collect(),
             kind: if group.springs.together == Together::Series { "series" } else { "parallel" },
+            formula: group.springs.formula(model),
             equivalent,
             ci95,
             unit,

@@ -1,7 +1,7 @@
 //! Springs that readings see as one, against sums known beforehand; and springs that they do not see.
 
 use elastogeo::description::campaign::Campaign;
-use elastogeo::estimation::{Calibration, Settings, Split, Together, calibrate};
+use elastogeo::estimation::{CHANGED, Calibration, Network, Settings, Split, Together, calibrate};
 use elastogeo::model::Model;
 use elastogeo::observation::DEFLECTION;
 use elastogeo::render::identification::identification;
@@ -223,4 +223,94 @@ joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, id
         row.split("above ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number").parse().expect("one");
     assert!((1e8..1e11).contains(&least), "{row}");
     assert!(values[model.registry.slot("joint1.kr").expect("a spring")] < 1e-13);
+}
+
+/// Networks of which only parts taken by their springs are shown are found again: they predict the same at other values.
+#[test]
+fn networks_of_springs_are_found_by_what_their_members_take_part() {
+    let spring = Network::Spring;
+    let series = |parts: Vec<(f64, Network)>| Network::Group(Together::Series, parts);
+    let parallel = |parts: Vec<(f64, Network)>| Network::Group(Together::Parallel, parts);
+    for truth in [
+        series(vec![(1.0, spring(0)), (1.0, parallel(vec![(1.0, spring(1)), (1.0, spring(2))]))]),
+        parallel(vec![(1.0, spring(0)), (0.3, series(vec![(1.0, spring(1)), (2.25, spring(2)), (1.0, spring(3))]))]),
+        series(vec![
+            (1.0, spring(3)),
+            (
+                0.5,
+                parallel(vec![
+                    (1.0, spring(0)),
+                    (1.0, series(vec![(1.0, spring(1)), (4.0, spring(4))])),
+                    (2.0, spring(2)),
+                ]),
+            ),
+            (1.0, parallel(vec![(1.0, spring(5)), (1.0, spring(6))])),
+        ]),
+    ] {
+        let springs = truth.springs();
+        let of = |slot: usize| 0.7 + 0.31 * slot as f64;
+        let parts = |changed: &[usize]| -> Result<Vec<f64>, ()> {
+            let of = |slot: usize| if changed.contains(&slot) { CHANGED * of(slot) } else { of(slot) };
+            // Readings are known but for a factor.
+            Ok(springs.iter().map(|&slot| -3.7 * truth.derivative(&of, slot)).collect())
+        };
+        let found = Network::of(&springs, &of, parts).expect("parts").expect("a network");
+        assert!(found.is_nested() && found.springs().len() == springs.len());
+        let factor = found.compliance(&of) / truth.compliance(&of);
+        for seed in 1..5 {
+            let other = |slot: usize| 0.1 + ((slot * 7 + seed * 13) % 11) as f64;
+            assert!((found.compliance(&other) / truth.compliance(&other) / factor - 1.0).abs() < 1e-12, "{found:?}");
+        }
+    }
+    // A bridge is no such network: the part that a spring takes changes with each other one in its own way.
+    let bridge = |changed: &[usize]| -> Result<Vec<f64>, ()> {
+        Ok((0..5)
+            .map(|slot| (1.0 + slot as f64) * 1.1_f64.powi(changed.iter().map(|k| (k * slot) as i32).sum()))
+            .collect())
+    };
+    assert_eq!(Network::of(&[0, 1, 2, 3, 4], &|_| 1.0, bridge), Ok(None));
+}
+
+/// A slide whose drive has a spring beside it, on a pedestal that gives: series of which one part is itself parallel.
+#[test]
+fn a_parallel_group_in_series_is_merged_as_a_whole() {
+    let model = model_of(
+        "units: {length: m, angle: rad, stiffness: N/mm}
+gravity: [0, 0, 0]
+frames: {1: {antecedent: 0, joint: prismatic, variable: q1, limits: [0.1, 0.5]}, E: {antecedent: 1, d: 0.3}}
+tool: {frame: E}
+base_stiffness: {kz: {value: 900, identifiable: true}}
+joint_stiffness: {1: {ka: {value: 400, identifiable: true}}}
+springs: {s: {bodies: [0, 1], anchors: [[0, 0, -1], [0, 0, 0]], rate: {value: 100, identifiable: true}}}
+",
+    );
+    let (kz, ka, rate) = (700e3, 520e3, 90e3);
+    let truth = [("base.kz", 1.0 / kz), ("joint1.ka", 1.0 / ka), ("s.stiffness", rate)];
+    let (campaign, _) = deflections(&model, &truth, &[2], 1e-7);
+    for split in [Split::Prior, Split::MinimumNorm] {
+        let found = fitted(&model, &campaign, split);
+        assert!(found.converged(), "{}", found.ending);
+        let [group] = &found.equivalences[..] else { panic!("{:?}", found.equivalences) };
+        let condensed = 1.0 / (1.0 / kz + 1.0 / (ka + rate));
+        assert!((group.value * condensed - 1.0).abs() < 1.5 * group.ci95 * condensed, "{} {condensed}", group.value);
+        assert!(group.ci95 > 0.0 && group.ci95 * condensed < 1e-3, "{}", group.ci95);
+        // Split back, the members predict what the equivalent does.
+        let value = |name: &str| found.values[model.registry.slot(name).expect("a parameter")];
+        let members = value("base.kz") + 1.0 / (1.0 / value("joint1.ka") + value("s.stiffness"));
+        assert!(
+            (members / group.value - 1.0).abs() < 1e-9 && (value("joint1.ka") / value("base.kz") - 2.25).abs() < 1e-6
+        );
+        assert!((found.noise_ratio - 1.0).abs() < 0.3, "{}", found.noise_ratio);
+        let result = Identification::new(&model, &campaign, &found, 0.0);
+        let shown = &result.equivalences[0];
+        let inner = ["joint1.ka + s.stiffness", "s.stiffness + joint1.ka"].map(|sum| format!("1/({sum})"));
+        assert!(
+            shown.formula.contains("1/base.kz") && inner.iter().any(|sum| shown.formula.contains(sum)),
+            "{}",
+            shown.formula
+        );
+        assert!((shown.equivalent / condensed - 1.0).abs() < 1e-3 && shown.unit == "N/m" && shown.kind == "series");
+        let text = identification(&result, Screen::default());
+        assert!(text.contains(&shown.formula), "{text}");
+    }
 }

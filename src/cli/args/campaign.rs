@@ -91,6 +91,9 @@ pub struct Identify {
     /// How springs that the readings see as one are split back into the description's.
     #[arg(long, value_enum, default_value_t = SplitName::Prior)]
     pub split: SplitName,
+    /// Fit the logarithms of springs: none ends at or below 0, and their intervals are of factors.
+    #[arg(long)]
+    pub logarithms: bool,
     /// Write the calibrated description (.yaml or .urdf).
     #[arg(long, value_name = "FILE")]
     pub save: Option<PathBuf>,

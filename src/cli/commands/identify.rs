@@ -238,6 +238,7 @@ fn settings(command: &Identify, what: Option<What>) -> Settings {
             SplitName::Prior => Split::Prior,
             SplitName::MinimumNorm => Split::MinimumNorm,
         },
+        logarithms: command.logarithms,
         scheme: match command.scheme {
             SchemeName::Batch => Scheme::Batch,
             SchemeName::PoseByPose => Scheme::PoseByPose,
