@@ -191,7 +191,7 @@ class Configurations(Result):
 
     def __init__(self, found: dict[str, Any], text: str, failed: bool, key: str, variables: list[str]) -> None:
         super().__init__(found, text, failed)
-        self._rows: list[dict[str, Any]] = found[key]
+        self._rows: list[dict[str, Any]] = found.get(key, [])
         self.variables = variables
 
     @property

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{BalanceSettings, Refusal};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
-use crate::process::{Process, Push};
+use crate::process::{Bent, Process, Push};
 
 /// A point of the arm and what loads it there.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +17,8 @@ pub struct Balance {
     pub seen: Seen,
     /// The whole wrench on it, N and N.m, base axes.
     pub wrench: [f64; 6],
+    /// How far a strip that can yield is bent there.
+    pub strip: Option<Bent>,
 }
 
 /// The reading `index` at the configuration just placed, in equilibrium with a process and a given wrench (N and N.m,
@@ -47,7 +49,11 @@ pub fn settle(
     for _ in 0..settings.max_steps {
         let matrix = Matrix3::identity() - by_force * push.gradient;
         if gap.norm() < settings.closed {
-            return if matrix.determinant() > 0.0 { Ok(Balance { seen, wrench }) } else { Err(Refusal::Unstable) };
+            return if matrix.determinant() > 0.0 {
+                Ok(Balance { seen, wrench, strip: None })
+            } else {
+                Err(Refusal::Unstable)
+            };
         }
         let Some(step) = matrix.try_inverse().map(|inverse| inverse * gap) else { return Err(Refusal::Unstable) };
         let mut share = 1.0;
@@ -66,7 +72,7 @@ pub fn settle(
             share *= 0.5;
             if share < 1e-6 {
                 return if gap.norm() < 1e3 * settings.closed {
-                    Ok(Balance { seen, wrench })
+                    Ok(Balance { seen, wrench, strip: None })
                 } else if matrix.determinant() <= 0.0 {
                     Err(Refusal::Unstable)
                 } else {

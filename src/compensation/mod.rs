@@ -9,11 +9,13 @@ mod correct;
 mod coupling;
 mod desired;
 mod path;
+mod pushed;
 
 pub use correct::{Corrected, correct};
 pub use coupling::{Balance, settle};
 pub use desired::{Asked, Controller, desire, six};
 pub use path::{Outcome, Point, Sides, compensate, predict_path};
+pub use pushed::pushed;
 
 use nalgebra::Vector3;
 
@@ -48,6 +50,19 @@ pub struct Settings {
     pub standing: f64,
     /// The search for the balance of arm and process.
     pub balance: BalanceSettings,
+    /// How points deflect.
+    pub deflection: Deflects,
+}
+
+/// How points deflect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deflects {
+    /// Linearly, at the commanded pose.
+    Linear,
+    /// The same, and how far that is off the equilibrium at the deflected pose is found for each point.
+    Compared,
+    /// To the equilibrium at the deflected pose.
+    Equilibrium,
 }
 
 impl Settings {
@@ -63,6 +78,7 @@ impl Settings {
             max_passes: 5,
             standing: 1e-6,
             balance: BalanceSettings::default(),
+            deflection: Deflects::Linear,
         }
     }
 }

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::correct::{Corrected, correct};
 use super::coupling::{Balance, settle};
-use super::{Desired, Deviation, Refusal, Settings};
+use super::{Deflects, Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
 use crate::model::{Condition, Model};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
-use crate::process::Process;
+use crate::process::{Bent, Process};
 
 /// A compensated point.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,11 @@ pub struct Point {
     pub wrench: [f64; 6],
     /// With a process: distance from the target of the equilibrium found from the commands alone, m.
     pub settled: Option<f64>,
+    /// How far a strip that can yield is bent there.
+    pub strip: Option<Bent>,
+    /// How far the linear deflection at the commands is off that of the equilibrium at the deflected pose, m; none where that
+    /// is not asked for, or there is no such equilibrium.
+    pub linear_error: Option<f64>,
 }
 
 /// What became of a path.
@@ -88,13 +93,15 @@ pub fn compensate(
         desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     let mut sides = if derived { Sides::Derived } else { Sides::Given };
     let travel = travel(desired);
+    let history = process.filter(|process| process.remembers()).map(|process| history(process, desired, &travel));
     let mut pass = 0;
     loop {
         pass += 1;
         if derived {
             derive_sides(&commands, &own, settings.standing, &mut path);
         }
-        let predictor = SinglePredictor::new(model, values, &path)?;
+        let predictor = predictor(model, values, &path, settings)?;
+        let uncorrected = history.is_some().then(|| in_order(&predictor, desired, process, &travel, settings));
         let points: Vec<Result<Point, Refusal>> = desired
             .par_iter()
             .enumerate()
@@ -102,7 +109,13 @@ pub fn compensate(
                 || predictor.workspace(),
                 |work, (index, desired)| {
                     let desired = desired.as_ref().map_err(Clone::clone)?;
-                    point(&predictor, index, desired, process, &travel[index], settings, work)
+                    let (past, strip) = match &history {
+                        Some(history) => (Some(&history[index].0), history[index].1),
+                        None => (process, None),
+                    };
+                    let before = uncorrected.as_ref().map(|found| found[index].as_ref().ok().map(|found| found.seen));
+                    let task = Task { desired, process: past, travel: &travel[index], before };
+                    Ok(Point { strip, ..point(&predictor, index, task, settings, work)? })
                 },
             )
             .collect();
@@ -140,27 +153,34 @@ pub fn predict_path(
     let own = own_sides(model, path);
     let commands: Vec<Option<Vec<f64>>> = desired.iter().map(|d| d.as_ref().ok().map(|d| d.nominal.clone())).collect();
     derive_sides(&commands, &own, settings.standing, path);
-    let predictor = SinglePredictor::new(model, values, path)?;
+    let predictor = predictor(model, values, path, settings)?;
     let travel = travel(desired);
+    if process.is_some_and(Process::remembers) {
+        return Ok(in_order(&predictor, desired, process, &travel, settings));
+    }
     let settled = desired.par_iter().enumerate().map_init(
         || predictor.workspace(),
         |work, (index, desired)| {
             let desired = desired.as_ref().map_err(Clone::clone)?;
-            let given = predictor.campaign.readings[index].wrench;
-            predictor.place(&desired.nominal, work)?;
-            match process {
-                None => Ok(Balance { seen: predictor.see(index, &given, work)?, wrench: given }),
-                Some(process) => {
-                    let target = desired.target.translation.vector;
-                    settle(&predictor, index, process, (&given, &travel[index]), &target, &settings.balance, work)
-                }
-            }
+            balanced(&predictor, index, desired, process, &travel[index], settings, work)
         },
     );
     Ok(settled.collect())
 }
 
-fn point(
+/// The predictor that the settings ask for.
+fn predictor<'a>(
+    model: &'a Model,
+    values: &[f64],
+    path: &'a Campaign,
+    settings: &Settings,
+) -> Result<SinglePredictor<'a>, AssemblyError> {
+    let predictor = SinglePredictor::new(model, values, path)?;
+    Ok(if settings.deflection == Deflects::Equilibrium { predictor.at_equilibrium() } else { predictor })
+}
+
+/// Where a point of the path passes under its own commands.
+fn balanced(
     predictor: &SinglePredictor,
     index: usize,
     desired: &Desired,
@@ -168,7 +188,85 @@ fn point(
     travel: &Vector3<f64>,
     settings: &Settings,
     work: &mut SingleWorkspace,
+) -> Result<Balance, Refusal> {
+    let given = predictor.campaign.readings[index].wrench;
+    predictor.place(&desired.nominal, work)?;
+    match process {
+        None => Ok(Balance { seen: predictor.see(index, &given, work)?, wrench: given, strip: None }),
+        Some(process) => {
+            let target = desired.target.translation.vector;
+            settle(predictor, index, process, (&given, travel), &target, &settings.balance, work)
+        }
+    }
+}
+
+/// The same of all points one after the other, with what a process remembers.
+fn in_order(
+    predictor: &SinglePredictor,
+    desired: &[Result<Desired, Refusal>],
+    process: Option<&Process>,
+    travel: &[Vector3<f64>],
+    settings: &Settings,
+) -> Vec<Result<Balance, Refusal>> {
+    let mut work = predictor.workspace();
+    let mut process = process.cloned();
+    let mut found = Vec::with_capacity(desired.len());
+    for (index, (desired, travel)) in desired.iter().zip(travel).enumerate() {
+        let desired = desired.as_ref().map_err(Clone::clone);
+        let balance = desired
+            .and_then(|desired| balanced(predictor, index, desired, process.as_ref(), travel, settings, &mut work));
+        found.push(balance.and_then(|mut balance| {
+            let at = balance.seen.real.translation.vector;
+            if let Some((after, bent)) =
+                process.as_ref().map(|process| process.after(&at, travel)).transpose()?.flatten()
+            {
+                (process, balance.strip) = (Some(after), Some(bent));
+            }
+            Ok(balance)
+        }));
+    }
+    found
+}
+
+/// A process that remembers as it stands before each target, all of which are met, and how far its strip is bent there.
+fn history(
+    process: &Process,
+    desired: &[Result<Desired, Refusal>],
+    travel: &[Vector3<f64>],
+) -> Vec<(Process, Option<Bent>)> {
+    let mut now = process.clone();
+    let each = desired.iter().zip(travel).map(|(desired, travel)| {
+        let before = now.clone();
+        let target = desired.as_ref().ok().map(|desired| desired.target.translation.vector);
+        // Where the process cannot be, the point is refused.
+        let after = target.and_then(|target| now.after(&target, travel).ok().flatten());
+        let bent = after.map(|(after, bent)| {
+            now = after;
+            bent
+        });
+        (before, bent)
+    });
+    each.collect()
+}
+
+/// A point to be compensated.
+struct Task<'a> {
+    desired: &'a Desired,
+    /// As it stands before the point.
+    process: Option<&'a Process>,
+    travel: &'a Vector3<f64>,
+    /// Where the point passes without correction, if that has been found already.
+    before: Option<Option<Seen>>,
+}
+
+fn point(
+    predictor: &SinglePredictor,
+    index: usize,
+    task: Task,
+    settings: &Settings,
+    work: &mut SingleWorkspace,
 ) -> Result<Point, Refusal> {
+    let Task { desired, process, travel, before } = task;
     let given = predictor.campaign.readings[index].wrench;
     let target = desired.target.translation.vector;
     let mut wrench = given;
@@ -177,11 +275,11 @@ fn point(
         let push = process.push(&target, travel)?;
         (0..3).for_each(|k| wrench[k] += push.force[k]);
     }
-    predictor.place(&desired.nominal, work)?;
-    let before = match process {
-        None => Some(predictor.see(index, &given, work)?),
-        Some(process) => {
-            settle(predictor, index, process, (&given, travel), &target, &settings.balance, work).ok().map(|b| b.seen)
+    let before = match (before, process) {
+        (Some(before), _) => before,
+        (None, None) => Some(balanced(predictor, index, desired, None, travel, settings, work)?.seen),
+        (None, Some(_)) => {
+            balanced(predictor, index, desired, process, travel, settings, work).ok().map(|found| found.seen)
         }
     };
     let before = before.map(|seen| deviation(&seen, desired));
@@ -199,7 +297,13 @@ fn point(
             Some((found.seen.real.translation.vector - target).norm())
         }
     };
-    Ok(Point { corrected, before, wrench, settled })
+    let linear_error = if settings.deflection == Deflects::Compared {
+        predictor.place(&corrected.joints, work)?;
+        predictor.linear_error(index, &wrench, work).ok()
+    } else {
+        None
+    };
+    Ok(Point { corrected, before, wrench, settled, strip: None, linear_error })
 }
 
 fn deviation(seen: &Seen, desired: &Desired) -> Deviation {

@@ -23,4 +23,5 @@ pub mod units;
 pub mod ur_kinematics;
 pub mod urdf;
 pub mod validity;
+pub mod vary;
 pub mod yaml;

@@ -57,6 +57,13 @@ pub struct RawStrip {
     /// Coefficient of friction between tool and strip, against the tool's travel.
     #[serde(default)]
     pub friction: f64,
+    /// Yield stress: bent beyond it the strip keeps part of its bend, for the points of the path that follow. Needs `theory:
+    /// large`; without it the strip stays elastic.
+    #[serde(rename = "yield", default, skip_serializing_if = "Option::is_none")]
+    pub yields: Option<f64>,
+    /// Tangent modulus beyond the yield stress, in the unit of pressure; 0 (perfectly plastic) where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardening: Option<f64>,
 }
 
 /// Theory of bending.
@@ -148,6 +155,28 @@ impl Faults<'_> {
         if strip.height > 0.2 * strip.length {
             let message = format!("the strip is {} high and {} long: no slender strip", strip.height, strip.length);
             self.add(&["strip", "height"], message, "beam theory holds for a height below a fifth of the length");
+        }
+        if let Some(yields) = strip.yields {
+            if !(yields > 0.0 && yields < 0.1 * strip.young) {
+                let message = format!("`yield` is {yields}, and must be above 0 and below a tenth of `young`");
+                self.add(
+                    &["strip", "yield"],
+                    message,
+                    "check the value and `units: {pressure: ..}`, which hold for both",
+                );
+            }
+            if strip.theory == Theory::EulerBernoulli {
+                let message = "a strip of `theory: euler-bernoulli` does not yield";
+                self.add(&["strip", "yield"], message, "leave `theory` out, or `yield`");
+            }
+        }
+        if let Some(hardening) = strip.hardening {
+            if strip.yields.is_none() {
+                self.add(&["strip", "hardening"], "`hardening`, and the strip does not yield", "give `yield`");
+            } else if !(0.0..strip.young).contains(&hardening) {
+                let message = format!("`hardening` is {hardening}, and must be from 0 to below `young`");
+                self.add(&["strip", "hardening"], message, "give the tangent modulus beyond the yield stress");
+            }
         }
         if !(0.0..=2.0).contains(&strip.friction) {
             let message = format!("`friction` is {}, and must be from 0 to 2", strip.friction);

@@ -66,10 +66,8 @@ pub fn equilibrium(
     load: &PointLoad,
     weight: bool,
 ) -> Result<Equilibrium, Mechanism> {
-    let pose = || Pose::new(elastics, placements, load, weight);
-    let (mut pose, iterations) = pose()?.settled(false).or_else(|_| pose()?.settled(true))?;
-    let displacement = pose.loaded_point() - load.point;
-    let rotation = rotation_vector(&Rotation3::from_matrix_unchecked(pose.turned[load.vertex]));
+    let (mut pose, iterations) = Pose::at_rest(elastics, placements, load, weight)?;
+    let [displacement, rotation] = pose.deflection();
     let growth = pose.growth()?;
     if growth > 1.0 + NEUTRAL {
         let factor = 1.0 / growth;
@@ -79,6 +77,20 @@ pub fn equilibrium(
     }
     let load_factor = if growth > NEUTRAL { 1.0 / growth } else { f64::INFINITY };
     Ok(Equilibrium { displacement, rotation, iterations, load_factor })
+}
+
+/// Displacement (m) and rotation vector (rad), base axes, of the loaded point at the equilibrium, whether or not it is stable: a
+/// fraction of the effort of [`equilibrium`].
+///
+/// # Errors
+/// [`Mechanism`] for a mechanism, and when the iterations do not settle.
+pub fn deflection_at_rest(
+    elastics: &Elastics,
+    placements: &Placements,
+    load: &PointLoad,
+    weight: bool,
+) -> Result<[Vector3<f64>; 2], Mechanism> {
+    Ok(Pose::at_rest(elastics, placements, load, weight)?.0.deflection())
 }
 
 /// What must be added to the forces on an element, reduced to its first end, for its linear law to give the deformation
@@ -109,6 +121,23 @@ struct Pose<'a> {
 }
 
 impl<'a> Pose<'a> {
+    /// The pose in equilibrium, and the iterations to it.
+    fn at_rest(
+        elastics: &'a Elastics<'a>,
+        placements: &'a Placements,
+        load: &'a PointLoad,
+        weight: bool,
+    ) -> Result<(Self, usize), Mechanism> {
+        let pose = || Self::new(elastics, placements, load, weight);
+        pose()?.settled(false).or_else(|_| pose()?.settled(true))
+    }
+
+    /// Displacement (m) and rotation vector (rad) of the loaded point.
+    fn deflection(&self) -> [Vector3<f64>; 2] {
+        let turned = Rotation3::from_matrix_unchecked(self.turned[self.load.vertex]);
+        [self.loaded_point() - self.load.point, rotation_vector(&turned)]
+    }
+
     fn new(
         elastics: &'a Elastics<'a>,
         placements: &'a Placements,

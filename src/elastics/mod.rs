@@ -30,7 +30,7 @@ mod weight;
 pub use crate::elements::spatial;
 pub use compiled::Elastics;
 pub use derivatives::ElasticColumns;
-pub use equilibrium::{Equilibrium, PointLoad, equilibrium};
+pub use equilibrium::{Equilibrium, PointLoad, deflection_at_rest, equilibrium};
 pub use load_case::{Load, LoadCase};
 pub use motion::MotionWorkspace;
 pub use report::{Shares, shares, twists};

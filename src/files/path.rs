@@ -105,9 +105,26 @@ impl Reader {
     /// # Errors
     /// Every fault found, located.
     pub fn process(&self, name: &str) -> Result<(Process, Vec<Diagnostic>), Diagnostics> {
+        let (_, process, diagnostics) = self.process_as_declared(name)?;
+        Ok((process, diagnostics))
+    }
+
+    /// The same with what the file declares.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn process_as_declared(&self, name: &str) -> Result<(RawProcess, Process, Vec<Diagnostic>), Diagnostics> {
         let place = found(name, "process.yaml");
         let text = place.text(self).map_err(|found| or_bundled(found, name))?;
-        let (raw, document, mut diagnostics) = yaml::read::<RawProcess>(&place.name(), &text);
+        self.process_text(&place.name(), &text)
+    }
+
+    /// Reads a process from its text; `name` is what faults call it.
+    ///
+    /// # Errors
+    /// Every fault found, located.
+    pub fn process_text(&self, name: &str, text: &str) -> Result<(RawProcess, Process, Vec<Diagnostic>), Diagnostics> {
+        let (raw, document, mut diagnostics) = yaml::read::<RawProcess>(name, text);
         name_schema(&mut diagnostics, "process");
         let Some(raw) = raw else { return Err(diagnostics.into()) };
         if !diagnostics.iter().any(Diagnostic::is_error) {
@@ -116,7 +133,8 @@ impl Reader {
         if diagnostics.iter().any(Diagnostic::is_error) {
             return Err(diagnostics.into());
         }
-        Ok((Process::new(&raw), diagnostics))
+        let process = Process::new(&raw);
+        Ok((raw, process, diagnostics))
     }
 }
 

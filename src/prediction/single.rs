@@ -6,6 +6,7 @@ use nalgebra::{Matrix6, Rotation3, Translation3, Vector3, Vector6};
 use super::reading::ReadingAt;
 use super::terms::{Declared, TermWorkspace, Terms, amounts_of, declared};
 use crate::description::campaign::Campaign;
+use crate::elastics::{Elastics, PointLoad, deflection_at_rest, equilibrium};
 use crate::kinematics::{AssemblyError, By, Geometry, Transform, rotation_vector, shift};
 use crate::math::left_jacobian;
 use crate::model::Model;
@@ -27,6 +28,7 @@ pub struct SinglePredictor<'a> {
     /// How all frames move with the variables.
     twists: FrameTwistPlan,
     to_base: Transform,
+    at_equilibrium: bool,
 }
 
 /// Workspace for one thread.
@@ -95,7 +97,15 @@ impl<'a> SinglePredictor<'a> {
         let by: Vec<By> = (0..model.variables.len()).map(By::Variable).collect();
         let twists = mechanics.twist_plan((0..model.frames.len()).collect(), &by);
         let to_base = mechanics.geometry.base().inverse();
-        Ok(Self { campaign, left_out, mechanics, terms, amounts, twists, to_base })
+        let at_equilibrium = false;
+        Ok(Self { campaign, left_out, mechanics, terms, amounts, twists, to_base, at_equilibrium })
+    }
+
+    /// The same with deflections of the equilibrium at the deflected pose in place of the linear ones. The model has no fuzzy
+    /// compliance, which is linear.
+    #[must_use]
+    pub fn at_equilibrium(self) -> Self {
+        Self { at_equilibrium: true, ..self }
     }
 
     /// The model with its values, shifts by effects included.
@@ -151,13 +161,72 @@ impl<'a> SinglePredictor<'a> {
             return Err(SingleError::TooGreat);
         }
         let axes = state.placements.frames[point.at.frame].rotation * geometry.tool().rotation;
-        Ok(Seen {
+        let seen = Seen {
             real: self.to_base * Transform::from_parts(Translation3::from(position), orientation),
             rigid: Transform::from_parts(Translation3::from(point.position), axes),
             by_weight: deflection.displacement - by_wrench,
             by_wrench,
             turned: deflection.rotation,
+        };
+        if !self.at_equilibrium {
+            return Ok(seen);
+        }
+        let found = equilibrium(&self.elastics(), &state.placements, &self.load(index, wrench, state), true);
+        let found = found.map_err(StateError::Mechanism)?;
+        let more = found.displacement - (seen.by_weight + seen.by_wrench);
+        let [from, to] = [seen.turned, found.rotation].map(Rotation3::new);
+        let (position, turned) = (seen.real.translation.vector + more, to * from.inverse() * seen.real.rotation);
+        // The difference counts as the wrench's, if there is one.
+        let loaded = wrench.iter().any(|w| *w != 0.0);
+        Ok(Seen {
+            real: Transform::from_parts(position.into(), turned),
+            by_weight: if loaded { seen.by_weight } else { seen.by_weight + more },
+            by_wrench: if loaded { seen.by_wrench + more } else { seen.by_wrench },
+            turned: found.rotation,
+            ..seen
         })
+    }
+
+    /// The structure with the values of the model.
+    fn elastics(&self) -> Elastics<'_> {
+        Elastics::new(self.geometry().model, self.geometry().values(), &[])
+    }
+
+    /// A wrench on the point of a reading, as the equilibrium at the deflected pose takes it.
+    fn load(&self, index: usize, wrench: &[f64; 6], state: &State) -> PointLoad {
+        let (geometry, marker) = (self.geometry(), self.campaign.readings[index].marker);
+        let model = geometry.model;
+        let (frame, local) = match marker {
+            Some(marker) => (model.markers[marker].frame, geometry.marker(marker).coords),
+            None => (model.tool.0, geometry.tool().translation.vector),
+        };
+        PointLoad {
+            vertex: model.structure.carrier(frame, &local),
+            point: (state.placements.frames[frame] * nalgebra::Point3::from(local)).coords,
+            force: Vector3::new(wrench[0], wrench[1], wrench[2]),
+            moment: Vector3::new(wrench[3], wrench[4], wrench[5]),
+        }
+    }
+
+    /// How far (m) the linear deflection of a reading is off that of the equilibrium at the deflected pose, at the placed
+    /// configuration under a wrench; 0 of a predictor that finds that anyway, and of one that does not deflect.
+    ///
+    /// # Errors
+    /// No equilibrium is found.
+    pub fn linear_error(
+        &self,
+        index: usize,
+        wrench: &[f64; 6],
+        work: &mut SingleWorkspace,
+    ) -> Result<f64, SingleError> {
+        let seen = self.see(index, wrench, work)?;
+        if self.at_equilibrium || !self.mechanics.deflects() {
+            return Ok(0.0);
+        }
+        let load = self.load(index, wrench, &work.state);
+        let found = deflection_at_rest(&self.elastics(), &work.state.placements, &load, true);
+        let [displacement, _] = found.map_err(StateError::Mechanism)?;
+        Ok((displacement - (seen.by_weight + seen.by_wrench)).norm())
     }
 
     /// Derivatives by the variables, into [`SingleWorkspace::jacobian`], of a reading just seen under the same wrench: of

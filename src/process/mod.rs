@@ -1,9 +1,11 @@
 //! Processes: the wrench on the tool as a function of where the tool really is. They know no robot.
 
 mod elastica;
+mod plastic;
 mod strip;
 
 pub use elastica::{Tip, bend};
+pub use plastic::{Bent, Plastic};
 pub use strip::Strip;
 
 use nalgebra::{Matrix3, Vector3};
@@ -49,6 +51,17 @@ pub enum ProcessError {
         /// Place along the strip, mm.
         along: f64,
     },
+    /// The strip cannot be bent so far.
+    #[error(
+        "the strip folds at its clamp before its surface is {depth:.2} mm deep at {along:.2} mm from it: what does not harden \
+         holds no more (`hardening`)"
+    )]
+    Hinge {
+        /// Place along the strip, mm.
+        along: f64,
+        /// Depth, mm.
+        depth: f64,
+    },
     /// No shape of the strip was found.
     #[error("no shape of the strip has its surface {depth:.2} mm deep at {along:.2} mm from the clamp")]
     Shape {
@@ -74,6 +87,31 @@ impl Process {
                 .map(|s| (Vector3::from(s.at) * units.length.factor(), spring(s.stiffness)))
                 .collect(),
         }
+    }
+
+    /// The same process elsewhere, m.
+    #[must_use]
+    pub fn moved(&self, by: &Vector3<f64>) -> Self {
+        let mut moved = self.clone();
+        moved.strip.iter_mut().for_each(|strip| strip.clamp += by);
+        moved.springs.iter_mut().for_each(|(at, _)| *at += by);
+        moved
+    }
+
+    /// Whether what the tool did before counts: a strip that yields.
+    pub fn remembers(&self) -> bool {
+        self.strip.as_ref().is_some_and(|strip| strip.plastic.is_some())
+    }
+
+    /// The process after the tool was at a point (m) reached by travelling in a direction, and how far its strip was bent;
+    /// `None` of one that remembers nothing, and where the tool does not touch.
+    ///
+    /// # Errors
+    /// [`ProcessError`].
+    pub fn after(&self, at: &Vector3<f64>, travel: &Vector3<f64>) -> Result<Option<(Self, Bent)>, ProcessError> {
+        let Some(strip) = &self.strip else { return Ok(None) };
+        let after = strip.after(at, travel)?;
+        Ok(after.map(|(strip, bent)| (Self { strip: Some(strip), ..self.clone() }, bent)))
     }
 
     /// What it does to the tool at a point (m) reached by travelling in a direction (any length; zero: without travel).

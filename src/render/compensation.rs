@@ -11,7 +11,7 @@ use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::observation::POSE;
 use crate::results::units::{mm, shown, shown_unit};
-use crate::results::{CompensatedPoint, Compensation, CorrectedPoint};
+use crate::results::{CompensatedPoint, Compensation, CorrectedPoint, StripLeft};
 
 /// Greatest number of points shown in text.
 const MOST_SHOWN: usize = 200;
@@ -59,6 +59,15 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
             mm(uncertainty.max)
         );
     }
+    if let Some(error) = found.linear_error.filter(|error| error.max > 0.0) {
+        let _ = writeln!(
+            out,
+            "the linear deflection is off the equilibrium at the deflected pose by {:.1e} mm rms, {:.1e} mm at most (--equilibrium finds that)",
+            mm(error.rms),
+            mm(error.max)
+        );
+    }
+    out += &found.strip.as_ref().map(strip_left).unwrap_or_default();
     out += &let_go(found);
     let _ = writeln!(out, "{}", found.own_weight.words(""));
     if !found.left_out.is_empty() {
@@ -75,6 +84,17 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
         let _ = writeln!(out, "and {} more refused", found.refused.len() - MOST_SHOWN);
     }
     out
+}
+
+/// What remains of a strip that can yield.
+pub fn strip_left(left: &StripLeft) -> String {
+    let Some(first) = &left.yields_at else { return "the strip stays elastic and keeps no bend\n".into() };
+    let [bent, kept, back] = [left.at.bent, left.at.left, left.sprung_back].map(mm);
+    format!(
+        "the strip yields from point {first} on, its curvature at most {:.2} times that of yield; at {} its free end is bent by \
+         {bent:.3} mm, of which {kept:.3} mm remain when the tool leaves ({back:.3} mm spring back)\n",
+        left.at.worst, left.after
+    )
 }
 
 /// The directions that are not held, and how far the points are off in them.

@@ -21,4 +21,5 @@ pub mod stiffness;
 pub mod table;
 pub mod tables;
 pub mod track;
+pub mod variation;
 pub mod xml;

@@ -9,6 +9,7 @@ use crate::compensation::{self, Hold, Outcome, Point, Refusal, Sides};
 use crate::description::robot::Variable;
 use crate::math::mean_rms_max;
 use crate::model::Model;
+use crate::process::Bent;
 
 /// How the robot misses a target without correction, by what causes it, m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -33,6 +34,52 @@ impl Deviation {
             wrench: xyz(&found.wrench),
             effects: xyz(&found.effects),
         }
+    }
+}
+
+/// A strip that can yield, at a point: how far its free end is bent, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StripAt {
+    /// Under the tool.
+    pub bent: f64,
+    /// After the tool has left.
+    pub left: f64,
+    /// Greatest curvature so far over that at which it yields; 1 as long as it has not.
+    pub worst: f64,
+}
+
+impl From<Bent> for StripAt {
+    fn from(bent: Bent) -> Self {
+        Self { bent: bent.under, left: bent.left, worst: bent.worst }
+    }
+}
+
+/// What a path leaves of a strip.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StripLeft {
+    /// The last point that touches it.
+    pub after: String,
+    /// There.
+    #[serde(flatten)]
+    pub at: StripAt,
+    /// How far its free end springs back when the tool leaves, m.
+    pub sprung_back: f64,
+    /// The first point at which it yields.
+    pub yields_at: Option<String>,
+}
+
+impl StripLeft {
+    /// From the points of a path, in their order, that touch the strip.
+    pub fn new<'a>(points: impl Iterator<Item = (&'a str, StripAt)>) -> Option<Self> {
+        let (mut last, mut yields_at) = (None, None);
+        for (name, at) in points {
+            if yields_at.is_none() && at.worst > 1.0 {
+                yields_at = Some(name.to_string());
+            }
+            last = Some((name.to_string(), at));
+        }
+        let (after, at) = last?;
+        Some(Self { after, at, sprung_back: at.bent - at.left, yields_at })
     }
 }
 
@@ -62,6 +109,13 @@ pub struct CorrectedPoint {
     pub wrench: [f64; 6],
     /// With a process: distance from the target of the equilibrium found from the commands alone.
     pub settled: Option<f64>,
+    /// With a strip that can yield, where the tool touches it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strip: Option<StripAt>,
+    /// How far the linear deflection at the commands is off that of the equilibrium at the deflected pose; absent with
+    /// `--equilibrium` and in a stream.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linear_error: Option<f64>,
     pub iterations: usize,
     pub condition: f64,
 }
@@ -103,7 +157,8 @@ pub struct Distances {
 }
 
 impl Distances {
-    fn new(all: impl Iterator<Item = f64>) -> Self {
+    /// Of lengths.
+    pub(super) fn of(all: impl Iterator<Item = f64>) -> Self {
         let [mean, rms, max] = mean_rms_max(all);
         Self { mean, rms, max }
     }
@@ -118,6 +173,9 @@ pub struct Compensation {
     pub before: Distances,
     /// As predicted at the corrected commands.
     pub after: Distances,
+    /// How far linear deflections are off those of the equilibria at the deflected poses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linear_error: Option<Distances>,
     /// Standard uncertainties of where the points are then, where the description says how it was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<Distances>,
@@ -132,6 +190,9 @@ pub struct Compensation {
     pub left_out: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub process: Option<String>,
+    /// With a strip that can yield: what remains of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strip: Option<StripLeft>,
     /// The file of the commands.
     pub table: Option<String>,
     #[serde(skip)]
@@ -169,6 +230,8 @@ impl Compensation {
                 before: point.before.as_ref().map(Deviation::new),
                 wrench: point.wrench,
                 settled: point.settled,
+                strip: point.strip.map(StripAt::from),
+                linear_error: point.linear_error,
                 iterations: found.iterations,
                 condition: found.condition,
             }
@@ -179,12 +242,17 @@ impl Compensation {
             Err(why) => CompensatedPoint::Refused(refused(index, why)),
         });
         let met = || outcome.points.iter().filter_map(|point| point.as_ref().ok());
+        let touching = outcome.points.iter().zip(names);
+        let touching = touching.filter_map(|(point, name)| Some((name.as_str(), point.as_ref().ok()?.strip?.into())));
         let refused = outcome.points.iter().enumerate().filter(|(_, point)| point.is_err());
         Self {
             unit: "m",
             points: points.collect(),
-            before: Distances::new(met().filter_map(|point| point.before).map(|deviation| deviation.all.norm())),
-            after: Distances::new(met().map(|point| point.corrected.position)),
+            before: Distances::of(met().filter_map(|point| point.before).map(|deviation| deviation.all.norm())),
+            after: Distances::of(met().map(|point| point.corrected.position)),
+            linear_error: met()
+                .any(|point| point.linear_error.is_some())
+                .then(|| Distances::of(met().filter_map(|point| point.linear_error))),
             uncertainty: None,
             refused: refused.map(|(index, _)| index).collect(),
             sides: match outcome.sides {
@@ -196,6 +264,7 @@ impl Compensation {
             own_weight: OwnWeight::nominal(model, true),
             left_out: outcome.left_out.clone(),
             process: None,
+            strip: StripLeft::new(touching),
             table: None,
             robot: model.name.clone(),
             variables: model.variables.clone(),
@@ -212,7 +281,7 @@ impl Compensation {
         }
         let size = |own: [f64; 3]| own.iter().map(|u| u * u).sum::<f64>().sqrt();
         let sizes: Vec<f64> = self.met().filter_map(|point| point.standard_uncertainty).map(size).collect();
-        self.uncertainty = Some(Distances::new(sizes.into_iter()));
+        self.uncertainty = Some(Distances::of(sizes.into_iter()));
         self
     }
 

@@ -33,6 +33,7 @@ mod springs;
 mod stiffness;
 mod track;
 pub mod units;
+mod variation;
 mod view;
 
 pub use against::{AgainstOther, Closer, Difference, SetErrors};
@@ -43,7 +44,9 @@ pub use campaign::{
 };
 pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
 pub use combinations::{CombinedParameter, CombinedParameters};
-pub use compensation::{CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint};
+pub use compensation::{
+    CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint, StripAt, StripLeft,
+};
 pub use compensator::{
     BothWays, Compensator, CompensatorWay, CompliancePoint, CompliancePoints, Estimated, LawMisfit, OtherCompliance,
     WithUnit,
@@ -80,4 +83,5 @@ pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
 pub use stiffness::Stiffness;
 pub use track::{Told, Track, TrackedChange, TrackedCheck, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue};
+pub use variation::{PathDeviations, Variation, Varied};
 pub use view::{ScenePart, ToolDeflection, View};

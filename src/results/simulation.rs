@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::StripAt;
 use super::own_weight::OwnWeight;
 use crate::description::raw::RawEffect;
 use crate::model::Model;
@@ -45,6 +46,9 @@ pub struct PathPoint {
     pub missed: [f64; 3],
     /// N and N.m.
     pub wrench: [f64; 6],
+    /// With a strip that can yield, where the tool touches it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strip: Option<StripAt>,
 }
 
 /// What `simulate` makes.

@@ -240,9 +240,19 @@ pub struct Compensate {
     /// Process that pushes back as the tool moves: a YAML file, or a bundled one.
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,
-    /// Residual up to which a point counts as met, mm (and mm on a lever of 1 m).
-    #[arg(long, value_name = "MM", default_value_t = 1e-4, allow_hyphen_values = true)]
-    pub residual: f64,
+    /// Find the equilibrium at the deflected pose of each point instead of adding the linear deflection.
+    #[arg(long)]
+    pub equilibrium: bool,
+    /// Instead of commands: how far what pushes on the tool moves it with declared numbers multiplied by factors, each alone;
+    /// named by where they stand in the description (`sections.*.wall=0.5,2`, `joint_stiffness.2.kar=2`) or in the process
+    /// (`process.strip.young=1.1`). `place.x=-100,100` (y, z) moves path and process. May be given several times.
+    #[arg(long, value_name = "PARAMETER=FACTOR,..", allow_hyphen_values = true,
+        conflicts_with_all = ["stream", "table", "program", "keep_going"])]
+    pub vary: Vec<String>,
+    /// Residual up to which a point counts as met, mm (and mm on a lever of 1 m); 1e-4 by default. Where it is given, a
+    /// linear deflection that is off by more is a warning.
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub residual: Option<f64>,
     /// Greatest correction of an angle, deg; of a stroke in proportion to half its range.
     #[arg(long, value_name = "DEG", default_value_t = 5.0, allow_hyphen_values = true)]
     pub largest: f64,

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Rotation3, Vector3};
-
 use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::boxes;
@@ -11,11 +9,10 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
 use crate::compensation::Refusal;
-use crate::description::campaign::{Reading, WRENCH};
+use crate::description::campaign::WRENCH;
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::diagnostic::{Diagnostic, Place};
-use crate::elastics::{Elastics, PointLoad, equilibrium};
 use crate::files::LoadedRobot;
 use crate::kinematics::{Geometry, Limited, Placements, Transform, limited};
 use crate::model::Model;
@@ -54,6 +51,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
         SinglePredictor::new(&loaded.model, &values, points)
     });
     let predictor = predictor.transpose()?;
+    let predictor = if command.equilibrium { predictor.map(SinglePredictor::at_equilibrium) } else { predictor };
     let mut work = predictor.as_ref().map(SinglePredictor::workspace);
     let mut placements = Placements::default();
     let mut poses = Vec::new();
@@ -64,7 +62,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
             let (Some(predictor), Some(work)) = (&predictor, &mut work) else { return Ok(pose) };
             predictor.place(q, work).map_err(Refusal::from)?;
             let load = load.unwrap_or_default();
-            let points = loaded_points(predictor, &load, command.equilibrium, work)?;
+            let points = loaded_points(predictor, &load, work)?;
             Ok(shown(&loaded.model, pose, &points, command.weight))
         };
         match place() {
@@ -106,46 +104,13 @@ type LoadedPlace = (Transform, [f64; 6]);
 fn loaded_points(
     predictor: &SinglePredictor,
     load: &[f64; 6],
-    at_equilibrium: bool,
     work: &mut SingleWorkspace,
 ) -> Result<Vec<LoadedPlace>, Error> {
-    let readings = predictor.campaign.readings.iter().enumerate();
-    let place = |(index, reading): (usize, &Reading)| -> Result<LoadedPlace, Error> {
+    let place = |index: usize| -> Result<LoadedPlace, Error> {
         let seen = predictor.see(index, load, work).map_err(Refusal::from)?;
-        let linear = seen.deflection();
-        if !at_equilibrium {
-            return Ok((seen.real, linear));
-        }
-        let settled = settled(predictor.geometry(), &work.state.placements, reading.marker, load)?;
-        let [from, to] = [linear, settled].map(|d| Rotation3::new(Vector3::new(d[3], d[4], d[5])));
-        let moved: [f64; 3] = std::array::from_fn(|k| settled[k] - linear[k]);
-        let position = seen.real.translation.vector + Vector3::from(moved);
-        Ok((Transform::from_parts(position.into(), to * from.inverse() * seen.real.rotation), settled))
+        Ok((seen.real, seen.deflection()))
     };
-    readings.map(place).collect()
-}
-
-/// Deflection of a marker (none: the tool centre point) at the equilibrium under a wrench there and own weight.
-fn settled(
-    geometry: &Geometry,
-    placements: &Placements,
-    marker: Option<usize>,
-    load: &[f64; 6],
-) -> Result<[f64; 6], Error> {
-    let model = geometry.model;
-    let (frame, local) = match marker {
-        Some(marker) => (model.markers[marker].frame, geometry.marker(marker).coords),
-        None => (model.tool.0, geometry.tool().translation.vector),
-    };
-    let load = PointLoad {
-        vertex: model.structure.carrier(frame, &local),
-        point: (placements.frames[frame] * nalgebra::Point3::from(local)).coords,
-        force: Vector3::new(load[0], load[1], load[2]),
-        moment: Vector3::new(load[3], load[4], load[5]),
-    };
-    let found = equilibrium(&Elastics::new(model, geometry.values(), &[]), placements, &load, true)?;
-    let (d, r) = (found.displacement, found.rotation);
-    Ok([d.x, d.y, d.z, r.x, r.y, r.z])
+    (0..predictor.campaign.readings.len()).map(place).collect()
 }
 
 /// A pose with what loads do to the tool and the markers: how far they are deflected and, if `loaded`, where they then are.

@@ -4,6 +4,7 @@ mod controller;
 mod points;
 mod program;
 mod stream;
+mod vary;
 
 pub use controller::ControllerFile;
 
@@ -12,10 +13,11 @@ use program::Program;
 
 use crate::Error;
 use crate::cli::args::Compensate;
+use crate::cli::commands::pose::linear;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{hold, joints, units_with};
-use crate::compensation::{Desired, Hold, Refusal, Settings, compensate};
+use crate::compensation::{Deflects, Desired, Hold, Refusal, Settings, compensate};
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
@@ -25,13 +27,15 @@ use crate::fuzzy;
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::render::compensation as render;
+use crate::results::Compensation;
+use crate::results::units::mm;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     if let Some(table) = &command.table {
         writable_table(table)?;
     }
     let within = |value: f64, most: f64| value > 0.0 && value <= most;
-    if !within(command.residual, 10.0) || !within(command.largest, 90.0) {
+    if !within(residual(command), 10.0) || !within(command.largest, 90.0) {
         return Err(Error::input(
             "a number is out of range",
             "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
@@ -47,6 +51,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let held = if command.hold.is_empty() { None } else { Some(hold(&command.hold)?) };
     let loaded = session.reader.robot(&command.robot)?;
     let model = &loaded.model;
+    linear(model, command.equilibrium)?;
     let settings = settings(command, model, held);
     let units = units_with(&loaded.raw.units, command.units.as_deref())?;
     let from = command.from.as_deref().map(|text| joints(model, &loaded.raw.units, text)).transpose()?;
@@ -58,9 +63,9 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut diagnostics = loaded.diagnostics.clone();
     let process = match &command.process {
         Some(file) => {
-            let (process, mut warnings) = session.reader.process(file)?;
+            let (raw, process, mut warnings) = session.reader.process_as_declared(file)?;
             diagnostics.append(&mut warnings);
-            Some(process)
+            Some((raw, process))
         }
         None => None,
     };
@@ -68,6 +73,12 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());
     let shown = controller.geometry(&loaded)?;
+    if !command.vary.is_empty() {
+        let (process, from) = (process.as_ref(), from.as_deref());
+        let (loaded, path, shown, settings) = (&loaded, &path, &shown, &settings);
+        return vary::run(&vary::Vary { command, session, loaded, path, process, shown, from, settings });
+    }
+    let process = process.map(|(_, process)| process);
     let desired = shown.desired(&path, from.as_deref(), command.frame, settings.hold)?;
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let values = model.registry.nominal();
@@ -78,6 +89,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     diagnostics.extend(loaded.outside(states));
     let mut found = found(&loaded, &path, &shown, &desired, &outcome, settings.hold)?;
     found.process = process.map(|process| process.name);
+    diagnostics.extend(linear_doubt(command, &found));
     let all_met = found.refused.is_empty();
     let is_written = all_met || command.keep_going;
     let mut text = render::compensation(&found, session.terminal.screen);
@@ -106,10 +118,32 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     }
 }
 
+/// Residual up to which a point counts as met, mm.
+fn residual(command: &Compensate) -> f64 {
+    command.residual.unwrap_or(1e-4)
+}
+
+/// A warning where the linear deflection is off by more than the residual that was asked for.
+fn linear_doubt(command: &Compensate, found: &Compensation) -> Option<Diagnostic> {
+    let (asked, most) = (command.residual?, mm(found.linear_error?.max));
+    (most > asked).then(|| {
+        let text = format!(
+            "the linear deflection is off the equilibrium at the deflected pose by up to {most:.4} mm, more than --residual {asked}"
+        );
+        Diagnostic::warning(text).remedy("give --equilibrium")
+    })
+}
+
 fn settings(command: &Compensate, model: &Model, held: Option<Hold>) -> Settings {
     let mut settings = Settings::new(model.variables.len());
     settings.hold = held.unwrap_or(settings.hold);
-    settings.residual = command.residual * 1e-3;
+    settings.residual = residual(command) * 1e-3;
+    // A stream answers while the robot waits.
+    settings.deflection = match (command.equilibrium, command.stream || model.fuzzy.is_some()) {
+        (true, _) => Deflects::Equilibrium,
+        (false, false) => Deflects::Compared,
+        (false, true) => Deflects::Linear,
+    };
     settings.largest = command.largest.to_radians();
     settings
 }

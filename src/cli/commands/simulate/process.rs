@@ -13,8 +13,9 @@ use crate::compensation::{Hold, Settings, predict_path};
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
 use crate::observation::POSITION;
-use crate::results::PathPoint;
+use crate::render::compensation::strip_left;
 use crate::results::units::mm;
+use crate::results::{PathPoint, StripAt, StripLeft};
 use crate::simulation::{Plan, measure};
 
 /// The robot and the command, as far as `simulate` has them.
@@ -59,7 +60,8 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         row.push(shown(missed.norm()));
         row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
         rows.push(row);
-        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench });
+        let strip = balance.strip.map(StripAt::from);
+        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench, strip });
         let variables = campaign.variables;
         campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
         campaign.readings[index].wrench = *wrench;
@@ -85,10 +87,12 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
         estimate: [command.unknown_base, command.unknown_tool],
     };
     let made = Made { command, loaded, values, plan: &plan, seed: session.seed() };
+    let left = StripLeft::new(points.iter().filter_map(|point| Some((point.name.as_str(), point.strip?))));
     let mut output = delivered(&made, campaign, Some(points), random)?;
     let header = ["index", "point", "missed x mm", "y", "z", "in all", "fx N", "fy", "fz"];
     let table = session.terminal.screen.table(&header, rows);
-    output.text = format!("{} under `{}`, in equilibrium\n\n{table}\n{}", model.name, process.name, output.text);
+    let left = left.as_ref().map(strip_left).unwrap_or_default();
+    output.text = format!("{} under `{}`, in equilibrium\n\n{table}{left}\n{}", model.name, process.name, output.text);
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;
     Ok(output)

@@ -1,0 +1,60 @@
+//! How what pushes on the tool moves it along a path depends on what is declared. SI.
+
+use serde::Serialize;
+
+use super::Distances;
+
+/// Displacements of the points of a path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PathDeviations {
+    /// Along x, y, z of the base, by point; `None` where no equilibrium was found.
+    pub points: Vec<Option<[f64; 3]>>,
+    /// Of their size.
+    pub distance: Distances,
+    /// Along x, y and z.
+    pub greatest: [f64; 3],
+    pub rms: [f64; 3],
+}
+
+impl PathDeviations {
+    /// From the displacements by point.
+    pub fn new(points: Vec<Option<[f64; 3]>>) -> Self {
+        let along = |axis: usize| Distances::of(points.iter().flatten().map(move |by| by[axis].abs()));
+        let all = [0, 1, 2].map(along);
+        let size = |by: &[f64; 3]| by.iter().map(|v| v * v).sum::<f64>().sqrt();
+        Self {
+            distance: Distances::of(points.iter().flatten().map(size)),
+            greatest: all.map(|of| of.max),
+            rms: all.map(|of| of.rms),
+            points,
+        }
+    }
+}
+
+/// The path with something declared otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Varied {
+    /// What, as asked for.
+    pub what: String,
+    /// By what it is multiplied; `None` where path and process are moved.
+    pub factor: Option<f64>,
+    /// By how far path and process are moved, m.
+    pub moved: Option<f64>,
+    /// Where the numbers stand that this changes.
+    pub places: Vec<String>,
+    #[serde(flatten)]
+    pub deviations: PathDeviations,
+    /// Change of the logarithm of the rms distance over that of the factor: -1 of the only spring that gives.
+    pub elasticity: Option<f64>,
+}
+
+/// What `compensate --vary` finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Variation {
+    pub unit: &'static str,
+    /// With everything as it is declared.
+    pub declared: PathDeviations,
+    pub varied: Vec<Varied>,
+    #[serde(skip)]
+    pub robot: String,
+}
