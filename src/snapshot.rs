@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use crate::description::fuzzy::Component;
+use crate::description::fuzzy::{Component, Premise, Rules, Split};
 use crate::elements::{Direction, PerLength};
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
 use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates};
@@ -138,12 +138,28 @@ fn declared(model: &Model) -> String {
         let (effect, site) = (entry.effect.unwrap_or_default(), entry.site.unwrap_or_default());
         let _ = writeln!(out, "effect {effect}@{site}: {}", values.join(" "));
     }
+    if let Some(axes) = model.fuzzy.as_ref().and_then(|fuzzy| fuzzy.axes) {
+        let _ = writeln!(out, "rules: axes of {}", model.frames[axes].name);
+    }
     for component in model.fuzzy.iter().flat_map(|fuzzy| &fuzzy.components) {
-        let modes: Vec<String> = component.modes.iter().map(|modes| digits(modes, 1e-12)).collect();
-        let (name, rules) = (Component::name(component.at), digits(&component.conclusions, 0.0));
-        let _ = writeln!(out, "rules {name}: {} | {rules}", modes.join(" | "));
+        rules(&Component::name(component.at), &component.rules, &mut out);
+    }
+    for (slot, own) in model.local_springs.iter().flat_map(|local| &local.springs) {
+        rules(&model.registry[*slot].name, own, &mut out);
     }
     out
+}
+
+fn rules(name: &str, rules: &Rules, out: &mut String) {
+    let premises: Vec<String> = match &rules.premise {
+        Premise::Grid(modes) => modes.iter().map(|modes| digits(modes, 1e-12)).collect(),
+        Premise::Tree(tree) => {
+            let split =
+                |split: &Split| format!("{} {} {:?}", split.input, digits(&split.between, 1e-12), split.branches);
+            tree.splits.iter().map(split).collect()
+        }
+    };
+    let _ = writeln!(out, "rules {name}: {} | {}", premises.join(" | "), digits(&rules.conclusions, 0.0));
 }
 
 /// Elements, springs and masses of the structure, where anything gives or weighs.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::elements::{Configuration, Deflected, Direction, PerLength, VertexIndex};
+use crate::fuzzy;
 use crate::kinematics::Placements;
 use crate::model::{Edge, Model};
 use crate::parameter::Slot;
@@ -76,10 +77,27 @@ impl Closing {
 }
 
 impl<'m> Elastics<'m> {
+    /// Values at a placed configuration where springs depend on it; empty where none does.
+    pub(super) fn local_values(&self, placements: &Placements, x: &mut Vec<f64>, out: &mut Vec<f64>) {
+        let Some(local) = &self.model.local_springs else { return };
+        fuzzy::inputs(&local.inputs, placements, x);
+        out.clear();
+        out.extend_from_slice(&self.values);
+        for (slot, rules) in &local.springs {
+            out[*slot] = fuzzy::value(rules, x);
+        }
+    }
+
     /// Puts `values` (by slot, SI) into the structure. Elements that cannot deform are passed over, unless they have a
     /// parameter among `by`.
     pub fn new(model: &'m Model, values: &[f64], by: &[Slot]) -> Self {
         let structure = &model.structure;
+        let mut values = values.to_vec();
+        for (slot, rules) in model.local_springs.iter().flat_map(|local| &local.springs) {
+            // Takes part if it is compliant anywhere.
+            values[*slot] = rules.conclusions.iter().copied().fold(0.0, f64::max);
+        }
+        let values = &values[..];
         let per_length = |edge: &Edge| edge.element.per_length(values);
         let member = |edge: &'m Edge| Member { edge, per_length: per_length(edge) };
         let asked = |edge: &Edge| {
@@ -200,11 +218,11 @@ impl<'m> Elastics<'m> {
     pub(super) fn configuration<'a>(
         &'a self,
         placements: &'a Placements,
-        points: &'a [Vector3<f64>],
+        (points, local): (&'a [Vector3<f64>], &'a [f64]),
         deflected: Option<Deflected<'a>>,
     ) -> Configuration<'a> {
         Configuration {
-            values: &self.values,
+            values: if local.is_empty() { &self.values } else { local },
             frames: &placements.frames,
             joints: &placements.joints,
             points,

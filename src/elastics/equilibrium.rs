@@ -169,7 +169,8 @@ impl<'a> Pose<'a> {
     /// Where the loaded point is.
     fn loaded_point(&self) -> Vector3<f64> {
         let deflected = Deflected { undeflected: &self.undeflected, turned: &self.turned };
-        let at: Configuration = self.elastics.configuration(self.placements, &self.statics.points, Some(deflected));
+        let at: Configuration =
+            self.elastics.configuration(self.placements, (&self.statics.points, &self.statics.local), Some(deflected));
         at.carried(self.load.vertex, &self.load.point)
     }
 

@@ -42,7 +42,9 @@ impl Elastics<'_> {
         out: &mut Statics,
     ) -> Result<(), Mechanism> {
         let points = std::mem::take(&mut out.points);
-        let at = self.configuration(placements, &points, deflected);
+        let mut local = std::mem::take(&mut out.local);
+        self.local_values(placements, &mut out.inputs, &mut local);
+        let at = self.configuration(placements, (&points, &local), deflected);
         self.place_members(&at, out);
         self.equations(out);
         out.elimination.factor(self.unknowns, &out.matrix);
@@ -52,7 +54,7 @@ impl Elastics<'_> {
         if mechanism.is_ok() && out.weight.active {
             self.weigh(&at, out);
         }
-        out.points = points;
+        (out.points, out.local) = (points, local);
         mechanism
     }
 

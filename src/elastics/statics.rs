@@ -15,6 +15,9 @@ pub struct Mechanism(pub String);
 pub struct Statics {
     /// Positions of the vertices, m, base frame.
     pub points: Vec<Vector3<f64>>,
+    /// Values where springs depend on the configuration, and the inputs of their rules; else empty.
+    pub(super) local: Vec<f64>,
+    pub(super) inputs: Vec<f64>,
     /// Of each member.
     pub(super) placed: Vec<Placed>,
     pub(super) closings: Vec<ClosingStatics>,

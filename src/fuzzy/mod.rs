@@ -1,18 +1,14 @@
-//! Fuzzy compliance in place of springs and beams: Takagi-Sugeno models of order zero, in rad, m, N and base axes.
+//! Takagi-Sugeno rules of order zero: what their weights are at a configuration, and the value that they give.
 //!
-//! A rule is "if x1 is about c1 and .. then the compliance is b"; how near the inputs are is read from strong
+//! A rule is "if x1 is about c1 and .. then the compliance is b". On a grid, how near the inputs are is read from strong
 //! triangular partitions (memberships sum to one, neighbours cross at one half) that hold their outermost value outside,
-//! and rules are joined by products, so that their weights sum to one too and the answer is the plain weighted sum.
+//! and rules are joined by products. In a tree each split along one input hands the weight on, linearly between two
+//! values of it; a grid of two sets is a split. Either way weights sum to one and the answer is the plain weighted sum.
 //!
-//! Source: IR663 calibration paper, eq. (33) to (38); deflections are linear in the load, eq. (70).
+//! Source: IR663 calibration paper, eq. (33) to (38); trees with splits along the axes: Nelles and Isermann 1996 (LOLIMOT).
 
-use nalgebra::{Matrix6, Vector3};
-
-use crate::description::fuzzy::{Component, Fuzzy, Input};
-use crate::diagnostic::Diagnostic;
-use crate::elastics::Response;
-use crate::kinematics::{Geometry, Placements};
-use crate::model::Model;
+use crate::description::fuzzy::{Branch, Input, Premise, Rules, Tree};
+use crate::kinematics::Placements;
 
 /// Membership of `x` in a strong triangular partition: the lower of the two sets that share it, and the weight of the
 /// upper one.
@@ -48,109 +44,54 @@ pub fn firing(modes: &[Vec<f64>], x: &[f64], each: &mut dyn FnMut(usize, f64)) {
     descend(modes, x, 0, 1.0, each);
 }
 
-/// A component's value, m or rad per N or N.m, at inputs in rad or m.
+/// Hands the rules of a tree that fire at `x` with their weights, which sum to one, to `each`.
+pub fn firing_of_tree(tree: &Tree, x: &[f64], each: &mut dyn FnMut(usize, f64)) {
+    fn descend(tree: &Tree, branch: Branch, x: &[f64], weight: f64, each: &mut dyn FnMut(usize, f64)) {
+        let split = match branch {
+            Branch::Rule(rule) => return each(rule, weight),
+            Branch::Split(index) => &tree.splits[index],
+        };
+        let [from, to] = split.between;
+        let above = ((x[split.input] - from) / (to - from)).clamp(0.0, 1.0);
+        if above < 1.0 {
+            descend(tree, split.branches[0], x, weight * (1.0 - above), each);
+        }
+        if above > 0.0 {
+            descend(tree, split.branches[1], x, weight * above, each);
+        }
+    }
+    let root = if tree.splits.is_empty() { Branch::Rule(0) } else { Branch::Split(0) };
+    descend(tree, root, x, 1.0, each);
+}
+
+/// What rules give at inputs in rad or m.
 ///
 /// ```
-/// use elastogeo::description::fuzzy::Component;
+/// use elastogeo::description::fuzzy::{Branch, Premise, Rules, Split, Tree};
 ///
-/// // x by fx: 1 um/N up to 0 rad, 3 um/N from 1 rad on, linear between.
-/// let component = Component { at: [0, 0], modes: vec![vec![0.0, 1.0]], conclusions: vec![1e-6, 3e-6] };
-/// assert!((elastogeo::fuzzy::value(&component, &[0.25]) - 1.5e-6).abs() < 1e-18);
+/// // 1 um/N up to 0 rad, 3 um/N from 1 rad on, linear between: as a grid of one input, and as a tree.
+/// let conclusions = vec![1e-6, 3e-6];
+/// let split = Split { input: 0, between: [0.0, 1.0], branches: [Branch::Rule(0), Branch::Rule(1)] };
+/// for premise in [Premise::Grid(vec![vec![0.0, 1.0]]), Premise::Tree(Tree { splits: vec![split] })] {
+///     let rules = Rules { premise, conclusions: conclusions.clone() };
+///     assert!((elastogeo::fuzzy::value(&rules, &[0.25]) - 1.5e-6).abs() < 1e-18);
+/// }
 /// ```
-pub fn value(component: &Component, x: &[f64]) -> f64 {
+pub fn value(rules: &Rules, x: &[f64]) -> f64 {
     let mut sum = 0.0;
-    firing(&component.modes, x, &mut |rule, weight| sum += weight * component.conclusions[rule]);
+    let mut add = |rule: usize, weight: f64| sum += weight * rules.conclusions[rule];
+    match &rules.premise {
+        Premise::Grid(modes) => firing(modes, x, &mut add),
+        Premise::Tree(tree) => firing_of_tree(tree, x, &mut add),
+    }
     sum
 }
 
 /// Inputs at a placed configuration, rad and m.
-pub fn inputs(of: &[Input], q: &[f64], placements: &Placements, out: &mut Vec<f64>) {
+pub fn inputs(of: &[Input], placements: &Placements, out: &mut Vec<f64>) {
     out.clear();
     out.extend(of.iter().map(|input| match *input {
         Input::Joint(frame) => placements.joints[frame],
-        Input::Variable(index) => q[index],
+        Input::Variable(index) => placements.variables[index],
     }));
-}
-
-/// Compliance at the model's point, base axes.
-pub fn compliance(fuzzy: &Fuzzy, x: &[f64]) -> Matrix6<f64> {
-    let mut matrix = Matrix6::zeros();
-    for component in &fuzzy.components {
-        matrix[(component.at[0], component.at[1])] += value(component, x);
-    }
-    matrix
-}
-
-/// Puts the geometry's fuzzy compliance, if it has one, into the response of a point of the tool: in place of that of
-/// the springs and beams, or added to it. Their deflection under own weight stays.
-pub fn put(geometry: &Geometry, q: &[f64], placements: &Placements, response: &mut Response) {
-    let Some(fuzzy) = &geometry.model.fuzzy else { return };
-    let mut x = Vec::new();
-    inputs(&fuzzy.inputs, q, placements, &mut x);
-    let (frame, point) = match fuzzy.at {
-        Some(marker) => (geometry.model.markers[marker].frame, geometry.marker(marker)),
-        None => (geometry.model.tool.0, geometry.tool().translation.vector.into()),
-    };
-    let point = (placements.frames[frame] * point).coords;
-    let spatial = at_origin(&compliance(fuzzy, &x), &point);
-    if fuzzy.adds {
-        response.compliance += spatial;
-    } else {
-        response.compliance = spatial;
-    }
-}
-
-/// Share of the span of an input's sets by which configurations may lie outside before a warning: fitted readings seldom
-/// reach the ends of the span that a user has in mind.
-const BEYOND: f64 = 0.1;
-
-/// Warnings where rules are asked for more than they hold: configurations (rad, m) with the point of each (a
-/// marker; `Some(None)` is the tool centre point, `None` any other).
-pub fn doubts(model: &Model, geometry: &Geometry, asked: &[(&[f64], Option<Option<usize>>)]) -> Vec<Diagnostic> {
-    let Some(fuzzy) = &model.fuzzy else { return Vec::new() };
-    let mut diagnostics = Vec::new();
-    let turns = fuzzy.components.iter().any(|component| component.at[0] >= 3);
-    if !turns && asked.iter().any(|(_, point)| *point != Some(fuzzy.at)) {
-        let own = fuzzy.at.map_or("the tool centre point", |marker| model.markers[marker].name.as_str());
-        let text = format!(
-            "the rules (`fuzzy`) are those of {own}, and say nothing of rotation: another point is taken to move alike"
-        );
-        diagnostics.push(Diagnostic::warning(text).remedy("ask for the point of the rules, or fit rules there"));
-    }
-    let mut placements = Placements::default();
-    let placed = asked.iter().filter_map(|(q, _)| {
-        geometry.place(q, &mut placements).ok()?;
-        let mut x = Vec::new();
-        inputs(&fuzzy.inputs, q, &placements, &mut x);
-        Some(x)
-    });
-    let placed: Vec<Vec<f64>> = placed.collect();
-    for (k, input) in fuzzy.inputs.iter().enumerate() {
-        let own = fuzzy.components.iter().map(|component| &component.modes[k]).filter(|modes| modes.len() > 1);
-        let [low, high] = own.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], modes| {
-            [low.min(modes[0]), high.max(modes[modes.len() - 1])]
-        });
-        let margin = BEYOND * (high - low);
-        let count = placed.iter().filter(|x| x[k] < low - margin || x[k] > high + margin).count();
-        let (name, angle) = model.input(*input);
-        let (unit, size) = if angle { ("deg", 1f64.to_radians()) } else { ("mm", 1e-3) };
-        if count > 0 {
-            let text = format!(
-                "the rules (`fuzzy`) hold for `{name}` from {:.1} to {:.1} {unit}, and {count} of {} configurations are outside: \
-                 the compliance is held there at its last value",
-                low / size,
-                high / size,
-                asked.len()
-            );
-            diagnostics.push(Diagnostic::warning(text).remedy("measure deflections there, and fit the rules again"));
-        }
-    }
-    diagnostics
-}
-
-/// A compliance at a point (m) as one of spatial wrenches and twists.
-fn at_origin(compliance: &Matrix6<f64>, point: &Vector3<f64>) -> Matrix6<f64> {
-    let mut from_point = Matrix6::identity();
-    from_point.fixed_view_mut::<3, 3>(0, 3).copy_from(&point.cross_matrix());
-    from_point * compliance * from_point.transpose()
 }

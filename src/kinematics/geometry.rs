@@ -22,6 +22,8 @@ pub struct Geometry<'m> {
 /// Joint values and frames of one configuration. Reused between configurations: placing allocates nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Placements {
+    /// Actuated variables as asked for, rad or m.
+    pub variables: Vec<f64>,
     /// Joint variable of each frame, rad or m (0 for fixed frames): as commanded, plus the joint's zero.
     pub joints: Vec<f64>,
     /// Each frame in the base frame.
@@ -111,6 +113,8 @@ impl<'m> Geometry<'m> {
         if let Some(k) = q.iter().position(|value| !value.is_finite()) {
             return Err(AssemblyError::NotFinite(model.variables[k].name.clone()));
         }
+        out.variables.clear();
+        out.variables.extend_from_slice(q);
         self.constants.direct_joints(q, &mut out.joints);
         let mut group = 0;
         for stage in &model.stages {

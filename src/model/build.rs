@@ -44,6 +44,7 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         effects: Vec::new(),
         arrangement: super::Arrangement::default(),
         fuzzy: robot.fuzzy.clone(),
+        local_springs: None,
         registry: parts.registry,
     };
     model.stages = stages(&model, robot)?;
@@ -54,6 +55,9 @@ pub fn build(robot: &Robot, catalogue: impl Into<Arc<Catalogue>>) -> Result<Mode
         model.registry.all_mut()[slot].closing = true;
     }
     model.structure = super::assemble::assemble(robot, &mut model)?;
+    if let Some(declared) = &robot.spring_rules {
+        super::local_springs::put(&mut model, declared)?;
+    }
     switch_on(&mut model, robot)?;
     Ok(model)
 }

@@ -11,6 +11,7 @@ mod build;
 mod effect;
 mod fault;
 mod free;
+mod local_springs;
 mod loops;
 mod rewrite;
 mod spanning;
@@ -24,6 +25,7 @@ pub use effect::{
     ReadingContext, Site, SiteKind, Survey,
 };
 pub use fault::Fault;
+pub use local_springs::LocalSprings;
 pub use loops::{LoopGroup, LoopPlan, Stage};
 pub use rewrite::{with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
@@ -73,6 +75,8 @@ pub struct Model {
     pub arrangement: Arrangement,
     /// Fuzzy compliance of the tool.
     pub fuzzy: Option<crate::description::fuzzy::Fuzzy>,
+    /// Springs whose compliance depends on the configuration.
+    pub local_springs: Option<LocalSprings>,
     /// All parameters.
     pub registry: Registry,
 }

@@ -1,8 +1,9 @@
 //! A description with other values: calibrated robots go back to the file they came from.
 
 use super::Model;
+use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules, Tree};
 use crate::description::parameters::{Owner, parameters};
-use crate::description::raw::{JointKind, RawFuzzy, RawFuzzyComponent, RawRobot};
+use crate::description::raw::{JointKind, RawBranch, RawFuzzy, RawFuzzyComponent, RawRobot, RawSplit};
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
 /// The zero of a joint goes to `offset`, so that couplings and loops see it when the file is read again.
@@ -45,35 +46,68 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
     written
 }
 
-/// The description with the model's fuzzy compliance put in, in the file's units.
+/// The description with the model's rules put in, in the file's units.
 #[must_use]
 pub fn with_fuzzy(raw: &RawRobot, model: &Model) -> RawRobot {
-    use crate::description::fuzzy::{Component, Input};
     let mut raw = raw.clone();
     let units = &raw.units;
     let size = |angle: bool| if angle { units.angle.factor() } else { units.length.factor() };
-    raw.fuzzy = model.fuzzy.as_ref().map(|fuzzy| {
-        let named = |input: &Input| match *input {
-            Input::Variable(k) => (model.variables[k].name.clone(), size(model.variables[k].is_angle)),
-            Input::Joint(k) => (model.frames[k].name.clone(), size(model.frames[k].joint == JointKind::Revolute)),
-        };
-        let inputs: Vec<(String, f64)> = fuzzy.inputs.iter().map(named).collect();
+    let of = model.fuzzy.as_ref().map(|fuzzy| &fuzzy.inputs);
+    let of = of.or(model.local_springs.as_ref().map(|local| &local.inputs));
+    let named = |input: &Input| {
+        let (name, angle) = model.input(*input);
+        (name.to_string(), size(angle))
+    };
+    let Some(inputs) = of.map(|of| of.iter().map(named).collect::<Vec<(String, f64)>>()) else {
+        raw.fuzzy = None;
+        return raw;
+    };
+    let mut written = RawFuzzy { inputs: inputs.iter().map(|(name, _)| name.clone()).collect(), ..RawFuzzy::default() };
+    if let Some(fuzzy) = &model.fuzzy {
+        written.at = fuzzy.at.map(|marker| model.markers[marker].name.clone());
+        written.axes = fuzzy.axes.map(|frame| model.frames[frame].name.clone());
+        written.adds = fuzzy.adds;
         let component = |component: &Component| {
             let factor = units.compliance(component.at);
-            let modes = component.modes.iter().zip(&inputs);
-            let raw = RawFuzzyComponent {
-                modes: modes.map(|(list, (_, size))| list.iter().map(|mode| mode / size).collect()).collect(),
-                conclusions: component.conclusions.iter().map(|value| value / factor).collect(),
-            };
-            (Component::name(component.at), raw)
+            (Component::name(component.at), raw_rules(&component.rules, &inputs, |value| value / factor))
         };
-        RawFuzzy {
-            file: None,
-            inputs: inputs.iter().map(|(name, _)| name.clone()).collect(),
-            at: fuzzy.at.map(|marker| model.markers[marker].name.clone()),
-            adds: fuzzy.adds,
-            components: fuzzy.components.iter().map(component).collect(),
-        }
-    });
+        written.components = fuzzy.components.iter().map(component).collect();
+    }
+    for (slot, rules) in model.local_springs.iter().flat_map(|local| &local.springs) {
+        let parameter = &model.registry[*slot];
+        let unit = units.of(parameter.shown_kind());
+        let found = raw_rules(rules, &inputs, |compliance| parameter.shown(compliance) / unit);
+        written.springs.insert(parameter.name.clone(), found);
+    }
+    raw.fuzzy = Some(written);
     raw
+}
+
+/// Rules in the file's units: inputs with the unit of each, and how a conclusion is written.
+fn raw_rules(rules: &Rules, inputs: &[(String, f64)], conclusion: impl Fn(f64) -> f64) -> RawFuzzyComponent {
+    let mut written = RawFuzzyComponent::default();
+    let conclusions: Vec<f64> = rules.conclusions.iter().map(|value| conclusion(*value)).collect();
+    match &rules.premise {
+        Premise::Grid(modes) => {
+            let modes = modes.iter().zip(inputs);
+            written.modes = modes.map(|(list, (_, size))| list.iter().map(|mode| mode / size).collect()).collect();
+            written.conclusions = conclusions;
+        }
+        Premise::Tree(tree) => {
+            let root = if tree.splits.is_empty() { Branch::Rule(0) } else { Branch::Split(0) };
+            written.tree = Some(raw_branch(tree, root, inputs, &conclusions));
+        }
+    }
+    written
+}
+
+fn raw_branch(tree: &Tree, branch: Branch, inputs: &[(String, f64)], conclusions: &[f64]) -> RawBranch {
+    let split = match branch {
+        Branch::Rule(rule) => return RawBranch::Conclusion(conclusions[rule]),
+        Branch::Split(index) => &tree.splits[index],
+    };
+    let (input, size) = &inputs[split.input];
+    let [from, to] = split.between.map(|end| end / size);
+    let [below, above] = split.branches.map(|branch| raw_branch(tree, branch, inputs, conclusions));
+    RawBranch::Split(Box::new(RawSplit { input: input.clone(), from, to, below, above }))
 }

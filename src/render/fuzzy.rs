@@ -6,7 +6,8 @@ use super::identification::errors;
 use super::table::Screen;
 use crate::results::units::{shown, shown_unit};
 use crate::results::{
-    AfterFit, ComponentRules, FuzzyCompliance, GreyCompliance, GrowthStep, LoadLevel, MethodComparison,
+    AfterFit, ComponentRules, Condition, FuzzyCompliance, GreyCompliance, GrowthStep, LoadLevel, LocalSpringsFound,
+    MethodComparison, RuleInput,
 };
 
 /// Root mean square errors of the fitted readings and of those held out; 0 of none.
@@ -14,12 +15,8 @@ fn rms(after: &AfterFit) -> [f64; 2] {
     [&after.after, &after.check_after].map(|errors| errors.as_ref().map_or(0.0, |errors| errors.rms))
 }
 
-/// Modal values of each rule, in the order of rules.
-fn premises(modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    modes.iter().fold(vec![Vec::new()], |rules, own| {
-        rules.iter().flat_map(|rule| own.iter().map(move |mode| [&rule[..], &[*mode]].concat())).collect()
-    })
-}
+/// Most rules of a component that text lists; more stand in the JSON and in what is saved.
+const LISTED: usize = 12;
 
 /// Text of `identify --what fuzzy`.
 pub fn fuzzy(found: &FuzzyCompliance, screen: Screen) -> String {
@@ -41,7 +38,10 @@ fn growth(steps: &[GrowthStep]) -> String {
     let mut out = String::new();
     for group in steps.chunk_by(|a, b| a.components == b.components) {
         let Some(first) = group.first() else { continue };
-        let own = group.iter().map(|step| {
+        // Of a tree the beginning and the end: it grows by one rule a step.
+        let ends = [group.first(), group.last()].into_iter().flatten();
+        let shown: Vec<&GrowthStep> = if first.sets.is_empty() { ends.collect() } else { group.iter().collect() };
+        let own = shown.into_iter().map(|step| {
             let of = match &step.component {
                 Some(component) if first.components.len() > 1 => format!("{component} "),
                 _ => String::new(),
@@ -49,28 +49,50 @@ fn growth(steps: &[GrowthStep]) -> String {
             let sets = if step.sets.contains(&0) { "none".into() } else { sets(step) };
             format!("{of}{sets} {:.4}", step.test)
         });
-        let _ = writeln!(out, "  {}: {}", first.components.join(" and "), own.collect::<Vec<_>>().join("  ->  "));
+        let steps = own.collect::<Vec<_>>().join("  ->  ");
+        let unit = if first.components.iter().all(|name| name.starts_with('r')) { " mrad" } else { "" };
+        let _ = match first.components.join(" and ") {
+            none if none.is_empty() => writeln!(out, "  {steps}"),
+            all => writeln!(out, "  {all}: {steps}{unit}"),
+        };
     }
     out
 }
 
 fn sets(step: &GrowthStep) -> String {
+    if step.sets.is_empty() {
+        return format!("{} {}", step.rules, if step.rules == 1 { "rule" } else { "rules" });
+    }
     step.sets.iter().map(ToString::to_string).collect::<Vec<_>>().join("x")
 }
 
 /// The step at hand, for a progress bar.
 pub fn step(step: &GrowthStep) -> String {
-    format!("rules for {}: {} sets, test error {:.4} mm", step.components.join(" and "), sets(step), step.test)
+    format!("rules for {}: {}, cross-validated error {:.4} mm", step.components.join(" and "), sets(step), step.test)
 }
 
 fn rules(found: &FuzzyCompliance, screen: Screen) -> String {
-    let mut out = format!("sets of each input, test error in mm:\n{}", growth(&found.steps));
+    let mut out = String::from("sets of each input or rules, and the error of configurations left out in turns, mm:\n");
+    out += &growth(&found.steps);
+    if let Some(frame) = &found.axes {
+        let _ = writeln!(out, "components along the axes of frame {frame}, which turn with it");
+    }
     for component in &found.components {
         out += "\n";
-        out += &component_rules(found, component, screen);
+        out += &component_rules(&found.described, component, screen);
     }
     out += "\n";
-    for input in &found.described {
+    out += &inputs(&found.described);
+    if found.outside > 0 {
+        let _ = writeln!(out, "{} of the readings held out are outside that range", found.outside);
+    }
+    out
+}
+
+/// Where inputs were measured.
+fn inputs(described: &[RuleInput]) -> String {
+    let mut out = String::new();
+    for input in described.iter().filter(|input| input.range.is_some()) {
         let at = |value: f64| shown(value, input.is_angle);
         let range = input.range.map_or("-".into(), |[low, high]| format!("{:.2} to {:.2}", at(low), at(high)));
         let limits =
@@ -82,25 +104,45 @@ fn rules(found: &FuzzyCompliance, screen: Screen) -> String {
             shown_unit(input.is_angle)
         );
     }
-    if found.outside > 0 {
-        let _ = writeln!(out, "{} of the readings held out are outside that range", found.outside);
-    }
     out
 }
 
-fn component_rules(found: &FuzzyCompliance, component: &ComponentRules, screen: Screen) -> String {
-    let conclusion = format!("{} mm/kN", component.name);
-    let rows = premises(&component.modes).into_iter().enumerate().map(|(rule, modes)| {
-        let sets = modes.iter().zip(&found.described).zip(&component.modes).filter(|(_, sets)| sets.len() > 1);
-        let about: Vec<String> = sets
-            .map(|((mode, input), _)| {
-                format!("{} is about {:.2} {}", input.name, shown(*mode, input.is_angle), shown_unit(input.is_angle))
-            })
-            .collect();
+/// A condition in words.
+fn condition(described: &[RuleInput], condition: &Condition) -> String {
+    let (input, is_angle) = match condition {
+        Condition::About(input, _) | Condition::Towards(input, ..) => {
+            described.get(*input).map_or(("", false), |of| (of.name.as_str(), of.is_angle))
+        }
+    };
+    let (at, unit) = (|value: f64| shown(value, is_angle), shown_unit(is_angle));
+    match *condition {
+        Condition::About(_, mode) => format!("{input} is about {:.2} {unit}", at(mode)),
+        Condition::Towards(_, [from, to], upper) => {
+            let end = if upper { "high" } else { "low" };
+            format!("{input} is {end} in {:.2} .. {:.2} {unit}", at(from), at(to))
+        }
+    }
+}
+
+fn component_rules(described: &[RuleInput], component: &ComponentRules, screen: Screen) -> String {
+    let (unit, per_si) = component.shown_in;
+    let conclusion = format!("{} {unit}", component.name);
+    if component.conclusions.len() > LISTED {
+        let values = component.conclusions.iter().map(|value| per_si * value);
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        return format!(
+            "{conclusion}: {} rules, conclusions from {low:.4} to {high:.4} (all of them: --format json, --save)\n",
+            component.conclusions.len()
+        );
+    }
+    let rows = component.premises.iter().enumerate().map(|(rule, conditions)| {
+        let about: Vec<String> = conditions.iter().map(|of| condition(described, of)).collect();
         let data =
             if component.unseen.contains(&rule) { "none".into() } else { format!("{:.1}", component.support[rule]) };
         let about = if about.is_empty() { "always".into() } else { about.join(" and ") };
-        vec![(rule + 1).to_string(), about, format!("{:.4}", 1e6 * component.conclusions[rule]), data]
+        let value = per_si * component.conclusions[rule];
+        let value = if value.abs() < 1e5 { format!("{value:.4}") } else { format!("{value:.4e}") };
+        vec![(rule + 1).to_string(), about, value, data]
     });
     let mut out = screen.table(&["rule", "if", &conclusion, "data"], rows);
     if !component.unseen.is_empty() {
@@ -155,6 +197,30 @@ pub fn grey(found: &GreyCompliance, screen: Screen) -> String {
         }
         None => out += "not kept: it does not help readings that it has not seen\n",
     }
+    out
+}
+
+/// Text of `identify --what local`.
+pub fn local(found: &LocalSpringsFound, screen: Screen) -> String {
+    let [fit, check] = rms(&found.parametric);
+    let mut out = format!(
+        "springs alone: rms error {fit:.4} mm on the fitted readings, {check:.4} mm on those held out\n\
+         rules between local springs, and the error of configurations left out in turns, mm:\n{}",
+        growth(&found.steps)
+    );
+    if !found.kept {
+        out +=
+            "not kept: springs that differ by configuration do not help configurations that they were not fitted to\n";
+        return out;
+    }
+    let [fit, check] = rms(&found.residuals);
+    let _ = writeln!(out, "kept: with them {fit:.4} mm on the fitted readings, {check:.4} mm on those held out");
+    for spring in &found.springs {
+        out += "\n";
+        out += &component_rules(&found.described, spring, screen);
+    }
+    out += "\n";
+    out += &levels(&found.levels);
     out
 }
 

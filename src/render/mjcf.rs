@@ -273,6 +273,7 @@ impl Writer<'_> {
         let robot = self.robot;
         let names = |all: Vec<&str>| all.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let weak = robot.elastic.springs.iter().filter(|spring| spring.acts != SpringAction::Full);
+        let lost_rules: &[&str] = if robot.fuzzy.is_some() || robot.spring_rules.is_some() { &["fuzzy"] } else { &[] };
         let parts = [
             ("actuators beside their joints", robot.actuators.iter().map(|own| own.name.as_str()).collect::<Vec<_>>()),
             ("beams", robot.elastic.beams.iter().map(|own| own.name.as_str()).collect()),
@@ -280,7 +281,7 @@ impl Writer<'_> {
             ("limits of sums", robot.limits.iter().map(|own| own.name.as_str()).collect()),
             ("boxes to keep out of", robot.keep_out.iter().map(|own| own.name.as_str()).collect()),
             ("effects", robot.effects.iter().filter_map(|own| own.effect.as_deref()).collect()),
-            ("rules", robot.fuzzy.iter().map(|_| "fuzzy").collect()),
+            ("rules", lost_rules.to_vec()),
         ];
         let lost = parts.into_iter().filter(|(_, all)| !all.is_empty());
         self.lost.extend(lost.map(|(what, all)| format!("{what} ({})", names(all))));

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use indexmap::IndexMap;
+
 use super::table::Screen;
 use crate::description::raw::{JointKind, RawAmount, RawEffect, RawRobot};
 use crate::description::robot::Variable;
@@ -141,15 +143,24 @@ fn elastic(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen) 
         let _ = writeln!(out, "effects switched on: {}", effects.join("; "));
     }
     if let Some(fuzzy) = &found.fuzzy {
-        let rules = fuzzy.rules.iter().map(|(name, count)| format!("{name} {count}"));
-        let _ = writeln!(
-            out,
-            "compliance by rules of {} {}: inputs {}; rules of each component: {}",
-            fuzzy.at.as_deref().map_or("the tool centre point".into(), |marker| format!("marker {marker}")),
-            if fuzzy.adds { "(added to springs and beams)" } else { "(in place of springs and beams)" },
-            fuzzy.inputs.join(" "),
-            rules.collect::<Vec<_>>().join(", ")
-        );
+        let counts = |of: &IndexMap<String, usize>| {
+            of.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", ")
+        };
+        if !fuzzy.rules.is_empty() {
+            let _ = writeln!(
+                out,
+                "compliance by rules of {} {}{}: inputs {}; rules of each component: {}",
+                fuzzy.at.as_deref().map_or("the tool centre point".into(), |marker| format!("marker {marker}")),
+                if fuzzy.adds { "(added to springs and beams)" } else { "(in place of springs and beams)" },
+                fuzzy.axes.as_deref().map_or(String::new(), |frame| format!(", axes of {frame}")),
+                fuzzy.inputs.join(" "),
+                counts(&fuzzy.rules)
+            );
+        }
+        if !fuzzy.springs.is_empty() {
+            let inputs = fuzzy.inputs.join(" ");
+            let _ = writeln!(out, "springs by rules: inputs {inputs}; rules of each: {}", counts(&fuzzy.springs));
+        }
     }
     out
 }

@@ -5,23 +5,125 @@ use serde::Serialize;
 use super::errors::ReadingErrors;
 use super::units::{half_width_95, mm};
 use crate::description::campaign::Campaign;
-use crate::description::fuzzy::{Component, Input};
-use crate::estimation::fuzzy::{self, FuzzyFit, GreyFit};
+use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules};
+use crate::estimation::fuzzy::{self, FuzzyFit, GreyFit, LocalFit, TreeStep};
 use crate::math::mean_rms_max;
 use crate::model::Model;
+use crate::parameter::Slot;
 
-/// Rules of one component of the compliance.
+/// A premise of a rule about one input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Condition {
+    /// About a modal value, rad or m.
+    About(usize, f64),
+    /// At the lower (`false`) or upper end of a range, rad or m.
+    Towards(usize, [f64; 2], bool),
+}
+
+/// A split of a tree of rules, rad or m.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RuleSplit {
+    pub input: String,
+    pub from: f64,
+    pub to: f64,
+    pub below: RuleBranch,
+    pub above: RuleBranch,
+}
+
+/// What a split leads to, by number.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RuleBranch {
+    Split(usize),
+    Rule(usize),
+}
+
+/// Rules of one component of the compliance, or of a spring.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComponentRules {
     pub name: String,
-    /// Modal values of each input, rad and m.
+    /// Modal values of each input, rad and m; empty for a tree.
     pub modes: Vec<Vec<f64>>,
-    /// By rule, m/N.
+    /// Splits of a tree, the first one the root.
+    pub splits: Vec<RuleSplit>,
+    /// By rule, m/N; of springs their stiffness, N/m or N.m/rad, `null` where rigid.
     pub conclusions: Vec<f64>,
     /// By rule: how much data reach it.
     pub support: Vec<f64>,
     /// Rules that no data reach.
     pub unseen: Vec<usize>,
+    #[serde(skip)]
+    pub premises: Vec<Vec<Condition>>,
+    /// Unit of the conclusions as text shows them, and how many of them are one in SI.
+    #[serde(skip)]
+    pub shown_in: (&'static str, f64),
+}
+
+impl ComponentRules {
+    /// Of named inputs; `conclusions` as shown.
+    fn new(name: String, rules: &Rules, inputs: &[String], shown_in: (&'static str, f64)) -> Self {
+        let (mut modes, mut splits) = (Vec::new(), Vec::new());
+        let branch = |branch: Branch| match branch {
+            Branch::Split(split) => RuleBranch::Split(split),
+            Branch::Rule(rule) => RuleBranch::Rule(rule),
+        };
+        match &rules.premise {
+            Premise::Grid(own) => modes.clone_from(own),
+            Premise::Tree(tree) => {
+                splits.extend(tree.splits.iter().map(|split| RuleSplit {
+                    input: inputs.get(split.input).cloned().unwrap_or_default(),
+                    from: split.between[0],
+                    to: split.between[1],
+                    below: branch(split.branches[0]),
+                    above: branch(split.branches[1]),
+                }));
+            }
+        }
+        Self {
+            name,
+            modes,
+            splits,
+            conclusions: rules.conclusions.clone(),
+            support: Vec::new(),
+            unseen: Vec::new(),
+            premises: premises(&rules.premise),
+            shown_in,
+        }
+    }
+}
+
+/// Conditions of each rule, in the order of rules.
+fn premises(premise: &Premise) -> Vec<Vec<Condition>> {
+    match premise {
+        Premise::Grid(modes) => modes.iter().enumerate().fold(vec![Vec::new()], |rules, (input, own)| {
+            let about = |rule: &Vec<Condition>, mode: &f64| {
+                let mut rule = rule.clone();
+                if own.len() > 1 {
+                    rule.push(Condition::About(input, *mode));
+                }
+                rule
+            };
+            rules.iter().flat_map(|rule| own.iter().map(move |mode| about(rule, mode))).collect()
+        }),
+        Premise::Tree(tree) => {
+            let mut found = vec![Vec::new(); tree.splits.len() + 1];
+            let mut open = if tree.splits.is_empty() { Vec::new() } else { vec![(Branch::Split(0), Vec::new())] };
+            while let Some((branch, above)) = open.pop() {
+                match branch {
+                    Branch::Rule(rule) => found[rule] = above,
+                    Branch::Split(index) => {
+                        let split = &tree.splits[index];
+                        for (upper, next) in split.branches.into_iter().enumerate() {
+                            let mut conditions: Vec<Condition> = above.clone();
+                            conditions.push(Condition::Towards(split.input, split.between, upper == 1));
+                            open.push((next, conditions));
+                        }
+                    }
+                }
+            }
+            found
+        }
+    }
 }
 
 /// A step of the growth of rules.
@@ -30,9 +132,12 @@ pub struct GrowthStep {
     pub components: Vec<String>,
     /// The component that grew; `None` where all did.
     pub component: Option<String>,
-    /// Sets of each input.
+    /// Sets of each input; empty for a tree.
     pub sets: Vec<usize>,
+    pub rules: usize,
+    /// mm; mrad where all components are rotations.
     pub fit: Option<f64>,
+    /// The same when parts of the configurations are left out in turns.
     pub test: f64,
 }
 
@@ -86,6 +191,8 @@ pub struct RuleInput {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FuzzyCompliance {
     pub inputs: Vec<String>,
+    /// Frame whose axes the components have; `null`: the base.
+    pub axes: Option<String>,
     pub components: Vec<ComponentRules>,
     /// Measured range of each input, rad and m.
     pub range: Vec<[f64; 2]>,
@@ -107,17 +214,22 @@ impl FuzzyCompliance {
         let inputs: Vec<Input> = model.fuzzy.iter().flat_map(|fuzzy| &fuzzy.inputs).copied().collect();
         let range: Vec<[f64; 2]> = grown.used().into_iter().map(|k| grown.range[k]).collect();
         let components = model.fuzzy.iter().flat_map(|fuzzy| &fuzzy.components).zip(&grown.components);
+        let names: Vec<String> = inputs.iter().map(|&of| model.input(of).0.to_string()).collect();
         let described = inputs.iter().enumerate().map(|(k, &of)| RuleInput::new(model, of, range.get(k).copied()));
         let described: Vec<RuleInput> = described.collect();
         Self {
             inputs: described.iter().map(|input| input.name.clone()).collect(),
+            axes: grown.axes.map(|frame| model.frames[frame].name.clone()),
             components: components
                 .map(|(component, own)| ComponentRules {
-                    name: Component::name(component.at),
-                    modes: component.modes.clone(),
-                    conclusions: component.conclusions.clone(),
                     support: own.support.clone(),
                     unseen: own.unseen.clone(),
+                    ..ComponentRules::new(
+                        Component::name(component.at),
+                        &component.rules,
+                        &names,
+                        per_load(component.at),
+                    )
                 })
                 .collect(),
             range,
@@ -150,11 +262,12 @@ impl GrowthStep {
     /// With the names of components.
     pub fn new(step: &fuzzy::Step) -> Self {
         Self {
-            components: step.columns.iter().map(|&column| Component::name([step.axis, column])).collect(),
-            component: step.column.map(|column| Component::name([step.axis, column])),
+            components: step.components.iter().map(|&at| Component::name(at)).collect(),
+            component: step.component.map(Component::name),
             sets: step.sets.clone(),
+            rules: step.rules,
             fit: step.fitted.map(mm),
-            test: mm(step.test),
+            test: mm(step.cross_validated),
         }
     }
 }
@@ -210,6 +323,78 @@ impl GreyCompliance {
     }
 }
 
+/// Unit in which a component is shown, and how many of it are one in SI: mm or mrad by kN or kN.m.
+fn per_load([row, column]: [usize; 2]) -> (&'static str, f64) {
+    let unit = match (row < 3, column < 3) {
+        (true, true) => "mm/kN",
+        (true, false) => "mm/kN.m",
+        (false, true) => "mrad/kN",
+        (false, false) => "mrad/kN.m",
+    };
+    (unit, 1e6)
+}
+
+/// Local springs blended by rules.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LocalSpringsFound {
+    /// The same springs at all configurations.
+    pub parametric: AfterFit,
+    /// Whether rules are kept: whether springs that differ by configuration help in cross-validation.
+    pub kept: bool,
+    pub inputs: Vec<String>,
+    pub springs: Vec<ComponentRules>,
+    pub steps: Vec<GrowthStep>,
+    pub levels: Vec<LoadLevel>,
+    pub unit: &'static str,
+    pub residuals: AfterFit,
+    #[serde(skip)]
+    pub described: Vec<RuleInput>,
+}
+
+impl LocalSpringsFound {
+    /// With the names of the fitted model.
+    pub fn new(fit: &LocalFit) -> Self {
+        let (model, after) = (&fit.model, &fit.parametric.after);
+        let local = model.local_springs.as_ref();
+        let described: Vec<RuleInput> =
+            local.iter().flat_map(|local| &local.inputs).map(|&of| RuleInput::new(model, of, None)).collect();
+        let inputs: Vec<String> = described.iter().map(|input| input.name.clone()).collect();
+        let spring = |(slot, rules): &(Slot, Rules)| {
+            let parameter = &model.registry[*slot];
+            let stiff = rules.conclusions.iter().map(|compliance| parameter.shown(*compliance)).collect();
+            let rules = Rules { conclusions: stiff, ..rules.clone() };
+            let support = fit.support.clone();
+            let unit = (parameter.shown_kind().unit(), 1.0);
+            ComponentRules { support, ..ComponentRules::new(parameter.name.clone(), &rules, &inputs, unit) }
+        };
+        let step = |step: &TreeStep| GrowthStep {
+            components: Vec::new(),
+            component: None,
+            sets: Vec::new(),
+            rules: step.rules,
+            fit: Some(mm(step.fitted)),
+            test: mm(step.cross_validated),
+        };
+        Self {
+            parametric: AfterFit {
+                after: ReadingErrors::new(&after.fit),
+                check_after: ReadingErrors::new(&after.check),
+            },
+            kept: local.is_some(),
+            springs: local.iter().flat_map(|local| &local.springs).map(spring).collect(),
+            inputs,
+            steps: fit.steps.iter().map(step).collect(),
+            levels: fit.levels.iter().map(LoadLevel::new).collect(),
+            unit: "mm",
+            residuals: AfterFit {
+                after: ReadingErrors::new(&fit.errors[0]),
+                check_after: ReadingErrors::new(&fit.errors[1]),
+            },
+            described,
+        }
+    }
+}
+
 /// Errors of a method under one load, mm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MethodRow {
@@ -239,10 +424,10 @@ impl MethodErrors {
             w[..3].iter().map(|v| v * v).sum::<f64>().sqrt().round() as i64
         };
         let judged: Vec<(i64, &[f64])> = residual
-            .chunks(3)
+            .chunks(campaign.observes.rows())
             .enumerate()
             .filter(|(k, _)| all || held_out[*k])
-            .map(|(k, reading)| (force(k), reading))
+            .map(|(k, reading)| (force(k), &reading[..3]))
             .collect();
         let mut sizes: Vec<i64> = judged.iter().map(|(size, _)| *size).collect();
         sizes.sort_unstable();

@@ -55,8 +55,8 @@ pub use configurations::ConfigurationResidual;
 pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
 pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
 pub use fuzzy::{
-    AfterFit, ComponentRules, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
-    MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleInput, Timed,
+    AfterFit, ComponentRules, Condition, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
+    LocalSpringsFound, MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleBranch, RuleInput, RuleSplit, Timed,
 };
 pub use identifiability::{
     Dropped, ElasticSensitivity, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities,

@@ -62,9 +62,12 @@ pub struct ElasticSummary {
 pub struct FuzzySummary {
     pub inputs: Vec<String>,
     pub at: Option<String>,
+    pub axes: Option<String>,
     pub adds: bool,
     /// Number of rules by component.
     pub rules: IndexMap<String, usize>,
+    /// Number of rules by spring.
+    pub springs: IndexMap<String, usize>,
 }
 
 /// A robot.
@@ -187,7 +190,9 @@ impl RobotSummary {
                 inputs: fuzzy.inputs.clone(),
                 at: fuzzy.at.clone(),
                 adds: fuzzy.adds,
-                rules: fuzzy.components.iter().map(|(name, c)| (name.clone(), c.conclusions.len())).collect(),
+                axes: fuzzy.axes.clone(),
+                rules: fuzzy.components.iter().map(|(name, own)| (name.clone(), own.rules())).collect(),
+                springs: fuzzy.springs.iter().map(|(name, own)| (name.clone(), own.rules())).collect(),
             }),
             snapshot: None,
         }

@@ -6,11 +6,10 @@ use super::frame_twists::{FrameTwistPlan, FrameTwists};
 use crate::description::campaign::{InSession, LoadPoint, Payload, Reading};
 use crate::description::robot::FrameIndex;
 use crate::elastics::{
-    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Shares, Statics, at_point, shares,
-    spatial, twists,
+    ElasticColumns, Elastics, Load, LoadCase, Mechanism, MotionWorkspace, Response, Shares, Statics, at_point,
+    put_fuzzy, shares, spatial, twists,
 };
 use crate::elements::{BodyPoint, Motion, VertexIndex};
-use crate::fuzzy;
 use crate::kinematics::{AssemblyError, By, Geometry, Placements, Rates};
 use crate::model::Model;
 use crate::observation::Twist;
@@ -214,7 +213,7 @@ impl<'m> Mechanics<'m> {
             self.elastics.prepare(&state.placements, &mut state.statics)?;
             for response in &mut state.responses {
                 response.evaluate(&self.elastics, &mut state.statics);
-                fuzzy::put(geometry, q, &state.placements, response);
+                put_fuzzy(geometry, &state.placements, response);
             }
         }
         Ok(())

@@ -35,6 +35,7 @@ mod figures;
 mod free_form;
 mod fuzzing;
 mod fuzzy;
+mod fuzzy_trees;
 mod generated;
 mod golden_elastic;
 mod golden_geometry;

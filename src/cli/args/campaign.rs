@@ -75,13 +75,25 @@ pub struct Identify {
     #[arg(long)]
     pub robot: Option<String>,
     /// What to identify: `geometric`, `elastic`, or `geometric,elastic`; by default stiffness from deflections and
-    /// geometry from all other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; or `grey`, springs with a fuzzy
-    /// correction of what they leave.
+    /// geometry from all other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; `grey`, springs with a fuzzy
+    /// correction of what they leave; or `local`, springs that differ by configuration, blended by rules.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
-    /// Joints (by frame) or variables that a fuzzy compliance may depend on; by default all variables that change.
+    /// Joints (by frame) or variables that rules may depend on; by default all variables that change, and for a tree the
+    /// joints of loops too.
     #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
     pub inputs: Vec<String>,
+    /// How rules divide the inputs: all combinations of sets, or splits along one input each. By default a grid of up to
+    /// three inputs, and else a tree.
+    #[arg(long, value_enum)]
+    pub structure: Option<StructureName>,
+    /// Frame along whose axes a fuzzy compliance has its components, or `base`; by default the base's of a grid, and of a tree
+    /// those that leave least in cross-validation.
+    #[arg(long, value_name = "FRAME")]
+    pub axes: Option<String>,
+    /// Make a fuzzy compliance symmetric: displacement x by fy is y by fx (trees).
+    #[arg(long)]
+    pub reciprocal: bool,
     /// Fit rules (and what they are compared with) only to readings under this force, N; the other loads judge them.
     #[arg(long, value_name = "N")]
     pub fit_force: Option<f64>,
@@ -173,6 +185,15 @@ pub struct Register {
     /// Share of the configurations held out to check where the campaign does not say.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,
+}
+
+/// Structures of rules.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StructureName {
+    /// All combinations of the sets of each input.
+    Grid,
+    /// Splits along one input each.
+    Tree,
 }
 
 /// Rules of splitting.

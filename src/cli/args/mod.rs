@@ -10,7 +10,7 @@ mod track;
 pub use blind::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
 pub use campaign::{
     Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Register, Report,
-    Residuals, Robust, Scale, SchemeName, SplitName, WeightsName,
+    Residuals, Robust, Scale, SchemeName, SplitName, StructureName, WeightsName,
 };
 pub use planned::{Compensate, FrameName, Plan, Simulate};
 pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};

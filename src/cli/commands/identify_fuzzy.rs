@@ -1,4 +1,4 @@
-//! `identify --what fuzzy|grey`: a compliance by rules, or a correction of springs by rules.
+//! `identify --what fuzzy|grey|local`: a compliance by rules, a correction of springs by rules, or rules between springs.
 
 use std::path::Path;
 use std::time::Instant;
@@ -6,24 +6,33 @@ use std::time::Instant;
 use super::convert::{Expected, unusable, written};
 use super::schema::file_name;
 use crate::Error;
-use crate::cli::args::{Identify, PlacementName, SchemaOf};
+use crate::cli::args::{Identify, PlacementName, SchemaOf, StructureName};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, LoadPoint, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
 use crate::diagnostic::Diagnostic;
-use crate::estimation::fuzzy::{FuzzySettings, FuzzyTask, Placement, Step, fit_fuzzy, fit_grey};
+use crate::estimation::fuzzy::{
+    AxesOf, FuzzySettings, FuzzyTask, Placement, Step, Structure, changing_inputs, fit_fuzzy, fit_grey, fit_local,
+};
 use crate::estimation::{Settings, What, calibrate};
 use crate::files::{LoadedCampaign, schema_line};
 use crate::least_squares::Progress;
 use crate::model::{Model, with_fuzzy, with_values};
 use crate::prediction::{Linearised, Predictor};
 use crate::render::fuzzy as render;
-use crate::results::{FuzzyCompliance, GreyCompliance, GrowthStep, MethodComparison, MethodErrors, Timed};
+use crate::results::{
+    FuzzyCompliance, GreyCompliance, GrowthStep, LocalSpringsFound, MethodComparison, MethodErrors, Timed,
+};
 
-const KINDS: [&str; 4] = ["geometric", "elastic", "fuzzy", "grey"];
+const KINDS: [&str; 5] = ["geometric", "elastic", "fuzzy", "grey", "local"];
+/// Those that are rules.
+const RULES: [&str; 3] = ["fuzzy", "grey", "local"];
+
+/// What to do where a flag of rules stands without them.
+const ADD_RULES: &str = "add --what fuzzy, grey or local";
 
 /// Whether rules are asked for.
 pub fn asked(command: &Identify) -> Result<bool, Error> {
@@ -32,11 +41,11 @@ pub fn asked(command: &Identify) -> Result<bool, Error> {
         return Err(Error::from(vec![diagnostic.suggest(unknown, KINDS)]));
     }
     let has = |name: &str| command.what.iter().any(|what| what == name);
-    let by_rules = has("fuzzy") || has("grey");
+    let by_rules = RULES.iter().any(|name| has(name));
     if by_rules && has("geometric") {
         return Err(Error::input(
             "--what: geometry is not fitted together with rules",
-            "identify the geometry first and --save it, then --what fuzzy or grey",
+            "identify the geometry first and --save it, then --what fuzzy, grey or local",
         ));
     }
     if by_rules && (command.what.len() > 1 || command.compare) && command.save.is_some() {
@@ -44,10 +53,18 @@ pub fn asked(command: &Identify) -> Result<bool, Error> {
         return Err(Error::input("--save: several models are compared", remedy));
     }
     if !by_rules && command.save_rules.is_some() {
-        return Err(Error::input("--save-rules: no rules are asked for", "add --what fuzzy or --what grey"));
+        return Err(Error::input("--save-rules: no rules are asked for", ADD_RULES));
     }
-    if !by_rules && (!command.inputs.is_empty() || command.fit_force.is_some()) {
-        return Err(Error::input("--inputs, --fit-force: no rules are asked for", "add --what fuzzy or --what grey"));
+    let of_rules = !command.inputs.is_empty() || command.fit_force.is_some() || command.structure.is_some();
+    if !by_rules && (of_rules || command.axes.is_some() || command.reciprocal) {
+        let message = "--inputs, --structure, --axes, --reciprocal, --fit-force: no rules are asked for";
+        return Err(Error::input(message, ADD_RULES));
+    }
+    if command.reciprocal && command.structure == Some(StructureName::Grid) {
+        return Err(Error::input(
+            "--reciprocal: on a grid each component has sets of its own",
+            "take --structure tree, in which components share their splits",
+        ));
     }
     if by_rules && command.prior {
         return Err(Error::input("--prior: rules have no tolerances", "leave it out"));
@@ -70,23 +87,33 @@ pub fn run(
             "measure loaded minus unloaded positions (`observes: deflection`)",
         ));
     }
-    if campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker) {
+    let several = campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker);
+    if several && campaign.readings.iter().any(|reading| reading.load_point == LoadPoint::Measured) {
         return Err(Error::input(
-            "rules are fitted to one point, and the campaign reads several markers",
-            "give the readings of one marker",
+            "rules are those of one body under one load, and the loads act at each of several markers",
+            "say where on the tool they act (`load_point`), or give the readings of one marker",
         ));
     }
     let (fitted, of_fitted) = match command.fit_force {
         Some(force) => under(campaign, held_out, force)?,
         None => (campaign.clone(), held_out.to_vec()),
     };
-    let inputs = inputs(model, &fitted, &command.inputs)?;
+    let inputs = inputs(model, &fitted, &command.inputs, structure(command))?;
     let placement = match command.placement {
         PlacementName::GaussNewton => Placement::GaussNewton,
         PlacementName::SolisWets => Placement::SolisWets(session.seed()),
     };
     let limits = FuzzySettings { placement, ..FuzzySettings::default() };
-    let task = FuzzyTask { model, campaign: &fitted, held_out: &of_fitted, inputs: &inputs, settings: limits };
+    let task = FuzzyTask {
+        model,
+        campaign: &fitted,
+        held_out: &of_fitted,
+        inputs: &inputs,
+        structure: structure(command),
+        axes: axes(model, command.axes.as_deref())?,
+        reciprocal: command.reciprocal,
+        settings: limits,
+    };
     let started = Instant::now();
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
@@ -110,6 +137,17 @@ pub fn run(
         let found = FuzzyCompliance::new(&fit);
         output = Output::new(render::fuzzy(&found, screen), &Timed { seconds: seconds(), found: &found })?;
         save(session, command, loaded, &fit.model, &fit.values, &mut output)?;
+    } else if command.what.iter().any(|what| what == "local") {
+        let fit = fit_local(&task, settings, &mut iterated, &mut |step| {
+            bar.set_message(format!(
+                "{} rules, cross-validated error {:.4} mm",
+                step.rules,
+                1e3 * step.cross_validated
+            ));
+        })?;
+        let found = LocalSpringsFound::new(&fit);
+        output = Output::new(render::local(&found, screen), &Timed { seconds: seconds(), found: &found })?;
+        save(session, command, loaded, &fit.model, &fit.parametric.values, &mut output)?;
     } else {
         let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
         let found = GreyCompliance::new(&fit);
@@ -157,7 +195,32 @@ fn methods(
         let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
         methods.push(errors("grey", with, &fit.parametric.values)?);
     }
+    if has("local") {
+        let fit = fit_local(task, settings, iterated, &mut |_| {})?;
+        methods.push(errors("local springs", &fit.model, &fit.parametric.values)?);
+    }
     Ok((methods, dropped))
+}
+
+/// How rules divide the inputs, as asked for; components that share splits need a tree.
+fn structure(command: &Identify) -> Option<Structure> {
+    match command.structure {
+        Some(StructureName::Grid) => Some(Structure::Grid),
+        Some(StructureName::Tree) => Some(Structure::Tree),
+        None => command.reciprocal.then_some(Structure::Tree),
+    }
+}
+
+/// Axes of the components, as asked for.
+fn axes(model: &Model, name: Option<&str>) -> Result<AxesOf, Error> {
+    match name {
+        None => Ok(AxesOf::Best),
+        Some("base") => Ok(AxesOf::Base),
+        Some(name) => model.frame(name).map(AxesOf::Frame).ok_or_else(|| {
+            let frames = model.frames.iter().map(|frame| frame.name.as_str()).chain(["base"]);
+            Error::from(vec![Diagnostic::error(format!("--axes: no frame is called `{name}`")).suggest(name, frames)])
+        }),
+    }
 }
 
 fn is_under(reading: &Reading, force: Option<f64>) -> bool {
@@ -242,14 +305,15 @@ fn relative(file: &Path, from: &Path) -> Result<String, Error> {
     }
 }
 
-/// Inputs as named, or all variables that change in the readings.
-fn inputs(model: &Model, campaign: &Campaign, names: &[String]) -> Result<Vec<Input>, Error> {
+/// Inputs as named, or what changes in the readings.
+fn inputs(
+    model: &Model,
+    campaign: &Campaign,
+    names: &[String],
+    structure: Option<Structure>,
+) -> Result<Vec<Input>, Error> {
     if names.is_empty() {
-        let changes = |k: &usize| {
-            let first = campaign.configuration(0)[*k];
-            (1..campaign.readings.len()).any(|reading| (campaign.configuration(reading)[*k] - first).abs() > 1e-6)
-        };
-        return Ok((0..model.variables.len()).filter(changes).map(Input::Variable).collect());
+        return Ok(changing_inputs(model, campaign, structure)?);
     }
     let mut inputs = Vec::new();
     for (k, name) in names.iter().enumerate() {

@@ -9,8 +9,9 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
 use crate::diagnostic::Diagnostic;
-use crate::elastics::{Elastics, PointLoad, Response, Statics, at_point, equilibrium, shares, spatial};
-use crate::fuzzy;
+use crate::elastics::{
+    Elastics, PointLoad, Response, Statics, at_point, equilibrium, fuzzy_doubts, put_fuzzy, shares, spatial,
+};
 use crate::kinematics::{Geometry, Placements};
 use crate::render::stiffness as render;
 use crate::results::{OwnWeight, Stiffness as Found};
@@ -51,7 +52,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let mut response = Response::new(&elastics, vertex);
     elastics.prepare(&placements, &mut statics)?;
     response.evaluate(&elastics, &mut statics);
-    fuzzy::put(&geometry, &q, &placements, &mut response);
+    put_fuzzy(&geometry, &placements, &mut response);
     let w = load.unwrap_or_default();
     let (force, moment) = (Vector3::new(w[0], w[1], w[2]), Vector3::new(w[3], w[4], w[5]));
     let loaded_by = spatial(&point, &force, &moment);
@@ -76,6 +77,6 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     output.diagnostics.extend(outside);
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
-    output.diagnostics.extend(fuzzy::doubts(model, &geometry, &[(q.as_slice(), own)]));
+    output.diagnostics.extend(fuzzy_doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
 }

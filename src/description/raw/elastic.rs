@@ -282,20 +282,74 @@ raw! {
         /// The marker whose displacement it gives, loaded there; the tool centre point by default.
         #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
         at: Option<String>,
+        /// Frame whose axes the components have, turning with it; the base's by default.
+        #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
+        axes: Option<String>,
         /// Added to what the springs and beams of this description give, instead of standing in their place.
         adds: bool,
-        /// Components of the compliance by name: displacement (x, y, z, rx, ry, rz), a dot, load (fx, .., mz), in base
-        /// axes. Those not named are zero.
+        /// Components of the compliance by name: displacement (x, y, z, rx, ry, rz), a dot, load (fx, .., mz). Those not
+        /// named are zero.
         components: IndexMap<String, RawFuzzyComponent>,
+        /// Springs of this description (`joint2.kar`) whose stiffness depends on the inputs: conclusions are stiffnesses,
+        /// whose compliances are weighted. What is declared for them elsewhere is not used.
+        springs: IndexMap<String, RawFuzzyComponent>,
     }
 }
 
 raw! {
-    /// A component of a fuzzy compliance.
+    /// Rules of a component of a fuzzy compliance, or of a spring: a grid of sets (`modes` and `conclusions`) or a `tree`.
     pub struct RawFuzzyComponent {
         /// Modal values of each input's sets, ascending, in the units of the input.
         modes: Vec<Vec<f64>>,
-        /// Conclusion of each rule, in the units of displacement over load; the last input's sets count fastest.
+        /// Conclusion of each rule, in the units of displacement over load (of springs: of stiffness); the last input's sets
+        /// count fastest.
         conclusions: Vec<f64>,
+        /// Rules by splits, each along one input.
+        tree: Option<RawBranch>,
+    }
+}
+
+/// A branch of a tree of rules.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(untagged)]
+pub enum RawBranch {
+    /// A rule: its conclusion.
+    Conclusion(f64),
+    /// Further rules.
+    Split(Box<RawSplit>),
+}
+
+/// A split along one input: the weight goes linearly from one branch to the other.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RawSplit {
+    /// One of `inputs`.
+    #[cfg_attr(feature = "cli", schemars(schema_with = "name"))]
+    pub input: String,
+    /// Value up to which only `below` holds, in the units of the input.
+    pub from: f64,
+    /// Value from which only `above` holds.
+    pub to: f64,
+    /// What holds at small values.
+    pub below: RawBranch,
+    /// What holds at large values.
+    pub above: RawBranch,
+}
+
+impl RawFuzzyComponent {
+    /// Number of its rules.
+    pub fn rules(&self) -> usize {
+        self.tree.as_ref().map_or(self.conclusions.len(), RawBranch::rules)
+    }
+}
+
+impl RawBranch {
+    fn rules(&self) -> usize {
+        match self {
+            Self::Conclusion(_) => 1,
+            Self::Split(split) => split.below.rules() + split.above.rules(),
+        }
     }
 }

@@ -2,20 +2,27 @@
 
 use super::collector::Collector;
 use super::tree::Tree;
-use crate::description::fuzzy::{Component, DISPLACEMENTS, Fuzzy, Input, LOADS};
-use crate::description::raw::{JointKind, RawFuzzyComponent, RawRobot};
-use crate::description::units::Units;
+use crate::description::fuzzy::{
+    Branch, Component, DISPLACEMENTS, Fuzzy, Input, LOADS, Premise, Rules, Split, SpringRules, Tree as Splits,
+};
+use crate::description::raw::{JointKind, RawBranch, RawFuzzyComponent, RawRobot};
 
 /// Most rules of a component.
 const MOST_RULES: usize = 100_000;
+/// Most splits on the way to a rule.
+const DEEPEST: usize = 60;
 
-pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Option<Fuzzy> {
-    let given = raw.fuzzy.as_ref()?;
+/// What is wrong, and perhaps what to do.
+type Wrong = (String, Option<&'static str>);
+
+/// The compliance of the tool by rules, and the springs by rules.
+pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> (Option<Fuzzy>, Option<SpringRules>) {
+    let Some(given) = raw.fuzzy.as_ref() else { return (None, None) };
     if given.file.is_some() {
         // Files are put in where descriptions are read from disk.
         let remedy = "read the description from its file, or write the rules out";
         diagnostics.reject(&["fuzzy", "file"], "the file of the rules is not read here", remedy);
-        return None;
+        return (None, None);
     }
     let (inputs, sizes) = inputs(raw, tree, &given.inputs, diagnostics);
     let at = given.at.as_ref().and_then(|name| {
@@ -25,20 +32,54 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Opti
         }
         found
     });
-    if given.components.is_empty() {
-        diagnostics.lacking(&["fuzzy"], "components", "the fuzzy model has no `components`");
+    let axes = given.axes.as_ref().and_then(|name| {
+        let found = tree.frames.iter().position(|frame| frame.name == *name);
+        if found.is_none() {
+            let frames = tree.frames.iter().map(|frame| frame.name.as_str());
+            diagnostics.unknown(&["fuzzy", "axes"], "frame", name, frames);
+        }
+        found
+    });
+    if given.components.is_empty() && given.springs.is_empty() {
+        diagnostics.lacking(&["fuzzy"], "components", "the fuzzy model has no `components`, and no `springs`");
     }
+    let known = Known { inputs: &given.inputs, sizes };
+    let mut read = |section: &str, name: &String, found: Result<Rules, Wrong>| match found {
+        Ok(rules) => Some(rules),
+        Err((message, None)) => {
+            diagnostics.error(&["fuzzy", section, name], message);
+            None
+        }
+        Err((message, Some(remedy))) => {
+            diagnostics.reject(&["fuzzy", section, name], message, remedy);
+            None
+        }
+    };
     let mut components = Vec::new();
-    for (name, component_given) in &given.components {
-        match component(name, component_given, given.inputs.len(), &sizes, &raw.units) {
-            Ok(component) => components.push(component),
-            Err((message, None)) => {
-                diagnostics.error(&["fuzzy", "components", name], message);
-            }
-            Err((message, Some(remedy))) => diagnostics.reject(&["fuzzy", "components", name], message, remedy),
+    for (name, own) in &given.components {
+        let at = component(name);
+        let rules = at.clone().and_then(|at| finite(known.rules(own)?, raw.units.compliance(at)));
+        if let (Some(rules), Ok(at)) = (read("components", name, rules), at) {
+            components.push(Component { at, rules });
         }
     }
-    Some(Fuzzy { inputs, at, adds: given.adds, components })
+    let mut springs = Vec::new();
+    for (name, own) in &given.springs {
+        if let Some(rules) = read("springs", name, known.rules(own).and_then(stiff)) {
+            springs.push((name.clone(), rules));
+        }
+    }
+    let units = [raw.units.stiffness.factor(), raw.units.rotational_stiffness.factor()];
+    (
+        (!given.components.is_empty()).then(|| Fuzzy {
+            inputs: inputs.clone(),
+            at,
+            axes,
+            adds: given.adds,
+            components,
+        }),
+        (!given.springs.is_empty()).then_some(SpringRules { inputs, springs, units }),
+    )
 }
 
 /// Joints and variables by name, and the file's unit of each, SI.
@@ -69,42 +110,110 @@ fn inputs(raw: &RawRobot, tree: &Tree, given: &[String], diagnostics: &mut Colle
     (inputs, sizes)
 }
 
-/// A component in SI, or what is wrong with it and perhaps what to do.
-fn component(
-    name: &str,
-    given: &RawFuzzyComponent,
-    inputs: usize,
-    sizes: &[f64],
-    units: &Units,
-) -> Result<Component, (String, Option<&'static str>)> {
+/// Row and column of a component.
+fn component(name: &str) -> Result<[usize; 2], Wrong> {
     let parts = name.split_once('.').and_then(|(row, column)| {
         let row = DISPLACEMENTS.iter().position(|known| *known == row)?;
         Some([row, LOADS.iter().position(|known| *known == column)?])
     });
     let remedy = "write displacement.load: x, y, z, rx, ry or rz, then fx, .., mz (`x.fz`)";
-    let at = parts.ok_or((format!("`{name}` is no component"), Some(remedy)))?;
-    if given.modes.len() != inputs {
-        let message = format!("`modes` has {} lists for {inputs} inputs", given.modes.len());
-        return Err((message, Some("give the modal values of each input, in the order of `inputs`")));
+    parts.ok_or((format!("`{name}` is no component"), Some(remedy)))
+}
+
+/// Rules of a component, their conclusions in SI.
+fn finite(mut rules: Rules, factor: f64) -> Result<Rules, Wrong> {
+    rules.conclusions.iter_mut().for_each(|value| *value *= factor);
+    match rules.conclusions.iter().all(|value| value.is_finite()) {
+        true => Ok(rules),
+        false => Err(("conclusions must be finite numbers".into(), None)),
     }
-    let modes = given.modes.iter().zip(sizes.iter().chain(std::iter::repeat(&1.0)));
-    let modes: Vec<Vec<f64>> = modes.map(|(list, size)| list.iter().map(|mode| mode * size).collect()).collect();
-    if modes.iter().any(|list| list.is_empty() || list.windows(2).any(|pair| pair[0] >= pair[1]))
-        || modes.iter().flatten().any(|mode| !mode.is_finite())
-    {
-        return Err(("modal values must be finite and ascend, at least one of each input".into(), None));
+}
+
+/// Rules of springs: stiffnesses above zero, infinite where rigid.
+fn stiff(rules: Rules) -> Result<Rules, Wrong> {
+    match rules.conclusions.iter().find(|stiffness| stiffness.is_nan() || **stiffness <= 0.0) {
+        Some(wrong) => {
+            Err((format!("a stiffness of {wrong} holds nothing"), Some("give one above zero; `.inf` is rigid")))
+        }
+        None => Ok(rules),
     }
-    let rules = modes.iter().try_fold(1_usize, |rules, list| rules.checked_mul(list.len()));
-    let found = given.conclusions.len();
-    if rules != Some(found) || found > MOST_RULES {
-        let wanted = rules.map_or("too many".into(), |rules| rules.to_string());
-        let remedy = "give one conclusion a rule, the last input's sets counting fastest";
-        return Err((format!("{found} conclusions for {wanted} rules"), Some(remedy)));
+}
+
+/// What rules may name.
+struct Known<'a> {
+    inputs: &'a [String],
+    /// SI units in the file's unit of each.
+    sizes: Vec<f64>,
+}
+
+impl Known<'_> {
+    /// Rules, their conclusions in the unit of the file.
+    fn rules(&self, given: &RawFuzzyComponent) -> Result<Rules, Wrong> {
+        let (premise, conclusions) = match &given.tree {
+            Some(_) if !given.modes.is_empty() || !given.conclusions.is_empty() => {
+                let remedy = "conclusions stand in the tree: leave `modes` and `conclusions` out";
+                return Err(("both a `tree` and a grid are given".into(), Some(remedy)));
+            }
+            Some(RawBranch::Conclusion(value)) => (Premise::Tree(Splits::default()), vec![*value]),
+            Some(branch) => {
+                let mut found = (Splits::default(), Vec::new());
+                self.split(branch, 0, &mut found)?;
+                (Premise::Tree(found.0), found.1)
+            }
+            None => (Premise::Grid(self.grid(given)?), given.conclusions.clone()),
+        };
+        Ok(Rules { premise, conclusions })
     }
-    let factor = units.compliance(at);
-    let conclusions: Vec<f64> = given.conclusions.iter().map(|value| value * factor).collect();
-    if conclusions.iter().any(|value| !value.is_finite()) {
-        return Err(("conclusions must be finite numbers".into(), None));
+
+    fn grid(&self, given: &RawFuzzyComponent) -> Result<Vec<Vec<f64>>, Wrong> {
+        if given.modes.len() != self.inputs.len() {
+            let message = format!("`modes` has {} lists for {} inputs", given.modes.len(), self.inputs.len());
+            return Err((message, Some("give the modal values of each input, in the order of `inputs`")));
+        }
+        let modes = given.modes.iter().zip(self.sizes.iter().chain(std::iter::repeat(&1.0)));
+        let modes: Vec<Vec<f64>> = modes.map(|(list, size)| list.iter().map(|mode| mode * size).collect()).collect();
+        if modes.iter().any(|list| list.is_empty() || list.windows(2).any(|pair| pair[0] >= pair[1]))
+            || modes.iter().flatten().any(|mode| !mode.is_finite())
+        {
+            return Err(("modal values must be finite and ascend, at least one of each input".into(), None));
+        }
+        let rules = modes.iter().try_fold(1_usize, |rules, list| rules.checked_mul(list.len()));
+        let found = given.conclusions.len();
+        if rules != Some(found) || found > MOST_RULES {
+            let wanted = rules.map_or("too many".into(), |rules| rules.to_string());
+            let remedy = "give one conclusion a rule, the last input's sets counting fastest";
+            return Err((format!("{found} conclusions for {wanted} rules"), Some(remedy)));
+        }
+        Ok(modes)
     }
-    Ok(Component { at, modes, conclusions })
+
+    /// Adds a branch to the splits and conclusions found so far.
+    fn split(&self, branch: &RawBranch, depth: usize, found: &mut (Splits, Vec<f64>)) -> Result<Branch, Wrong> {
+        let given = match branch {
+            RawBranch::Conclusion(value) => {
+                found.1.push(*value);
+                return Ok(Branch::Rule(found.1.len() - 1));
+            }
+            RawBranch::Split(given) => given,
+        };
+        if depth == DEEPEST || found.1.len() > MOST_RULES {
+            return Err(("the tree is too deep".into(), Some("use fewer splits")));
+        }
+        let Some(input) = self.inputs.iter().position(|name| *name == given.input) else {
+            let message = format!("`{}` is no input of the rules", given.input);
+            return Err((message, Some("name one of `inputs`, or add it there")));
+        };
+        let size = self.sizes.get(input).copied().unwrap_or(1.0);
+        let between = [given.from * size, given.to * size];
+        if !between.iter().all(|end| end.is_finite()) || between[0] >= between[1] {
+            let message = format!("a split of `{}` goes from {} to {}", given.input, given.from, given.to);
+            return Err((message, Some("give finite numbers, `from` below `to`")));
+        }
+        let index = found.0.splits.len();
+        found.0.splits.push(Split { input, between, branches: [Branch::Rule(0); 2] });
+        let below = self.split(&given.below, depth + 1, found)?;
+        let above = self.split(&given.above, depth + 1, found)?;
+        found.0.splits[index].branches = [below, above];
+        Ok(Branch::Split(index))
+    }
 }

@@ -61,7 +61,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     unique_parameters(raw, &mut diagnostics);
     elastic::validate(raw, &names, &mut diagnostics);
     let calibration = calibration::resolve(raw, &mut diagnostics);
-    let fuzzy = fuzzy::resolve(raw, &tree, &mut diagnostics);
+    let (fuzzy, spring_rules) = fuzzy::resolve(raw, &tree, &mut diagnostics);
     let limits = limits::resolve(raw, &tree, &mut diagnostics);
     let keep_out = keep_out::resolve(raw, &mut diagnostics);
     if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
@@ -83,6 +83,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         anchors,
         effects: raw.effects.clone(),
         fuzzy,
+        spring_rules,
         calibration,
     };
     (Some(robot), diagnostics.diagnostics)

@@ -16,13 +16,14 @@ const RIDGE: f64 = 1e-12;
 pub struct Group<'a> {
     pub samples: &'a Samples,
     pub settings: &'a FuzzySettings,
-    /// Displacement component: x, y, z.
+    /// Displacement component: x, y, z, and about them.
     pub axis: usize,
     /// Components of the load.
     pub columns: Vec<usize>,
-    /// Readings that these load: fitted, and held out.
+    /// Fitted readings that these load.
     pub fitted: Vec<usize>,
-    pub test: Vec<usize>,
+    /// Part of the configurations to which each belongs.
+    parts: Vec<usize>,
 }
 
 impl<'a> Group<'a> {
@@ -38,18 +39,12 @@ impl<'a> Group<'a> {
             together.push(joined.into_iter().flatten().chain([column]).collect());
         }
         together.sort();
-        let of = |columns: &[usize], held_out: bool| {
-            samples.indices(held_out, |k| columns.iter().any(|&column| samples.load[k][column] != 0.0))
+        let group = |axis: usize, columns: &Vec<usize>| {
+            let fitted = samples.indices(false, |k| columns.iter().any(|&column| samples.load[k][column] != 0.0));
+            let parts = samples.parts(&fitted, settings.folds);
+            Self { samples, settings, axis, fitted, parts, columns: columns.clone() }
         };
-        let group = |axis: usize, columns: &Vec<usize>| Self {
-            samples,
-            settings,
-            axis,
-            fitted: of(columns, false),
-            test: of(columns, true),
-            columns: columns.clone(),
-        };
-        (0..3).flat_map(|axis| together.iter().map(move |columns| group(axis, columns))).collect()
+        (0..samples.rows).flat_map(|axis| together.iter().map(move |columns| group(axis, columns))).collect()
     }
 
     /// Rules that fire under a load, by column of the linear problem, with the displacement of a conclusion of one.
@@ -139,7 +134,33 @@ impl<'a> Group<'a> {
         minimize_in_box(&a, &right, &bounds).unwrap_or(b)
     }
 
-    /// Residuals of samples, m.
+    /// Root mean square residual of the fitted samples when parts of the configurations are left out in turns; `placed` puts
+    /// the sets where the others want them. `None` where there are too few to leave any out.
+    pub fn cross_validated(
+        &self,
+        parts: &[Partition],
+        placed: &dyn Fn(&Self, Vec<Partition>) -> Vec<Partition>,
+    ) -> Option<f64> {
+        let (_, width) = starts(parts);
+        let mut squares = 0.0;
+        for part in 0..self.settings.folds {
+            let of = |inside: bool| {
+                let own = self.fitted.iter().zip(&self.parts).filter(move |(_, own)| (**own == part) == inside);
+                own.map(|(k, _)| *k).collect::<Vec<usize>>()
+            };
+            let (left_out, others) = (of(true), of(false));
+            if left_out.is_empty() || others.len() <= width {
+                return None;
+            }
+            let without = Self { fitted: others, columns: self.columns.clone(), parts: Vec::new(), ..*self };
+            let parts = placed(&without, parts.to_vec());
+            let b = without.solve(&parts, &without.fitted);
+            squares += self.residual(&parts, &b, &left_out).iter().map(|v| v * v).sum::<f64>();
+        }
+        Some((squares / self.fitted.len().max(1) as f64).sqrt())
+    }
+
+    /// Residuals of samples, m or rad.
     pub fn residual(&self, parts: &[Partition], b: &DVector<f64>, of: &[usize]) -> Vec<f64> {
         let (starts, _) = starts(parts);
         let one = |&k: &usize| {

@@ -1,7 +1,8 @@
-//! Structure: sets are added to the inputs of each component one at a time, until the test error stops falling.
+//! Structure of grids: sets are added to the inputs of each component one at a time, until the error of configurations
+//! left out in turns stops falling. Readings held out have no part in it and remain an independent judge.
 //!
-//! Source: IR663 calibration paper, sec. 2.2.2 (growth by the test error); Golub, Heath and Wahba 1979 (generalised
-//! cross-validation, where there is no test set).
+//! Source: IR663 calibration paper, sec. 2.2.2 (growth by a test error); Golub, Heath and Wahba 1979 (generalised
+//! cross-validation, where there are too few configurations to leave any out).
 
 use rayon::prelude::*;
 
@@ -11,7 +12,7 @@ use super::modes::place;
 use super::partition::{Partition, rules, widened};
 use super::samples::Samples;
 use super::settings::FuzzySettings;
-use crate::estimation::result::CalibrationError;
+use crate::description::fuzzy::{Premise, Rules};
 use crate::fuzzy::firing;
 
 /// Range of an input, relative to its size, below which it does not change: rounding of a repeated configuration.
@@ -19,16 +20,13 @@ const CHANGING: f64 = 1e-9;
 /// Least part of the readings that generalised cross-validation takes for degrees of freedom, where there are as many rules.
 const LEAST_FREEDOM: f64 = 1e-3;
 
-/// Grows rules. `correction` allows none at all too: then the error without any is the first step.
-pub fn grow(
+/// Grows rules on grids. `correction` allows none at all too: then the error without any is the first step.
+pub fn grow_grids(
     samples: &Samples,
     settings: &FuzzySettings,
     correction: bool,
     taken: &(dyn Fn(&Step) + Sync),
-) -> Result<Grown, CalibrationError> {
-    if samples.columns.is_empty() {
-        return Err(CalibrationError::Malformed("no fitted reading is loaded".into()));
-    }
+) -> Grown {
     let groups = Group::all(samples, settings);
     let grown: Vec<(Vec<Partition>, Vec<Step>)> =
         groups.par_iter().map(|group| Growth::new(group, correction, taken).run()).collect();
@@ -42,14 +40,13 @@ pub fn grow(
                 firing(&modes, &samples.x[k], &mut |rule, weight| support[rule] += weight);
             }
             let unseen = (0..support.len()).filter(|&rule| support[rule] < settings.seen).collect();
-            components.push(SubModel { at: [group.axis, column], modes, conclusions, support, unseen });
+            let rules = Rules { premise: Premise::Grid(modes), conclusions };
+            components.push(SubModel { at: [group.axis, column], rules, support, unseen });
         }
         steps.extend(own);
     }
     components.sort_by_key(|component| component.at);
-    let outside = |&&k: &&usize| samples.x[k].iter().zip(&samples.range).any(|(x, [low, high])| x < low || x > high);
-    let beyond = samples.indices(true, |_| true).iter().filter(outside).count();
-    Ok(Grown { components, range: samples.range.clone(), beyond, steps })
+    Grown { components, axes: samples.axes, range: samples.range.clone(), beyond: 0, steps, left_out: 0.0 }
 }
 
 /// Errors of a structure, root mean square, m.
@@ -57,8 +54,6 @@ pub fn grow(
 struct Judged {
     /// Of the fitted readings.
     fitted: f64,
-    /// Of the test readings; where there are none, as predicted.
-    test: f64,
     /// Of readings to come, as generalised cross-validation predicts.
     predicted: f64,
 }
@@ -77,6 +72,8 @@ struct Growth<'g> {
     /// Partitions by load component.
     parts: Vec<Partition>,
     best: Judged,
+    /// Error of configurations left out in turns.
+    left_out: f64,
     steps: Vec<Step>,
 }
 
@@ -86,20 +83,22 @@ impl<'g> Growth<'g> {
         let constant: Partition = samples.range.iter().map(|[low, high]| vec![0.5 * (low + high)]).collect();
         let parts = vec![constant; group.columns.len()];
         let best = judge(group, &parts);
-        let mut growth = Self { group, taken, parts, best, steps: Vec::new() };
+        let left_out = left_out(group, &parts, &best);
+        let mut growth = Self { group, taken, parts, best, left_out, steps: Vec::new() };
         let inputs = samples.range.len();
         if correction {
-            let of = if group.test.is_empty() { &group.fitted } else { &group.test };
-            let displacements: Vec<f64> = of.iter().map(|&k| samples.d[k][group.axis]).collect();
+            let displacements: Vec<f64> = group.fitted.iter().map(|&k| samples.d[k][group.axis]).collect();
             growth.record(None, vec![0; inputs], None, rms(&displacements));
         }
-        growth.record(None, vec![1; inputs], Some(best.fitted), best.test);
+        growth.record(None, vec![1; inputs], Some(best.fitted), left_out);
         growth
     }
 
-    fn record(&mut self, column: Option<usize>, sets: Vec<usize>, fitted: Option<f64>, test: f64) {
-        let (axis, columns) = (self.group.axis, self.group.columns.clone());
-        let step = Step { axis, columns, column, sets, fitted, test };
+    fn record(&mut self, column: Option<usize>, sets: Vec<usize>, fitted: Option<f64>, cross_validated: f64) {
+        let at = |column: usize| [self.group.axis, column];
+        let components = self.group.columns.iter().map(|&column| at(column)).collect();
+        let rules = sets.iter().product();
+        let step = Step { components, component: column.map(at), sets, rules, fitted, cross_validated };
         (self.taken)(&step);
         self.steps.push(step);
     }
@@ -115,13 +114,22 @@ impl<'g> Growth<'g> {
             .flat_map(|one| inputs().filter(move |other| *other >= one).map(move |other| vec![one, other]))
             .collect();
         // A set in one input alone may not help where one in each of two does.
-        while let Some(Trial { own, parts, judged }) = [&single, &pairs].into_iter().find_map(|more| self.better(more))
-        {
-            (self.parts, self.best) = (parts, judged);
-            let sets = self.parts[own].iter().map(Vec::len).collect();
-            self.record(Some(self.group.columns[own]), sets, Some(judged.fitted), judged.test);
-        }
+        while [&single, &pairs].into_iter().any(|more| self.take(more)) {}
         (self.parts, self.steps)
+    }
+
+    /// Takes the best structure with one more set in each of some inputs, if configurations left out gain by it: with few,
+    /// or with few readings of each, the predicted error falls by chance too.
+    fn take(&mut self, more: &[Vec<usize>]) -> bool {
+        let Some(Trial { own, parts, judged }) = self.better(more) else { return false };
+        let left_out = left_out(self.group, &parts, &judged);
+        if left_out >= (1.0 - self.group.settings.worth) * self.left_out {
+            return false;
+        }
+        (self.parts, self.best, self.left_out) = (parts, judged, left_out);
+        let sets = self.parts[own].iter().map(Vec::len).collect();
+        self.record(Some(self.group.columns[own]), sets, Some(judged.fitted), left_out);
+        true
     }
 
     /// The best structure with one more set in each of some inputs of one load component, if any is worth it.
@@ -129,7 +137,7 @@ impl<'g> Growth<'g> {
         let trials: Vec<(usize, &Vec<usize>)> =
             (0..self.parts.len()).flat_map(|own| more.iter().map(move |inputs| (own, inputs))).collect();
         let tried: Vec<Trial> = trials.into_par_iter().filter_map(|(own, inputs)| self.tried(own, inputs)).collect();
-        tried.into_iter().min_by(|a, b| a.judged.test.total_cmp(&b.judged.test))
+        tried.into_iter().min_by(|a, b| a.judged.predicted.total_cmp(&b.judged.predicted))
     }
 
     fn tried(&self, own: usize, inputs: &[usize]) -> Option<Trial> {
@@ -148,8 +156,7 @@ impl<'g> Growth<'g> {
         let mut parts = self.parts.clone();
         parts[own] = place(group, &self.parts, own, &starts);
         let judged = judge(group, &parts);
-        // A small test set also falls by chance.
-        let worth = judged.test < (1.0 - settings.worth) * self.best.test && judged.predicted < self.best.predicted;
+        let worth = judged.predicted < (1.0 - settings.worth) * self.best.predicted;
         worth.then_some(Trial { own, parts, judged })
     }
 }
@@ -159,6 +166,16 @@ fn judge(group: &Group, parts: &[Partition]) -> Judged {
     let fitted = rms(&group.residual(parts, &b, &group.fitted));
     let freedom = 1.0 - b.len() as f64 / group.fitted.len() as f64;
     let predicted = fitted / freedom.max(LEAST_FREEDOM);
-    let test = if group.test.is_empty() { predicted } else { rms(&group.residual(parts, &b, &group.test)) };
-    Judged { fitted, test, predicted }
+    Judged { fitted, predicted }
+}
+
+/// Error of configurations left out in turns, the sets placed anew without them; as predicted where there are too few.
+fn left_out(group: &Group, parts: &[Partition], judged: &Judged) -> f64 {
+    let placed = |without: &Group, mut parts: Vec<Partition>| {
+        for own in 0..parts.len() {
+            parts[own] = place(without, &parts, own, &[parts[own].clone()]);
+        }
+        parts
+    };
+    group.cross_validated(parts, &placed).unwrap_or(judged.predicted)
 }

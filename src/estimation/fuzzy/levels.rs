@@ -54,12 +54,13 @@ impl Sums {
 pub fn levels(campaign: &Campaign, residual: &[f64]) -> Vec<Level> {
     // By size, and among these by direction (to a degree or so).
     let mut cells: BTreeMap<(i64, [i64; 3]), Sums> = BTreeMap::new();
+    let width = campaign.observes.rows();
     for (k, reading) in campaign.readings.iter().enumerate() {
         let force = Vector3::from_column_slice(&reading.wrench[..3]);
         let size = force.norm();
         let way = force.map(|f| if size > 0.0 { (DIRECTIONS * f / size).round() as i64 } else { 0 });
         let measured = Vector3::from_column_slice(&reading.measured[..3]);
-        let predicted = measured - Vector3::from_column_slice(&residual[3 * k..3 * k + 3]);
+        let predicted = measured - Vector3::from_column_slice(&residual[width * k..width * k + 3]);
         cells.entry((size.round() as i64, way.into())).or_default().add(&Sums {
             dot: measured.dot(&predicted),
             predicted: predicted.norm_squared(),

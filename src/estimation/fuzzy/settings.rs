@@ -15,8 +15,8 @@ pub enum Placement {
 pub struct FuzzySettings {
     /// How modal values are placed.
     pub placement: Placement,
-    /// Least part by which another set must lower the test error of its displacement component. A set that lowers it by
-    /// less follows chance: the test error of some tens of readings is known to a few per cent only.
+    /// Least part by which another set or split must lower the cross-validated error. One that lowers it by less follows
+    /// chance: the error of some tens of readings is known to a few per cent only.
     pub worth: f64,
     /// Firing strength, summed over the fitted readings, below which a rule has seen no data: half of one reading.
     pub seen: f64,
@@ -32,10 +32,19 @@ pub struct FuzzySettings {
     /// Weight of the difference between neighbouring conclusions relative to the readings of a rule: it decides only what
     /// the readings leave open.
     pub smoothing: f64,
-    /// Parts of the configurations that are left out in turns to judge a correction.
+    /// Parts of the configurations that are left out in turns, to judge sets and splits, and again to judge a correction.
     pub folds: usize,
     /// Least part by which a correction of springs must lower the cross-validated error to be kept.
     pub correction_worth: f64,
+    /// Splits of a tree that may come to nothing before it ends: two inputs may only help together.
+    pub patience: usize,
+    /// Least weight of a rule of a tree, in configurations: fewer than two do not tell a rule from its neighbour.
+    pub least_support: f64,
+    /// Least width of a cell that is split, rad or m: what no robot repeats.
+    pub least_cell: f64,
+    /// Weight, in configurations, with which each rule of a tree is drawn to the constant that fits best: it decides only
+    /// what the readings leave open.
+    pub pull: f64,
 }
 
 impl Default for FuzzySettings {
@@ -51,6 +60,10 @@ impl Default for FuzzySettings {
             smoothing: 1e-3,
             folds: 5,
             correction_worth: 0.03,
+            patience: 3,
+            least_support: 2.0,
+            least_cell: 1e-6,
+            pull: 0.01,
         }
     }
 }

@@ -21,9 +21,8 @@ use crate::compensation::{Deflects, Desired, Hold, Refusal, Settings, compensate
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
-use crate::elastics::Elastics;
+use crate::elastics::{Elastics, fuzzy_doubts};
 use crate::files::writable_table;
-use crate::fuzzy;
 use crate::kinematics::Geometry;
 use crate::model::Model;
 use crate::render::compensation as render;
@@ -161,7 +160,7 @@ fn compliance_doubts(
         .zip(&path.campaign.readings)
         .filter_map(|(desired, reading)| Some((desired.as_ref().ok()?.nominal.as_slice(), Some(reading.marker))))
         .collect();
-    let mut diagnostics = fuzzy::doubts(model, &geometry, &asked);
+    let mut diagnostics = fuzzy_doubts(model, &geometry, &asked);
     let pushed = has_process || path.campaign.readings.iter().any(Reading::is_loaded);
     if pushed && model.fuzzy.is_none() && !Elastics::new(model, geometry.values(), &[]).is_compliant() {
         let text = "something pushes on the tool, and the description declares nothing that gives: it is not corrected";
