@@ -133,3 +133,26 @@ fn what_cannot_be_compared_is_refused() {
     let ran = run(path, &["identify", "c", "--against", "arm.yaml"]);
     assert!(ran.status == 0 && ran.out.contains("against arm.yaml"), "{}{}", ran.out, ran.err);
 }
+
+/// The report shows what `identify --against` prints; another robot is refused in one sentence.
+#[test]
+fn a_report_shows_both_sets() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let report = ["report", "kr270-simulated", "--against", "kuka-kr270", "--output", "r.html", "--json", "r.json"];
+    let ran = run(path, &report);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let page = std::fs::read_to_string(path.join("r.html")).expect("written");
+    assert!(page.contains("id=\"against\"") && page.contains("/identify/against/identified/rms"), "no section");
+    let shown: Value =
+        serde_json::from_str(&std::fs::read_to_string(path.join("r.json")).expect("written")).expect("JSON");
+    let identify = ["identify", "kr270-simulated", "--against", "kuka-kr270", "--format", "json"];
+    let printed: Value = serde_json::from_str(&run(path, &identify).out).expect("JSON");
+    assert_eq!(shown["identify"]["against"], printed["against"]);
+    for command in ["identify", "report"] {
+        let ran = run(path, &[command, "kr270-simulated", "--against", "universal-ur5"]);
+        assert!(ran.status != 0 && ran.err.matches("error:").count() == 1, "{}", ran.err);
+    }
+    let ran = run(path, &["identify", "kr270-simulated", "--against", "kuka-ir663"]);
+    assert!(ran.status == 2 && ran.err.contains("its variables are q1, stroke2"), "{}", ran.err);
+}

@@ -302,6 +302,9 @@ pub struct Report {
     /// Another description than the campaign's.
     #[arg(long)]
     pub robot: Option<String>,
+    /// Put the result beside another set of parameters, as `identify --against` does.
+    #[arg(long, value_name = "ROBOT", conflicts_with = "certificate")]
+    pub against: Option<String>,
     /// Write the report's data as JSON to this file, in addition to the report.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

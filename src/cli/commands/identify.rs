@@ -78,7 +78,8 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         return Ok(output);
     }
     let given = (&campaign, &held_out[..]);
-    let mut other = command.against.as_deref().map(|name| other(name, command, session)).transpose()?;
+    let mut other =
+        command.against.as_deref().map(|name| other(name, (&command.campaign, model), session)).transpose()?;
     if let (Some((_, other)), Some(count)) = (&mut other, command.train) {
         other.campaign = fewer(&other.campaign, count, command.check, seed);
     }
@@ -97,8 +98,38 @@ const OTHER_REMEDY: &str =
     "give a description of the same robot: the same variables, and the markers that the campaign reads";
 
 /// The campaign as another description reads it, with the description's name.
-fn other<'a>(name: &'a str, command: &Identify, session: &Session) -> Result<(&'a str, LoadedCampaign), Error> {
-    Ok((name, session.reader.campaign(&command.campaign, Some(name))?))
+///
+/// # Errors
+/// What the description lacks of what the campaign reads.
+pub(super) fn other<'a>(
+    name: &'a str,
+    (campaign, model): (&str, &Model),
+    session: &Session,
+) -> Result<(&'a str, LoadedCampaign), Error> {
+    let variables = |model: &Model| -> Vec<String> { model.variables.iter().map(|own| own.name.clone()).collect() };
+    let (theirs, ours) = (variables(&session.reader.robot(name)?.model), variables(model));
+    if theirs != ours {
+        let (theirs, ours) = (theirs.join(", "), ours.join(", "));
+        let message = format!("--against {name}: its variables are {theirs}, those of the campaign's robot {ours}");
+        return Err(Error::input(message, OTHER_REMEDY));
+    }
+    Ok((name, session.reader.campaign(campaign, Some(name))?))
+}
+
+/// A calibration beside another set of parameters.
+///
+/// # Errors
+/// Another robot, or readings that it cannot predict.
+pub(super) fn beside(
+    (name, other): (&str, &LoadedCampaign),
+    (model, campaign): (&Model, &Campaign),
+    found: &Calibration,
+    settings: &Settings,
+) -> Result<Option<AgainstOther>, Error> {
+    let set = OtherSet { raw: &other.robot.raw, model: &other.robot.model, campaign: &other.campaign };
+    let compared = against((model, campaign), found, settings, &set)
+        .map_err(|error| Error::input(format!("--against {name}: {error}"), OTHER_REMEDY))?;
+    Ok(AgainstOther::new(name, (model, campaign), found, &compared))
 }
 
 /// What a calibration is asked for besides its result.
@@ -151,11 +182,8 @@ pub(super) fn calibrated(
     result.refusals = judged.iter().filter(|diagnostic| diagnostic.is_error()).cloned().collect();
     result.conventions = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
-    if let Some((name, LoadedCampaign { robot, campaign: theirs, .. })) = asked.against {
-        let other = OtherSet { raw: &robot.raw, model: &robot.model, campaign: theirs };
-        let compared = against((model, campaign), &found, settings, &other)
-            .map_err(|error| Error::input(format!("--against {name}: {error}"), OTHER_REMEDY))?;
-        result.against = AgainstOther::new(name, (model, campaign), &found, &compared);
+    if let Some(other) = asked.against {
+        result.against = beside(other, (model, campaign), &found, settings)?;
     }
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);

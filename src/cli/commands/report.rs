@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::identify::{left_to_fit, not_computed};
+use super::identify::{beside, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnostic::Code;
-use crate::estimation::split;
+use crate::estimation::{Settings, split};
 use crate::files::writable;
 use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
 use crate::render::html::write;
@@ -29,6 +29,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     if let Some(refused) = refusing(judged.clone(), force) {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
     }
+    let other = command.against.as_deref().map(|name| other(name, (&command.campaign, model), session)).transpose()?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut progress = |what: &str| {
         bar.set_message(what.to_string());
@@ -45,6 +46,9 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         let declared = &loaded.robot.robot.calibration.combinations;
         let conventions = CombinedParameters::all(declared, model, found);
         report.identify.iter_mut().for_each(|own| own.conventions.clone_from(&conventions));
+        if let (Some((name, other)), Some(own)) = (&other, &mut report.identify) {
+            own.against = beside((name, other), (model, campaign), found, &Settings::default())?;
+        }
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {

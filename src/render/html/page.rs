@@ -18,6 +18,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("answer.html", include_str!("templates/answer.html")),
     ("waterfall.html", include_str!("templates/waterfall.html")),
     ("arrows.html", include_str!("templates/arrows.html")),
+    ("against.html", include_str!("templates/against.html")),
     ("parts.html", include_str!("templates/parts.html")),
     ("sensitivity.html", include_str!("templates/sensitivity.html")),
     ("patterns.html", include_str!("templates/patterns.html")),

@@ -1,5 +1,6 @@
 //! Sections of the report, one file each, in their order on the page. A section that has nothing to show is left out.
 
+mod against;
 mod arrows;
 mod color;
 mod conditioning;
@@ -27,6 +28,7 @@ pub fn all(review: &Review, report: &Report, page: &Page) -> Vec<Section> {
         patterns::section(review, page),
         distribution::section(review, page),
         parameters::section(report, page),
+        against::section(report, page),
         conditioning::section(report, page),
         sensitivity::section(report, page),
         effects::section(report, page),
