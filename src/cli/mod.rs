@@ -213,6 +213,7 @@ fn run(session: &Session) -> Result<Output, Error> {
         Command::View(command) => commands::view::run(command, session),
         Command::Simulate(command) => commands::simulate::run(command, session),
         Command::Compensate(command) => commands::compensate::run(command, session),
+        Command::Place(command) => commands::place::run(command, session),
         Command::Plan(command) => commands::plan::run(command, session),
         Command::Blind(command) => commands::blind::run(command, session),
         Command::Init(command) => commands::init::run(command, session),

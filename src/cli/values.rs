@@ -119,6 +119,41 @@ pub fn ranges(
     Ok((within, diagnostics))
 }
 
+/// How far a workpiece may be moved: `x=-200:200,rz=-30:30` along x, y, z and about rx, ry, rz, to SI; not at all in what is not named.
+pub fn movement(flag: &str, units: &Units, entries: &[String]) -> Result<[[f64; 2]; 6], Error> {
+    let mut within = [[0.0; 2]; 6];
+    for entry in entries {
+        let parsed = entry.split_once('=').and_then(|(name, range)| {
+            let (low, high) = range.split_once(':')?;
+            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
+        });
+        let Some((name, low, high)) = parsed.filter(|(_, low, high)| (high - low).is_finite()) else {
+            return Err(Error::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
+        };
+        let Some(k) = Hold::NAMES.iter().position(|known| *known == name) else {
+            let diagnostic = Diagnostic::error(format!("{flag}: `{name}` is no direction")).suggest(name, Hold::NAMES);
+            return Err(Error::from(vec![diagnostic]));
+        };
+        if !(low <= 0.0 && 0.0 <= high && low < high) {
+            let remedy = "let the range hold 0, the place given; shift the path's own points for another start";
+            return Err(Error::input(format!("{flag} `{entry}`"), remedy));
+        }
+        if within[k] != [0.0; 2] {
+            return Err(Error::input(format!("{flag}: `{name}` is given twice"), "give each once"));
+        }
+        let (factor, most) =
+            if k < 3 { (units.length.factor(), GREATEST) } else { (units.angle.factor(), std::f64::consts::PI + 1e-9) };
+        within[k] = [low * factor, high * factor];
+        if within[k].iter().any(|v| v.abs() > most) {
+            return Err(Error::input(
+                format!("{flag} `{entry}` is too far"),
+                "turn by half a turn at most; check the units",
+            ));
+        }
+    }
+    Ok(within)
+}
+
 /// A list of finite numbers of one of the lengths allowed.
 pub fn numbers(flag: &str, text: &str, lengths: &[usize]) -> Result<Vec<f64>, Error> {
     let parsed: Option<Vec<f64>> =

@@ -18,6 +18,7 @@ mod request;
 mod result;
 mod search;
 mod settings;
+pub mod stiffest;
 
 pub use criterion::Optimality;
 pub use error::PlanningError;

@@ -11,6 +11,7 @@ pub mod fuzzy;
 pub mod html;
 pub mod identification;
 pub mod mjcf;
+pub mod place;
 pub mod plan;
 pub mod plots;
 pub mod pose;

@@ -21,6 +21,7 @@ mod identifiability;
 mod identification;
 mod own_weight;
 mod parts;
+mod place;
 mod plan;
 mod pose;
 mod report;
@@ -66,6 +67,7 @@ pub use identification::{
 };
 pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
 pub use parts::{PartErrors, WorstReading};
+pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{

@@ -60,6 +60,7 @@ mod numerics;
 mod observation;
 mod orthonormal;
 mod own_weight;
+mod placing;
 mod planning;
 mod plausibility;
 mod process;

@@ -12,7 +12,7 @@ pub use campaign::{
     Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Register, Report,
     Residuals, Robust, Scale, SchemeName, SplitName, StructureName, WeightsName,
 };
-pub use planned::{Compensate, FrameName, Plan, Simulate};
+pub use planned::{Compensate, FrameName, LeastName, Place as PlaceOf, Plan, Simulate};
 pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
 pub use track::{AlarmAt, Track};
@@ -159,6 +159,11 @@ pub enum Command {
         after_help = "Examples:\n  elastogeo compensate calibrated.yaml path.csv --nominal my-robot/robot.yaml --table corrected.csv\n  elastogeo compensate kuka-ir663 ir663-strip --process ir663-strip"
     )]
     Compensate(Compensate),
+    /// Where a process deflects the arm least: the workpiece shifted and turned, and the posture of a redundant arm.
+    #[command(
+        after_help = "Examples:\n  elastogeo place kuka-ir663 ir663-strip --process ir663-strip --move x=-200:200,z=-100:100\n  elastogeo place franka-panda milling.csv --hold axis --direction z --table placed.csv"
+    )]
+    Place(PlaceOf),
     /// Choose the configurations (and loads) to measure that leave the smallest error after compensation.
     #[command(
         after_help = "Examples:\n  elastogeo plan universal-ur5 --poses 12 --table poses.csv\n  elastogeo plan kuka-kr270 --poses 10 --add-to kr270-simulated"

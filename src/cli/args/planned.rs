@@ -277,6 +277,64 @@ pub struct Compensate {
     pub program_name: Option<String>,
 }
 
+/// `place`
+#[derive(Debug, Args)]
+pub struct Place {
+    /// Bundled name, or a .yaml or .urdf file.
+    pub robot: String,
+    /// CSV of points, or a bundled process whose path is meant, as `compensate` takes it: joints, or x, y, z and rx, ry, rz; and fx
+    /// to mz, which turn with the workpiece.
+    pub path: String,
+    /// How far the workpiece may be shifted along x, y, z, and turned about rx, ry, rz (a rotation vector) through the middle of the
+    /// path, base axes, in the description's units; it stays where it is in what is not named.
+    #[arg(long = "move", value_delimiter = ',', value_name = "NAME=LOW:HIGH", allow_hyphen_values = true)]
+    pub movement: Vec<String>,
+    /// What of the targets is held, as of `compensate`: what is let go is chosen for the least deflection.
+    #[arg(long, value_delimiter = ',', value_name = "WHAT,..")]
+    pub hold: Vec<String>,
+    /// Directions of the deflection that count: x, y, z of the base as the workpiece is given, which turn with it; all by default.
+    #[arg(long, value_delimiter = ',', value_name = "AXIS,..", value_parser = ["x", "y", "z"])]
+    pub direction: Vec<String>,
+    /// Which deflection along the path is to be least.
+    #[arg(long, value_enum, default_value_t = LeastName::Rms)]
+    pub least: LeastName,
+    /// Load of all points, base axes, in the description's units; it does not turn with the workpiece.
+    #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
+    pub wrench: Option<String>,
+    /// Process that pushes back, a YAML file or a bundled one: its force where the tool should be; it moves with the workpiece, but
+    /// for what it says is carried.
+    #[arg(long, value_name = "FILE")]
+    pub process: Option<String>,
+    /// Count the deflection by own weight and preloads too.
+    #[arg(long)]
+    pub weight: bool,
+    /// Units of the path where they are not the description's: `length=mm,angle=deg`.
+    #[arg(long, value_name = "KIND=UNIT,..")]
+    pub units: Option<String>,
+    /// Configuration from which the first point is sought, and whose orientation is kept where the path has none.
+    #[arg(long, value_name = "A=..,B=..", allow_hyphen_values = true)]
+    pub from: Option<String>,
+    /// Box through which no link may pass, besides those that the description declares; may be given several times. Ends left out
+    /// are open. Base frame, in the description's units.
+    #[arg(long, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
+    pub keep_out: Vec<String>,
+    /// Greatest condition number of a posture (m and rad on levers of 1 m).
+    #[arg(long, value_name = "N", default_value_t = 1000.0)]
+    pub condition: f64,
+    /// Write the path where it is best: joints, poses and wrenches, as `compensate` and `pose` read them.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
+}
+
+/// Which deflection is to be least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LeastName {
+    /// Its root mean square.
+    Rms,
+    /// The greatest.
+    Max,
+}
+
 /// What the moves of a program name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MovesName {

@@ -15,6 +15,7 @@ pub mod identify;
 pub mod identify_fuzzy;
 pub mod init;
 pub mod man;
+pub mod place;
 pub mod plan;
 pub mod pose;
 pub mod register;
