@@ -80,7 +80,6 @@ fn a_plane_arm_is_placed_where_it_is_by_hand() {
         ("x=-200:100,y=-300:200", least([0.4, 0.7], [-0.1, 0.4], [0.0; 2])),
         ("rz=-60:60", least([0.6; 2], [0.2; 2], [-60.0, 60.0])),
     ];
-    let mut before = f64::INFINITY;
     for (movement, expected) in cases {
         let own = if movement.is_empty() { vec![] } else { vec!["--move", movement] };
         let found = json(folder.path(), &[&place[..], &own].concat());
@@ -93,8 +92,7 @@ fn a_plane_arm_is_placed_where_it_is_by_hand() {
         let wrench = numbers(&found["points"][0]["wrench"]);
         let again = by_hand(pose[0], pose[1], [wrench[0], wrench[1]], q[1].signum()).expect("reached");
         assert!((again / best - 1.0).abs() < 1e-9, "{again} {best}");
-        assert!(movement.is_empty() || best < 0.98 * before, "{movement}: {best} {before}");
-        before = before.min(best);
+        assert!(movement.is_empty() || best < 0.98 * cases[0].1, "{movement}: {best}");
     }
     // The wrench turned with the workpiece, which turned about its one point.
     let found = json(folder.path(), &[&place[..], &["--move", "rz=-60:60"]].concat());
@@ -185,7 +183,7 @@ fn the_elbow_of_a_seven_axis_arm_is_the_best_of_a_scan() {
     let pose =
         json(folder.path(), &["pose", "franka-panda", "--joints", &written.join(","), "--wrench", "20,0,-60,0,0,0"]);
     let claimed = numbers(&found["points"][0]["deflection"]);
-    let returned = numbers(&pose["tool"]["deflection"]);
+    let returned = numbers(&pose["deflection"]["tool"]);
     let size = claimed.iter().map(|v| v * v).sum::<f64>().sqrt();
     assert!(claimed.iter().zip(&returned).all(|(a, b)| (a - b).abs() < 1e-9 * size), "{claimed:?} {returned:?}");
 }
@@ -245,7 +243,7 @@ fn wrong_questions_are_refused() {
     std::fs::write(path.join("rigid.yaml"), PLANE.split("joint_stiffness").next().expect("text")).expect("written");
     std::fs::write(path.join("path.csv"), "x,y,z,fx,fy,fz\n600,200,0,30,-100,0\n").expect("written");
     std::fs::write(path.join("free.csv"), "x,y,z\n600,200,0\n").expect("written");
-    std::fs::write(path.join("far.csv"), "x,y,z,fx,fy,fz\n600,200,0,0,-9,0\n1600,200,0,30,-100,0\n").expect("written");
+    std::fs::write(path.join("far.csv"), "x,y,z,fx,fy,fz\n-800,200,0,0,-9,0\n1200,200,0,30,-100,0\n").expect("written");
     std::fs::write(path.join("empty.csv"), "x,y,z\n").expect("written");
     let cases: &[(&str, &str, &[&str], i32, &str)] = &[
         ("arm.yaml", "path.csv", &["--move", "w=0:1"], 2, "is no direction"),
