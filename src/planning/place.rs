@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::error::PlanningError;
 use super::request::{Design, Request};
 use crate::description::campaign::{Campaign, Reading};
-use crate::kinematics::{Geometry, Placements};
+use crate::kinematics::{Geometry, Placements, beyond_limits};
 use crate::observation::{MOST_ROWS, TargetValues};
 use crate::prediction::{Toucher, target_values};
 use crate::simulation::{draw_errors, generator, within_limits};
@@ -93,7 +93,10 @@ impl<'a> Rules<'a> {
     /// Whether linkages off by [`super::Settings::off`] tolerances can take a configuration, within the limits of their joints.
     fn is_sturdy(&self, q: &[f64]) -> bool {
         let mut placements = Placements::default();
-        self.disturbed.iter().all(|off| off.place(q, &mut placements).is_ok() && within_limits(off, q, &placements))
+        // Variables are commanded, and keep their own limits however the linkage is off.
+        self.disturbed.iter().all(|off| {
+            off.place(q, &mut placements).is_ok() && beyond_limits(off.model, q, &placements).next().is_none()
+        })
     }
 
     /// What can be measured at placed frames; nothing where a rule is broken.

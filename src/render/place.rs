@@ -31,7 +31,7 @@ pub fn placement(found: &Placement, screen: Screen) -> String {
     ];
     let is_moved = found.moved.shift != [0.0; 3] || found.moved.turn != [0.0; 3];
     out += &screen.table(&["", "deflection"], rows[..if is_moved { 3 } else { 2 }].iter().map(|row| row.to_vec()));
-    if !is_moved {
+    if found.may_move && !is_moved {
         out += "no other place of those tried is better\n";
     }
     let units: Vec<String> = found.variables.iter().map(|v| format!("{} {}", v.name, shown_unit(v.is_angle))).collect();

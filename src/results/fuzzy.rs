@@ -114,7 +114,10 @@ fn premises(premise: &Premise) -> Vec<Vec<Condition>> {
                     Branch::Split(index) => {
                         let split = &tree.splits[index];
                         for (upper, next) in split.branches.into_iter().enumerate() {
-                            let mut conditions: Vec<Condition> = above.clone();
+                            // The innermost split of an input says where the rule is.
+                            let of_others =
+                                |of: &&Condition| !matches!(of, Condition::Towards(own, ..) if *own == split.input);
+                            let mut conditions: Vec<Condition> = above.iter().filter(of_others).copied().collect();
                             conditions.push(Condition::Towards(split.input, split.between, upper == 1));
                             open.push((next, conditions));
                         }

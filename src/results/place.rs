@@ -88,6 +88,9 @@ pub struct Placement {
     pub tried: usize,
     /// The file of the path.
     pub table: Option<String>,
+    /// Whether the workpiece may be moved.
+    #[serde(skip)]
+    pub may_move: bool,
     #[serde(skip)]
     pub robot: String,
     #[serde(skip)]
@@ -138,6 +141,7 @@ impl Placement {
             own_weight: OwnWeight::nominal(model, wanted.weight),
             process: None,
             tried: placed.tried,
+            may_move: wanted.within.iter().any(|[from, to]| from != to),
             table: None,
             robot: model.name.clone(),
             variables: model.variables.clone(),

@@ -79,7 +79,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     }
     let given = (&campaign, &held_out[..]);
     let mut other =
-        command.against.as_deref().map(|name| other(name, (&command.campaign, model), session)).transpose()?;
+        command.against.as_deref().map(|name| other(name, (&command.campaign, &loaded), session)).transpose()?;
     if let (Some((_, other)), Some(count)) = (&mut other, command.train) {
         other.campaign = fewer(&other.campaign, count, command.check, seed);
     }
@@ -103,15 +103,19 @@ const OTHER_REMEDY: &str =
 /// What the description lacks of what the campaign reads.
 pub(super) fn other<'a>(
     name: &'a str,
-    (campaign, model): (&str, &Model),
+    (campaign, ours): (&str, &LoadedCampaign),
     session: &Session,
 ) -> Result<(&'a str, LoadedCampaign), Error> {
-    let variables = |model: &Model| -> Vec<String> { model.variables.iter().map(|own| own.name.clone()).collect() };
-    let (theirs, ours) = (variables(&session.reader.robot(name)?.model), variables(model));
-    if theirs != ours {
-        let (theirs, ours) = (theirs.join(", "), ours.join(", "));
-        let message = format!("--against {name}: its variables are {theirs}, those of the campaign's robot {ours}");
-        return Err(Error::input(message, OTHER_REMEDY));
+    let refuse = |what: String| Err(Error::input(format!("--against {name}: {what}"), OTHER_REMEDY));
+    let (model, theirs) = (&ours.robot.model, session.reader.robot(name)?.model);
+    let variables = |model: &Model| model.variables.iter().map(|own| own.name.clone()).collect::<Vec<_>>().join(", ");
+    if variables(&theirs) != variables(model) {
+        let (theirs, ours) = (variables(&theirs), variables(model));
+        return refuse(format!("its variables are {theirs}, those of the campaign's robot {ours}"));
+    }
+    let read = ours.campaign.readings.iter().filter_map(|reading| Some(&model.markers[reading.marker?].name));
+    if let Some(marker) = read.into_iter().find(|marker| theirs.marker(marker).is_none()) {
+        return refuse(format!("it has no marker `{marker}`, which the campaign reads"));
     }
     Ok((name, session.reader.campaign(campaign, Some(name))?))
 }

@@ -29,7 +29,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     if let Some(refused) = refusing(judged.clone(), force) {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
     }
-    let other = command.against.as_deref().map(|name| other(name, (&command.campaign, model), session)).transpose()?;
+    let other =
+        command.against.as_deref().map(|name| other(name, (&command.campaign, &loaded), session)).transpose()?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut progress = |what: &str| {
         bar.set_message(what.to_string());

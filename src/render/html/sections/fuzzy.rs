@@ -75,12 +75,14 @@ pub fn section(model: &Model, page: &Page) -> Option<Section> {
     Some(Section { id: "rules", title: "Compliance by rules".into(), html })
 }
 
-/// Name, chart, and least and greatest value of rules. Of more than two inputs the first two on which they depend are
+/// Name, chart, and least and greatest value of rules. Of more than two inputs the two with most sets are
 /// drawn, the others at the middle of their sets.
 fn chart_of(model: &Model, own: &Drawn) -> Option<(String, String, [String; 2])> {
     let marks: Vec<Vec<f64>> = (0..own.inputs.len()).map(|input| own.rules.premise.marks(input)).collect();
     let middle: Vec<f64> = marks.iter().map(|marks| marks.get(marks.len() / 2).copied().unwrap_or(0.0)).collect();
-    let mut varied: Vec<usize> = (0..middle.len()).filter(|&k| marks[k].len() > 1).take(2).collect();
+    let mut varied: Vec<usize> = (0..middle.len()).filter(|&k| marks[k].len() > 1).collect();
+    varied.sort_by_key(|&k| std::cmp::Reverse(marks[k].len()));
+    varied.truncate(2);
     if varied.is_empty() {
         varied.extend((0..middle.len()).take(1));
     }
