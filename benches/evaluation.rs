@@ -27,6 +27,28 @@ fn main() {
     row("forward+error-jacobian/serial-6", serial.time_jacobian(), serial.time_naive_jacobian());
     row("forward/ir663", ir663.time_forward(), ir663.time_naive_forward());
     row("forward+error-jacobian/ir663", ir663.time_jacobian(), ir663.time_naive_jacobian());
+    println!(
+        "\n{:<36}{:>12}{:>14}{:>18}{:>10}",
+        "every bundled robot", "forward, us", "errors, us", "differences, us", "ratio"
+    );
+    for name in bundled() {
+        let case = Case::new(&name);
+        let (forward, errors, differences) = (case.time_forward(), case.time_jacobian(), time(case.differences()));
+        let columns = case.by.len();
+        let name = format!("{name} ({columns} columns)");
+        println!("{name:<36}{forward:>12.3}{errors:>14.3}{differences:>18.1}{:>10.1}", differences / errors);
+    }
+}
+
+/// Names of the bundled robots.
+fn bundled() -> Vec<String> {
+    let folder = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/robots")).expect("a folder");
+    let files = folder.map(|entry| entry.expect("an entry").path());
+    let descriptions = files.filter(|path| path.extension().is_some_and(|extension| extension == "yaml"));
+    let mut names: Vec<String> =
+        descriptions.filter_map(|path| Some(path.file_stem()?.to_str()?.to_string())).collect();
+    names.sort();
+    names
 }
 
 fn row(name: &str, here: f64, naive: f64) {
@@ -47,10 +69,10 @@ impl Case {
         let (robot, diagnostics) = resolve(&raw, &|_| None);
         let model =
             build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model");
-        let q = if model.actuators.is_empty() {
-            vec![0.4, -1.2, 1.3, -0.7, 0.9, 0.2]
-        } else {
-            vec![0.3, 0.85, 0.77, 0.4, 0.8, 0.5]
+        let q = match name {
+            "universal-ur5" => vec![0.4, -1.2, 1.3, -0.7, 0.9, 0.2],
+            "kuka-ir663" => vec![0.3, 0.85, 0.77, 0.4, 0.8, 0.5],
+            _ => model.middle(),
         };
         let by = model.free_slots().into_iter().map(By::Slot).collect();
         Self { model, q, by }
@@ -98,6 +120,26 @@ impl Case {
     fn naive_jacobian(&self) -> impl FnMut() -> f64 {
         let values = self.model.registry.nominal();
         move || naive_columns(&self.model, black_box(&values), &self.q, &self.by)[0][0]
+    }
+
+    /// The columns by central differences of the library's own forward model.
+    fn differences(&self) -> impl FnMut() -> f64 {
+        let (mut values, mut placements) = (self.model.registry.nominal(), Placements::default());
+        move || {
+            let mut sum = 0.0;
+            for by in &self.by {
+                let By::Slot(slot) = *by else { continue };
+                let nominal = values[slot];
+                for step in [1e-6, -1e-6] {
+                    values[slot] = nominal + step;
+                    let geometry = Geometry::new(&self.model, black_box(&values)).expect("assembled");
+                    geometry.place(&self.q, &mut placements).expect("placed");
+                    sum += step.signum() * placements.frames[self.model.tool.0].translation.x;
+                }
+                values[slot] = nominal;
+            }
+            sum
+        }
     }
 
     fn assert_agreement(&self) {
