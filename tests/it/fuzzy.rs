@@ -202,6 +202,12 @@ fn wrong_rules_are_refused() {
         ),
         ("inputs: [q1]\n  components: {x.fx: {tree: {input: q1, from: 1, to: 2, below: 1}}}", "tree"),
         ("inputs: [q1]\n  springs: {joint1.kar: {tree: 0}}", "holds nothing"),
+        ("inputs: [q1]\n  springs: {joint1.kar: {}}", "`joint1.kar` has no rules"),
+        ("inputs: [q1]\n  components: {x.fx: {tree: abc}}", "a conclusion (a number), or a split"),
+        (
+            "inputs: [q1]\n  components: {x.fx: {tree: {input: q1, from: 0, to: 1, below: 1, above: 2, at: 3}}}",
+            "unknown key `at`",
+        ),
         ("inputs: [q1]\n  springs: {joint1.kra: {tree: 1e5}}", "no spring of this description"),
     ];
     for (fuzzy, expected) in wrong {

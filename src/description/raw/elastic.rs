@@ -3,7 +3,9 @@
 use indexmap::IndexMap;
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::absent;
 #[cfg(feature = "cli")]
@@ -309,8 +311,8 @@ raw! {
     }
 }
 
-/// A branch of a tree of rules.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+/// A branch of a tree of rules. Read by hand, so that what is wrong in a split is said of its key.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum RawBranch {
@@ -342,6 +344,37 @@ impl RawFuzzyComponent {
     /// Number of its rules.
     pub fn rules(&self) -> usize {
         self.tree.as_ref().map_or(self.conclusions.len(), RawBranch::rules)
+    }
+}
+
+impl<'de> Deserialize<'de> for RawBranch {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = RawBranch;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a conclusion (a number), or a split {input, from, to, below, above}")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<RawBranch, E> {
+                Ok(RawBranch::Conclusion(value))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<RawBranch, E> {
+                Ok(RawBranch::Conclusion(value as f64))
+            }
+
+            fn visit_u64<E>(self, value: u64) -> Result<RawBranch, E> {
+                Ok(RawBranch::Conclusion(value as f64))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawBranch, A::Error> {
+                let split = RawSplit::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(RawBranch::Split(Box::new(split)))
+            }
+        }
+        deserializer.deserialize_any(Either)
     }
 }
 

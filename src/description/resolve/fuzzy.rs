@@ -44,28 +44,17 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> (Opt
         diagnostics.lacking(&["fuzzy"], "components", "the fuzzy model has no `components`, and no `springs`");
     }
     let known = Known { inputs: &given.inputs, sizes };
-    let mut read = |section: &str, name: &String, found: Result<Rules, Wrong>| match found {
-        Ok(rules) => Some(rules),
-        Err((message, None)) => {
-            diagnostics.error(&["fuzzy", section, name], message);
-            None
-        }
-        Err((message, Some(remedy))) => {
-            diagnostics.reject(&["fuzzy", section, name], message, remedy);
-            None
-        }
-    };
     let mut components = Vec::new();
     for (name, own) in &given.components {
-        let at = component(name);
-        let rules = at.clone().and_then(|at| finite(known.rules(own)?, raw.units.compliance(at)));
-        if let (Some(rules), Ok(at)) = (read("components", name, rules), at) {
+        let rules = || component(name).and_then(|at| Ok((at, finite(known.rules(own)?, raw.units.compliance(at))?)));
+        if let Some((at, rules)) = reported("components", name, own, rules, diagnostics) {
             components.push(Component { at, rules });
         }
     }
     let mut springs = Vec::new();
     for (name, own) in &given.springs {
-        if let Some(rules) = read("springs", name, known.rules(own).and_then(stiff)) {
+        let rules = || known.rules(own).and_then(stiff);
+        if let Some(rules) = reported("springs", name, own, rules, diagnostics) {
             springs.push((name.clone(), rules));
         }
     }
@@ -80,6 +69,30 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> (Opt
         }),
         (!given.springs.is_empty()).then_some(SpringRules { inputs, springs, units }),
     )
+}
+
+/// Rules that were read; what is wrong with them is reported.
+fn reported<T>(
+    section: &str,
+    name: &str,
+    own: &RawFuzzyComponent,
+    read: impl Fn() -> Result<T, Wrong>,
+    diagnostics: &mut Collector,
+) -> Option<T> {
+    let path = ["fuzzy", section, name];
+    if *own == RawFuzzyComponent::default() {
+        let message = format!("`{name}` has no rules: give a `tree`, or `modes` and `conclusions`");
+        diagnostics.lacking(&path, "tree", message);
+        return None;
+    }
+    match read() {
+        Ok(found) => return Some(found),
+        Err((message, Some(remedy))) => diagnostics.reject(&path, message, remedy),
+        Err((message, None)) => {
+            diagnostics.error(&path, message);
+        }
+    }
+    None
 }
 
 /// Joints and variables by name, and the file's unit of each, SI.

@@ -42,6 +42,8 @@ pub struct FuzzySettings {
     pub least_support: f64,
     /// Least width of a cell that is split, rad or m: what no robot repeats.
     pub least_cell: f64,
+    /// Most splits on the way to a rule: what a description nests, and far more than halves of a range can be told apart.
+    pub deepest: usize,
     /// Weight, in configurations, with which each rule of a tree is drawn to the constant that fits best: it decides only
     /// what the readings leave open.
     pub pull: f64,
@@ -63,6 +65,7 @@ impl Default for FuzzySettings {
             patience: 3,
             least_support: 2.0,
             least_cell: 1e-6,
+            deepest: 40,
             pull: 0.01,
         }
     }

@@ -50,8 +50,9 @@ struct Leaf {
     weights: Vec<f64>,
     /// Its cell.
     cell: Vec<[f64; 2]>,
-    /// The split and branch that lead to it.
+    /// The split and branch that lead to it, and how many splits.
     under: Option<(usize, usize)>,
+    depth: usize,
 }
 
 /// Conclusions, and what it takes to judge one more split.
@@ -86,7 +87,7 @@ pub fn grow_tree(
     settings: &FuzzySettings,
     taken: &mut dyn FnMut(&TreeStep),
 ) -> GrownTree {
-    let whole = Leaf { weights: vec![1.0; normal.x.len()], cell: range.to_vec(), under: None };
+    let whole = Leaf { weights: vec![1.0; normal.x.len()], cell: range.to_vec(), under: None, depth: 0 };
     let ridge = ridge(normal, settings);
     let mut growth = Growth { normal, settings, ridge, leaves: vec![whole], splits: Vec::new() };
     let mut steps = Vec::new();
@@ -122,8 +123,10 @@ pub fn grow_tree(
 /// How far the quantities of the rules of a tree are to move for the smallest residual, by quantity. `None` where numbers
 /// fail.
 pub fn refitted(normal: &Normal, tree: &Tree, settings: &FuzzySettings) -> Option<Vec<Vec<f64>>> {
-    let mut leaves =
-        vec![Leaf { weights: vec![0.0; normal.x.len()], cell: Vec::new(), under: None }; tree.splits.len() + 1];
+    let mut leaves = vec![
+        Leaf { weights: vec![0.0; normal.x.len()], cell: Vec::new(), under: None, depth: 0 };
+        tree.splits.len() + 1
+    ];
     for (configuration, x) in normal.x.iter().enumerate() {
         firing_of_tree(tree, x, &mut |rule, weight| leaves[rule].weights[configuration] = weight);
     }
@@ -223,7 +226,7 @@ impl Growth<'_> {
     /// By how much the squares fall with a split: that of the columns it adds, less what the others hold of them.
     fn gain(&self, leaf: usize, input: usize, fitted: &Fitted, residual: &[DVector<f64>]) -> Option<f64> {
         let (m, own) = (self.normal.quantities(), &self.leaves[leaf]);
-        if own.cell[input][1] - own.cell[input][0] <= self.settings.least_cell {
+        if own.depth >= self.settings.deepest || own.cell[input][1] - own.cell[input][0] <= self.settings.least_cell {
             return None;
         }
         let above: Vec<f64> = (0..own.weights.len())
@@ -269,6 +272,7 @@ impl Growth<'_> {
             }
             leaf.cell[input][usize::from(!upper)] = 0.5 * (low + high);
             leaf.under = Some((index, usize::from(upper)));
+            leaf.depth += 1;
             leaf
         };
         self.leaves[candidate.leaf] = half(false);
