@@ -7,10 +7,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use elastogeo::description::{raw::RawRobot, resolve::resolve};
-use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, rotation_vector};
-use elastogeo::model::{Model, build};
+use elastogeo::model::Model;
 use nalgebra::{DMatrix, Matrix3, Rotation3};
 
 fn main() {
@@ -64,11 +62,7 @@ struct Case {
 
 impl Case {
     fn new(name: &str) -> Self {
-        let path = format!("{}/robots/{name}.yaml", env!("CARGO_MANIFEST_DIR"));
-        let raw: RawRobot = serde_yaml::from_str(&std::fs::read_to_string(path).expect("a file")).expect("readable");
-        let (robot, diagnostics) = resolve(&raw, &|_| None);
-        let model =
-            build(&robot.unwrap_or_else(|| panic!("{diagnostics:#?}")), Catalogue::standard()).expect("a model");
+        let model = elastogeo::files::load_robot(name).expect("a bundled robot").model;
         let q = match name {
             "universal-ur5" => vec![0.4, -1.2, 1.3, -0.7, 0.9, 0.2],
             "kuka-ir663" => vec![0.3, 0.85, 0.77, 0.4, 0.8, 0.5],
