@@ -180,6 +180,41 @@ fn six_inputs_of_the_ir663_come_close_to_its_springs() {
     assert!(rules < 0.5 * grid && rules < 0.5 * base, "{rules} {grid} {base}");
 }
 
+/// An arm whose screws give, described without them: local springs take up by rules what the springs of the joints cannot,
+/// near the singular configurations of the linkage too, and come close to the springs and screws that made the readings.
+#[test]
+fn local_springs_stand_in_for_screws_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = format!("{}/robots/kuka-ir663.yaml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("a file");
+    let soft = text.replace("axial: {value: .inf}", "axial: {value: 2e4, identifiable: true}");
+    assert_ne!(text, soft);
+    std::fs::write(folder.path().join("screws.yaml"), soft).expect("written");
+    let simulate = ["simulate", "screws.yaml", "--poses", "240", "--errors", "0", "--noise", "0.03", "--into", "c"];
+    let observed = ["--observes", "deflection", "--markers", "wrist", "--wrench=1000,0,0", "--wrench=0,0,-1000"];
+    let ran = run(folder.path(), &[&simulate[..], &observed].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let arguments =
+        ["identify", "c", "--robot", "kuka-ir663", "--what", "elastic,fuzzy,grey,local", "--format", "json"];
+    let without = json_of(&run(folder.path(), &arguments));
+    let methods = without["methods"].as_array().expect("methods");
+    let all = |method: &str| {
+        let own = methods.iter().find(|own| own["method"] == method).expect("the method");
+        number(&own["rows"].as_array().expect("rows").last().expect("a row")["rms"])
+    };
+    let screws = json_of(&run(folder.path(), &["identify", "c", "--what", "elastic", "--format", "json"]));
+    let truth = held_out(&screws);
+    let lines = [
+        format!("springs, screws left out: {:.4} mm", all("parametric")),
+        format!("rules in a tree: {:.4} mm", all("fuzzy")),
+        format!("springs without screws, and a fuzzy correction: {:.4} mm", all("grey")),
+        format!("local springs without screws, blended by rules: {:.4} mm", all("local springs")),
+        format!("springs and screws: {truth:.4} mm"),
+    ];
+    recorded("fuzzy-local-springs", "cargo test local_springs_stand_in", &lines);
+    assert!(all("local springs") < 1.5 * truth && all("local springs") < 0.25 * all("parametric"), "{lines:?}");
+}
+
 /// What is held out has no say in the rules.
 #[test]
 fn held_out_readings_have_no_part_in_the_growth() {
