@@ -311,7 +311,8 @@ raw! {
     }
 }
 
-/// A branch of a tree of rules. Read by hand, so that what is wrong in a split is said of its key.
+/// A branch of a tree of rules.
+// Read by hand, so that what is wrong in a split is said of its key.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(untagged)]
