@@ -1,7 +1,5 @@
 //! A fuzzy compliance as declared: names resolved, SI.
 
-use super::robot::FrameIndex;
-
 /// What a compliance depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
@@ -20,8 +18,8 @@ pub struct Fuzzy {
     pub inputs: Vec<Input>,
     /// The marker whose displacement it gives; `None` is the tool centre point.
     pub at: Option<usize>,
-    /// Frame whose axes the components have; `None` is the base.
-    pub axes: Option<FrameIndex>,
+    /// Frame, by index, whose axes the components have; `None` is the base.
+    pub axes: Option<usize>,
     /// Whether the components are added to the springs and beams.
     pub adds: bool,
     /// Components of the compliance.

@@ -17,6 +17,7 @@ use super::levels::{Level, levels};
 use super::normal::Normal;
 use super::task::FuzzyTask;
 use super::tree::{GrownTree, TreeStep, grow_tree, refitted};
+use crate::description::campaign::Reading;
 use crate::description::fuzzy::{Premise, Rules};
 use crate::fuzzy;
 use crate::kinematics::{Geometry, Placements};
@@ -69,8 +70,7 @@ pub fn fit_local(
     }
     let values = parametric.values.clone();
     let local = Local { task, values: &values, slots: &slots };
-    let (normal, range) = local.normal(task.model, &values)?;
-    let mut normal = normal;
+    let (mut normal, range) = local.normal(task.model, &values)?;
     normal.base = DVector::from_iterator(slots.len(), slots.iter().map(|&slot| values[slot]));
     let grown = grow_tree(&normal, &range, &task.settings, taken);
     let model = if grown.support.len() > 1 { local.settled(&grown)? } else { task.model.clone() };
@@ -159,7 +159,7 @@ impl Local<'_> {
 }
 
 /// What a squared rotation (rad) counts in squared displacements (m): each relative to the size of its own kind.
-fn turning<'r>(readings: impl Iterator<Item = &'r crate::description::campaign::Reading>, width: usize) -> f64 {
+fn turning<'r>(readings: impl Iterator<Item = &'r Reading>, width: usize) -> f64 {
     let (mut moved, mut turned) = (0.0, 0.0);
     for reading in readings {
         moved += reading.measured[..3].iter().map(|v| v * v).sum::<f64>();

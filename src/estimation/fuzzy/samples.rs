@@ -192,8 +192,8 @@ impl Samples {
         Ok(())
     }
 
-    /// These samples alone; `held_out` says which of them are.
-    pub fn only(&self, of: &[usize], held_out: &[bool]) -> Self {
+    /// These samples alone; `held_out` says of each whether it is.
+    pub fn only(&self, of: &[usize], held_out: Vec<bool>) -> Self {
         fn chosen<T: Clone>(all: &[T], of: &[usize]) -> Vec<T> {
             of.iter().map(|&k| all[k].clone()).collect()
         }
@@ -202,7 +202,7 @@ impl Samples {
             load: chosen(&self.load, of),
             d: chosen(&self.d, of),
             pose: chosen(&self.pose, of),
-            held_out: chosen(held_out, of),
+            held_out,
             columns: Vec::new(),
             range: Vec::new(),
             ..*self

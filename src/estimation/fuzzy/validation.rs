@@ -14,12 +14,7 @@ pub fn nested(samples: &Samples, folds: usize, grow: &(dyn Fn(&Samples) -> Grown
     let distance = |d: &[f64; 6]| d[..3].iter().map(|v| v * v).sum::<f64>();
     let squares = |part: usize| {
         let left_out: Vec<bool> = parts.iter().map(|own| *own == part).collect();
-        let flags = {
-            let mut flags = vec![true; samples.x.len()];
-            fitted.iter().zip(&left_out).for_each(|(&k, out)| flags[k] = *out);
-            flags
-        };
-        let own = samples.only(&fitted, &flags);
+        let own = samples.only(&fitted, left_out);
         let grown = grow(&own);
         own.indices(true, |_| true).into_iter().map(|k| distance(&grown.residual(&own, k))).sum::<f64>()
     };
