@@ -23,15 +23,18 @@ from .commands import (
     stiffness,
 )
 from .effects import Effect
+from .observations import Observation, add_observation
 from .robot import Robot, bundled_robots, rotation_vector
 
 __all__ = [
     "Campaign",
     "Effect",
     "Error",
+    "Observation",
     "Problem",
     "Robot",
     "__version__",
+    "add_observation",
     "bundled_robots",
     "compensate",
     "diagnose",

@@ -15,6 +15,7 @@ def command(
 ) -> tuple[str, str, bool]: ...
 def main(arguments: Sequence[str]) -> int: ...
 def bundled_robots() -> list[str]: ...
+def add_observation(kind: object) -> None: ...
 
 class Robot:
     name: str
@@ -70,3 +71,13 @@ class Reading:
     up: list[float]
     deflection: list[float]
     is_difference: bool
+
+class Point:
+    """What the model predicts of a measured point (a marker or the tool centre point) under load, SI, axes of the measurement
+    frame: its `position`, the `orientation` of the tool (rows of its matrix), the direction of `gravity` (zero where none is
+    declared), and `target`: of an anchor its place and zero."""
+
+    position: list[float]
+    orientation: list[list[float]]
+    gravity: list[float]
+    target: list[float]

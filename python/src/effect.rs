@@ -18,21 +18,27 @@ pub struct Own {
     pub faults: Faults,
 }
 
-/// The first exception that an effect raised while it was evaluated.
+/// The first exception that an effect or a kind of readings raised while it was evaluated.
 #[derive(Clone, Default)]
 pub struct Faults(Arc<Mutex<Option<PyErr>>>);
 
 impl Faults {
+    /// Those of kinds of readings, which all campaigns share.
+    pub fn of_kinds() -> Self {
+        static KINDS: OnceLock<Faults> = OnceLock::new();
+        KINDS.get_or_init(Self::default).clone()
+    }
+
     fn take(&self) -> Option<PyErr> {
         self.0.lock().ok()?.take()
     }
 
-    /// What was found, or the exception that an effect raised meanwhile.
+    /// What was found, or the exception that an effect or a kind of readings raised meanwhile.
     pub fn first<T>(&self, found: PyResult<T>) -> PyResult<T> {
-        self.take().map_or(found, Err)
+        self.take().or_else(|| Self::of_kinds().take()).map_or(found, Err)
     }
 
-    fn keep(&self, raised: PyErr) {
+    pub fn keep(&self, raised: PyErr) {
         if let Ok(mut first) = self.0.lock() {
             first.get_or_insert(raised);
         }
@@ -106,7 +112,7 @@ struct PythonEffect {
 }
 
 /// A word that lives as long as the program; each is kept once.
-fn kept(word: &str) -> &'static str {
+pub fn kept(word: &str) -> &'static str {
     static WORDS: OnceLock<Mutex<HashMap<String, &'static str>>> = OnceLock::new();
     let Ok(mut words) = WORDS.get_or_init(Mutex::default).lock() else { return "" };
     words.entry(word.to_string()).or_insert_with(|| Box::leak(word.to_string().into_boxed_str()))

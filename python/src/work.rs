@@ -17,7 +17,7 @@ const INTERVAL: Duration = Duration::from_millis(50);
 const STACK: usize = 16 << 20;
 
 /// What unwinds work that was stopped.
-struct Stopped;
+pub struct Stopped;
 
 enum News<T> {
     Progress(String),

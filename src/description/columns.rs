@@ -1,6 +1,6 @@
 //! Names of the columns that tables of measurements have of themselves: no variable can be called so.
 
-use crate::observation::FAMILY;
+use crate::observation::Observes;
 
 /// Columns of the applied wrench: force and moment, base axes.
 pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
@@ -30,8 +30,10 @@ const PREFIXES: [&str; 6] = ["approach.", "temperature.", "commanded.", "recorde
 
 /// Whether a table of measurements may have a column of this name that is no joint's.
 pub fn is_reserved(name: &str) -> bool {
-    let measured = || FAMILY.iter().flat_map(|kind| kind.columns().iter().map(|column| column.name));
-    let anchors = || FAMILY.iter().filter_map(|kind| kind.target_column());
-    ABOUT.iter().chain(&WRENCH).copied().chain(measured()).chain(anchors()).any(|known| known == name)
+    let is_of = |kind: Observes| {
+        kind.columns().iter().map(|column| column.name).chain(kind.target_column()).any(|known| known == name)
+    };
+    ABOUT.iter().chain(&WRENCH).any(|known| *known == name)
+        || Observes::all().into_iter().any(is_of)
         || PREFIXES.iter().any(|prefix| name.starts_with(prefix))
 }

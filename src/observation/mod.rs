@@ -15,7 +15,7 @@ mod position;
 mod torque;
 
 use std::borrow::Cow;
-use std::sync::LazyLock;
+use std::sync::{PoisonError, RwLock};
 
 #[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -65,7 +65,8 @@ pub const TORQUE: Observes = Observes(&torque::Torque);
 pub const FAMILY: [Observes; 10] =
     [POSITION, POSE, DEFLECTION, DEFLECTION_POSE, DISTANCE, CONTACT, ORIENTATION, AXIS, INCLINATION, TORQUE];
 
-static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FAMILY.iter().map(|kind| kind.name()).collect());
+/// Kinds of a program's own. A file names its kind before anything else is known of it, so what can be named is of the process.
+static OWN: RwLock<Vec<Observes>> = RwLock::new(Vec::new());
 
 impl Observes {
     /// A handle on a kind, which need not be in [`FAMILY`].
@@ -73,9 +74,30 @@ impl Observes {
         Self(kind)
     }
 
-    /// A kind of the family by its name in files.
+    /// Makes a kind of a program's own known by its name: files and commands may name it from then on. One that the program
+    /// added before under this name is replaced; what was read with it keeps it.
+    ///
+    /// # Errors
+    /// The kind of [`FAMILY`] that has the name.
+    pub fn add(kind: &'static dyn Observation) -> Result<Self, Self> {
+        if let Some(known) = FAMILY.into_iter().find(|known| known.name() == kind.name()) {
+            return Err(known);
+        }
+        let mut own = OWN.write().unwrap_or_else(PoisonError::into_inner);
+        own.retain(|known| known.name() != kind.name());
+        own.push(Self(kind));
+        Ok(Self(kind))
+    }
+
+    /// All kinds that files may name: those of [`FAMILY`], then those that the program added.
+    pub fn all() -> Vec<Self> {
+        let own = OWN.read().unwrap_or_else(PoisonError::into_inner);
+        FAMILY.into_iter().chain(own.iter().copied()).collect()
+    }
+
+    /// A kind by its name in files.
     pub fn named(name: &str) -> Option<Self> {
-        FAMILY.into_iter().find(|kind| kind.name() == name)
+        Self::all().into_iter().find(|kind| kind.name() == name)
     }
 }
 
@@ -115,7 +137,10 @@ impl Serialize for Observes {
 impl<'de> Deserialize<'de> for Observes {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = Cow::<str>::deserialize(deserializer)?;
-        Self::named(&name).ok_or_else(|| serde::de::Error::unknown_variant(&name, &NAMES))
+        Self::named(&name).ok_or_else(|| {
+            let known: Vec<String> = Self::all().iter().map(|kind| format!("`{}`", kind.name())).collect();
+            serde::de::Error::custom(format!("unknown variant `{name}`, expected one of {}", known.join(", ")))
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
-use super::{deflections, instrument, midway, numerics, outlying, parameters, readings, sessions};
+use super::{deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::model::Model;
@@ -79,6 +79,12 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "readings of one configuration scatter about the model as much as configurations do: repeats average out only what they do not share",
         find: numerics::dependent,
+    },
+    Check {
+        codes: &[Code::Misread],
+        of_result: true,
+        about: "with base or tool estimated as well calibration leaves what it does without: they are where the description says",
+        find: placement::as_placed,
     },
     Check {
         codes: &[Code::OutlyingReadings],

@@ -17,6 +17,7 @@ mod midway;
 mod numerics;
 mod outlying;
 mod parameters;
+mod placement;
 mod readings;
 mod sessions;
 mod trial;

@@ -227,6 +227,59 @@ fn a_kind_of_ones_own_is_fitted() {
 }
 
 #[test]
+fn a_kind_of_ones_own_is_named_by_files() {
+    struct Height;
+    impl Observation for Height {
+        fn name(&self) -> &'static str {
+            "height"
+        }
+        fn about(&self) -> &'static str {
+            "Height of the point."
+        }
+        fn columns(&self) -> &'static [ValueColumn] {
+            &COLUMNS[..1]
+        }
+        fn value(&self, point: &MeasuredPoint) -> Rows {
+            [point.position().z, 0.0, 0.0, 0.0, 0.0, 0.0]
+        }
+        fn derivative(&self, _: &MeasuredPoint, by: &PointDerivative) -> Rows {
+            [by.total().displacement.z, 0.0, 0.0, 0.0, 0.0, 0.0]
+        }
+        fn sigmas(&self, noise: &Noise) -> Rows {
+            [noise.position[2], 0.0, 0.0, 0.0, 0.0, 0.0]
+        }
+    }
+    struct Other;
+    impl Observation for Other {
+        fn name(&self) -> &'static str {
+            "position"
+        }
+        fn about(&self) -> &'static str {
+            ""
+        }
+        fn columns(&self) -> &'static [ValueColumn] {
+            &COLUMNS
+        }
+        fn value(&self, _: &MeasuredPoint) -> Rows {
+            [0.0; MOST_ROWS]
+        }
+        fn derivative(&self, _: &MeasuredPoint, _: &PointDerivative) -> Rows {
+            [0.0; MOST_ROWS]
+        }
+        fn sigmas(&self, _: &Noise) -> Rows {
+            [1.0; MOST_ROWS]
+        }
+    }
+    assert_eq!(Observes::named("height"), None);
+    let added = Observes::add(&Height).expect("no such kind before");
+    assert_eq!(Observes::named("height"), Some(added));
+    assert_eq!(serde_json::from_value::<Observes>(serde_json::json!("height")).expect("read"), added);
+    assert_eq!(Observes::add(&Height).expect("replaced"), added);
+    assert_eq!(Observes::all().iter().filter(|kind| **kind == added).count(), 1);
+    assert_eq!(Observes::add(&Other).expect_err("the family's names are its own"), POSITION);
+}
+
+#[test]
 fn kinds_say_what_they_are_by_their_names() {
     assert_eq!(
         FAMILY.map(|kind| kind.name()),

@@ -220,7 +220,10 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     let sessions: [Case; 14] = [
         (("c.yaml", "robot", "robot"), &[]),
         (("c.yaml", "per session", "per sesion"), &["c.yaml:4:", "did you mean `per-session`?"]),
-        (("c.yaml", "session: friday", "session: \"last friday\""), &["`last friday` is no name of a session"]),
+        (
+            ("c.yaml", "session: friday", "session: \"last friday\""),
+            &["c.yaml:6:", "`last friday` is no name of a session"],
+        ),
         (("c.yaml", "file: friday.csv", "file: sunday.csv"), &["c.yaml:6:", "no file `sunday.csv`"]),
         (("c.yaml", "frame: \"2\"", "frame: \"9\""), &["c.yaml:5:", "`9`"]),
         (("c.yaml", "mass: 5", "mass: -5"), &["c.yaml:5:"]),

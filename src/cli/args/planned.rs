@@ -6,7 +6,7 @@ use clap::builder::{ArgPredicate, PossibleValue, PossibleValuesParser, TypedValu
 use clap::{Args, ValueEnum};
 
 use super::Reduction;
-use crate::observation::{FAMILY, Observes};
+use crate::observation::Observes;
 use crate::render::program::Moves;
 
 /// `simulate`
@@ -196,7 +196,7 @@ pub struct Plan {
 
 /// Reads a kind of readings that can be planned and simulated by its name in files: a contact needs a fixture, a torque its sensor.
 fn kinds_of_readings() -> impl TypedValueParser<Value = Observes> {
-    let measured = FAMILY.into_iter().filter(|kind| !kind.columns().is_empty());
+    let measured = Observes::all().into_iter().filter(|kind| !kind.columns().is_empty());
     let values: Vec<PossibleValue> =
         measured.map(|kind| PossibleValue::new(kind.name()).help(kind.about().trim_end_matches('.'))).collect();
     PossibleValuesParser::new(values).try_map(|name| Observes::named(&name).ok_or("no such kind of readings"))

@@ -5,7 +5,7 @@ use super::raw::{RawAnchor, RawCampaign, RawEntry, RawInstrument, RawSigma};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{FAMILY, Observes, POSITION};
+use crate::observation::{Observes, POSITION};
 
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
 pub(super) const LEAST_NOISE: f64 = 1e-15;
@@ -17,7 +17,8 @@ pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Ex
     if raw.observes.is_none() && lacks_kind && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
-        let others: Vec<&str> = FAMILY.iter().filter(|kind| **kind != POSITION).map(|kind| kind.name()).collect();
+        let mut others: Vec<&str> = Observes::all().iter().map(|kind| kind.name()).collect();
+        others.retain(|name| *name != POSITION.name());
         diagnostics.push(diagnostic.remedy(format!("add `observes: position` (or {})", others.join(", "))));
     }
     for (position, effect) in raw.calibrate.iter().enumerate() {
@@ -44,8 +45,19 @@ pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Ex
             &["measurements", &number],
             locate,
         ));
+        for (key, name) in [("session", &entry.session), ("station", &entry.station)] {
+            let fault = name.as_deref().and_then(|name| no_name(key, name));
+            diagnostics.extend(fault.map(|fault| fault.at(locate(&["measurements", &number, key]))));
+        }
     }
     diagnostics
+}
+
+/// The fault of a name of a session or station that parameters (`base@NAME.x`) could not have.
+pub(super) fn no_name(of: &str, name: &str) -> Option<Diagnostic> {
+    let is_name = name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+    let diagnostic = || Diagnostic::error(format!("`{name}` is no name of a {of}"));
+    (!is_name).then(|| diagnostic().remedy("write letters, digits, `_` and `-` only"))
 }
 
 /// Faults of what is stated of an instrument at a path of the file; `entry` is what else holds there.

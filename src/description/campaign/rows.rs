@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
-use super::faults::LEAST_NOISE;
+use super::faults::{LEAST_NOISE, no_name};
 use super::order::order_readings;
 use super::raw::{LoadSource, RawCampaign, RawEntry};
 use super::row::{Faults, MOST_SHOWN, Row};
@@ -322,11 +322,11 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
 /// Session and station of a row.
 fn in_session(row: &Row, entry: &RawEntry, campaign: &mut Campaign, faults: &mut Faults) -> InSession {
     let mut index = |column: &str, of_file: Option<&str>, names: &mut Vec<String>| {
-        let name = row.text(column).or(of_file).unwrap_or_default();
-        if !name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-')) {
-            let diagnostic = Diagnostic::error(format!("`{name}` is no name of a {column}")).at(row.place(column));
-            faults.push(diagnostic.remedy("write letters, digits, `_` and `-` only"));
+        let of_row = row.text(column);
+        if let Some(fault) = of_row.and_then(|name| no_name(column, name)) {
+            faults.push(fault.at(row.place(column)));
         }
+        let name = of_row.or(of_file).unwrap_or_default();
         names.iter().position(|known| known == name).unwrap_or_else(|| {
             names.push(name.to_string());
             names.len() - 1

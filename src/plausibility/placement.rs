@@ -1,0 +1,35 @@
+//! A base or tool that is not where the description says, found by calibration: a few millimetres are less than tolerances
+//! allow registration to leave, and yet many times what a calibration with it leaves.
+
+use super::evidence::{Evidence, Limits};
+use super::hypothesis::Hypothesis;
+use super::readings::explained;
+use crate::diagnostic::Diagnostic;
+use crate::estimation::{Calibration, Settings, calibrate};
+
+/// Where calibration leaves far more than the stated noise, the same with base or tool estimated as well: the one with which the
+/// error falls to what noise can be.
+pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let [_, most] = limits.noise;
+    let is_far = |found: &&Calibration| found.noise_ratio > most && found.degrees_of_freedom >= limits.noise_freedom;
+    let Some(found) = evidence.found.filter(is_far) else { return Vec::new() };
+    if campaign.is_difference() || campaign.sigma.is_none() {
+        return Vec::new();
+    }
+    let decisive = |way: Hypothesis| {
+        let mut moved = campaign.clone();
+        way.apply(model, &mut moved, &mut model.registry.nominal());
+        let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
+        let again = calibrate(model, &moved, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let falls =
+            again.converged() && again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
+        falls.then(|| (vec![way], again.after.fit.distance[1]))
+    };
+    let ways = Hypothesis::all(model, campaign).into_iter().filter(Hypothesis::adds_unknowns);
+    let named = ways.filter_map(decisive).next();
+    named
+        .map(|named| explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named]))
+        .into_iter()
+        .collect()
+}
