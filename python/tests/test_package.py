@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import json
 import pkgutil
 import subprocess
 import sys
@@ -19,6 +20,14 @@ def test_types() -> None:
         [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "-p", "elastogeo"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+def test_types_as_pyright_sees_them(tmp_path: Path) -> None:
+    pytest.importorskip("basedpyright")
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps({"typeCheckingMode": "standard", "include": list(elastogeo.__path__)}))
+    command = [sys.executable, "-m", "basedpyright", "--level", "error", "--pythonpath", sys.executable, "-p", str(tmp_path)]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 

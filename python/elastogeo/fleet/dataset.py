@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from .jobs import BadInput, Job
@@ -119,7 +118,7 @@ class Dataset:
             table = pa.concat_tables(
                 [table, old.filter(pa.array([key not in rows for key in keys], pa.bool_()))], promote_options="default"
             )
-        table = table.take(pc.sort_indices(table, sort_keys=[(name, "ascending") for name in KEY]))
+        table = table.sort_by([(name, "ascending") for name in KEY])
         temporary = self.folder / f".part-{number:02}.tmp"
         with temporary.open("wb") as out:
             pq.write_table(table, out, compression="zstd")

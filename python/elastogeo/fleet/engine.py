@@ -110,7 +110,8 @@ def distributed(jobs: Sequence[Job], client: Client) -> Iterator[tuple[Job, Row]
 
     done = importlib.import_module("distributed").as_completed(more(), with_results=True, raise_errors=False)
     for future, result in done:
-        error = None if isinstance(result, dict) else result[1] if isinstance(result, tuple) else result
+        found: Row | None = result if isinstance(result, dict) else None
+        error: Any = result[1] if isinstance(result, tuple) else result
         if isinstance(error, (concurrent.futures.CancelledError, asyncio.CancelledError)):
             raise ConnectionError("the scheduler went away")
         job = of_key.pop(future.key)
@@ -118,7 +119,7 @@ def distributed(jobs: Sequence[Job], client: Client) -> Iterator[tuple[Job, Row]
             counted, room = time.monotonic(), _room(client)
         for each in more():
             done.add(each)
-        yield job, lost(job, error) if error is not None else result
+        yield job, lost(job, error) if found is None else found
 
 
 def _room(client: Client) -> int:
