@@ -53,10 +53,11 @@ def test_examples_of_the_code(name: str) -> None:
     assert doctest.testmod(module, extraglobs={"np": numpy}).failed == 0
 
 
-def test_examples_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("page", "least"), [("docs/python.md", 10), ("README.md", 2)])
+def test_examples_of_the_pages(page: str, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    found = doctest.testfile(str(ROOT / "docs/python.md"), module_relative=False, optionflags=doctest.ELLIPSIS)
-    assert found.attempted > 10 and found.failed == 0
+    found = doctest.testfile(str(ROOT / page), module_relative=False, optionflags=doctest.ELLIPSIS)
+    assert found.attempted > least and found.failed == 0
 
 
 @pytest.mark.parametrize("notebook", sorted((ROOT / "python/notebooks").glob("*.ipynb")), ids=lambda path: path.stem)

@@ -101,7 +101,7 @@ codes! {
     NoiseDisagrees "noise-disagrees",
     /// Readings of one configuration share an error, and intervals count it.
     DependentReadings "dependent-readings",
-    /// Springs that the description declares to be identified are held in a diagnosis, and explain the gap that it finds causes for.
+    /// A spring, or its free length, is held where results depend on it: it may explain the gap, and intervals take it as exact.
     SpringsHeld "springs-held",
     /// Configurations or loads lie outside the range in which the effects of a description were found.
     OutsideValidity "outside-validity",
@@ -123,17 +123,12 @@ impl Code {
         )
     }
 
-    /// Whether values that were fitted to such readings are not written into a description, unless that is forced. Too great a
-    /// residual is no reason: it is the gap. Nor are constants that moved: that is what a calibration is for.
+    /// Whether values that were fitted to such readings are not written into a description, unless that is forced: all that is
+    /// implausible, and readings that do not belong together. Too great a residual is no reason: it is the gap. Nor are constants
+    /// that moved: that is what a calibration is for.
     pub fn forbids_saving(self) -> bool {
-        matches!(
-            self,
-            Self::TooLittleData
-                | Self::SessionsDiffer
-                | Self::OutlyingReadings
-                | Self::MovedMidway
-                | Self::WorseThanRegistered
-        )
+        self.is_plausibility() && self != Self::MovedFar
+            || matches!(self, Self::TooLittleData | Self::SessionsDiffer | Self::OutlyingReadings | Self::MovedMidway)
     }
 
     /// Whether it casts doubt on the figures of a result, and stands before them.

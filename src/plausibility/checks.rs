@@ -1,7 +1,7 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
-use super::{deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions};
+use super::{amount, deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::model::Model;
@@ -27,9 +27,9 @@ pub const CHECKS: &[Check] = &[
         find: readings::fit_the_description,
     },
     Check {
-        codes: &[Code::Misread],
+        codes: &[Code::Misread, Code::WrongUnits],
         of_result: false,
-        about: "deflections follow their loads as springs of the description can: else they are mirrored, or the loads reversed",
+        about: "deflections follow their loads as springs of the description can: else they are mirrored, the loads reversed, or the joints misread",
         find: deflections::follow_their_loads,
     },
     Check {
@@ -115,6 +115,18 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "springs are of the declared order of size",
         find: parameters::as_stiff_as_declared,
+    },
+    Check {
+        codes: &[Code::SpringsHeld],
+        of_result: true,
+        about: "springs are not fitted with a free length that is held",
+        find: parameters::free_lengths,
+    },
+    Check {
+        codes: &[Code::TooLittleData],
+        of_result: true,
+        about: "each session has more readings than a base or tool of its own has unknowns",
+        find: amount::of_sessions,
     },
     Check {
         codes: &[Code::NoiseUnlikeStated],

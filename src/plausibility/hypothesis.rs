@@ -72,18 +72,9 @@ impl Hypothesis {
             let mirrored = handedness(campaign).into_iter().filter(|way| matches!(way, Self::Mirrored(..)));
             return std::iter::once(Self::Reaction).chain(mirrored).collect();
         }
-        let joints = 0..model.variables.len();
-        let angles = || joints.clone().filter(|&k| model.variables[k].is_angle);
-        let mut all: Vec<Self> = joints.clone().map(Self::Negated).collect();
-        let pairs = |count: usize| (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)));
-        all.extend(pairs(joints.len()).filter(|&(a, b)| same_kind(model, a, b)).map(|(a, b)| Self::Swapped(a, b)));
-        all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
-        if angles().count() > 0 {
-            all.extend([1.0 / DEGREE, DEGREE].map(|factor| Self::JointUnit { is_angle: true, factor }));
+        let mut all = Self::of_joints(model, campaign);
+        if model.variables.iter().any(|variable| variable.is_angle) {
             all.extend([1.0 / DEGREE, DEGREE].map(Self::DescriptionAngles));
-        }
-        if angles().count() < joints.len() {
-            all.extend(LENGTH_FACTORS.map(|factor| Self::JointUnit { is_angle: false, factor }));
         }
         let measures = |reading: &Reading| reading.observes.measured_position(&reading.measured).is_some();
         let with_positions = campaign.readings.iter().any(measures);
@@ -92,10 +83,6 @@ impl Hypothesis {
         }
         if with_positions {
             all.extend(handedness(campaign));
-        }
-        all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
-        if campaign.readings.len() > campaign.poses.len() {
-            all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
         }
         if !campaign.estimate_tool {
             all.extend(pairs(model.markers.len()).map(|(a, b)| Self::Markers(a, b)));
@@ -108,6 +95,26 @@ impl Hypothesis {
         if is_table(model) {
             all.push(Self::FrameAfter);
             all.extend([0, 1, -1].map(Self::FrameBefore));
+        }
+        all
+    }
+
+    /// Other ways to read the joints of a campaign: their signs, columns, zeros, units and rows.
+    pub fn of_joints(model: &Model, campaign: &Campaign) -> Vec<Self> {
+        let joints = 0..model.variables.len();
+        let angles = || joints.clone().filter(|&k| model.variables[k].is_angle);
+        let mut all: Vec<Self> = joints.clone().map(Self::Negated).collect();
+        all.extend(pairs(joints.len()).filter(|&(a, b)| same_kind(model, a, b)).map(|(a, b)| Self::Swapped(a, b)));
+        all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
+        if angles().count() > 0 {
+            all.extend([1.0 / DEGREE, DEGREE].map(|factor| Self::JointUnit { is_angle: true, factor }));
+        }
+        if angles().count() < joints.len() {
+            all.extend(LENGTH_FACTORS.map(|factor| Self::JointUnit { is_angle: false, factor }));
+        }
+        all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
+        if campaign.readings.len() > campaign.poses.len() {
+            all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
         }
         all
     }
@@ -172,6 +179,11 @@ impl Hypothesis {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && !matches!(self, Self::Swapped(..) | Self::Negated(_))
     }
+}
+
+/// Each two of so many.
+fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
 /// Handedness: with the base unknown all reflections are one, else each axis and each pair of axes.

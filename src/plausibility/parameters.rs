@@ -6,7 +6,7 @@ use super::words::mm;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::Estimate;
 use crate::math::median;
-use crate::parameter::{Group, Kind, Parameter};
+use crate::parameter::{Group, Kind, Parameter, Slot};
 
 /// Most parameters named in one message.
 const NAMED: usize = 4;
@@ -177,6 +177,26 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
             .remedy("`diagnose` says where the rest lies; state the noise of one coordinate under `instrument:`, in the campaign's units")
     };
     vec![diagnostic.code(Code::NoiseUnlikeStated).figure("ratio", ratio)]
+}
+
+/// Springs whose rate was identified with their free length held: intervals, also those of the joints that they span, take the
+/// length as exact.
+pub(super) fn free_lengths(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let registry = &evidence.model.registry;
+    let kept: Vec<Slot> = found.identifiability.kept.iter().filter_map(|&k| found.slots.get(k).copied()).collect();
+    let springs = evidence.model.structure.springs.iter().filter(|spring| spring.spring.free_length.is_some());
+    let held = springs.map(|spring| (spring.slots[0], spring.slots[1]));
+    let held = held.filter(|(rate, length)| kept.contains(rate) && !found.slots.contains(length));
+    held.map(|(rate, length)| {
+        let [rate, name] = [rate, length].map(|slot| &registry[slot].name);
+        let value = mm(registry[length].nominal);
+        Diagnostic::warning(format!(
+            "`{name}` is held at {value} mm: intervals of `{rate}` and of the joints that the spring spans take it as exact"
+        ))
+        .remedy(format!("if it is not known to a tenth of a millimetre or so, free it: `calibration: {{free: [{name}]}}`"))
+    })
+    .collect()
 }
 
 /// Calibrated errors against registered ones, on readings that were held out.

@@ -183,6 +183,9 @@ fn open(found: &Diagnosis) -> String {
     if found.noise.source == "leftover" {
         out += "the noise is not known: it is taken from what the causes leave, and cannot show that nothing is left\n";
     }
+    if found.noise.orientation == Some("residuals") {
+        out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
+    }
     out
 }
 

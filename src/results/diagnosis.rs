@@ -3,7 +3,9 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::identification::NoiseSources;
 use super::units::mm;
+use crate::description::campaign::Campaign;
 use crate::diagnosis::{
     self, Autocorrelation, CauseParameter, Curve, EffectAtSite, ExcessCompliance, Excluded, Level, LookAlikes,
     NoiseSource, NotTried, Rest, SiteShare, Stability, Verdict,
@@ -123,6 +125,8 @@ pub struct Noise {
     pub value: f64,
     /// `stated`, `repeats` or `leftover`: what the model itself leaves.
     pub source: &'static str,
+    /// Of orientations: `stated`, or `residuals`; `None` where no reading has both a position and an orientation.
+    pub orientation: Option<&'static str>,
 }
 
 /// How figures came about.
@@ -173,7 +177,7 @@ fn ends(interval: Option<[f64; 2]>) -> [Option<f64>; 2] {
 
 impl Diagnosis {
     /// With the variables of a model.
-    pub fn new(model: &Model, campaign: &str, found: &diagnosis::Diagnosis, seconds: f64) -> Self {
+    pub fn new(model: &Model, campaign: &Campaign, found: &diagnosis::Diagnosis, seconds: f64) -> Self {
         let (gap, location) = (&found.gap, &found.location);
         let [rms, max] = found.with_outliers.unwrap_or([gap.rms, gap.max]);
         // Of the whole, the causes proper have only what the outliers leave.
@@ -231,6 +235,7 @@ impl Diagnosis {
             excluded: found.excluded.clone(),
             noise: Noise {
                 value: mm(gap.noise),
+                orientation: NoiseSources::new(campaign).orientation,
                 source: match found.noise_source {
                     NoiseSource::Stated => "stated",
                     NoiseSource::Repeated => "repeats",
@@ -247,7 +252,7 @@ impl Diagnosis {
                 },
             },
             seconds,
-            campaign: campaign.to_string(),
+            campaign: campaign.name.clone(),
         }
     }
 }

@@ -91,7 +91,7 @@ pub struct NoiseSources {
 }
 
 impl NoiseSources {
-    fn new(campaign: &Campaign) -> Self {
+    pub(super) fn new(campaign: &Campaign) -> Self {
         let source = |is_stated: bool| if is_stated { "stated" } else { "residuals" };
         let has_both = |reading: &Reading| {
             let lengths = reading.observes.length_rows();

@@ -190,7 +190,7 @@ impl Report {
             Ok((found, seconds)) => (Some(Identification::new(model, campaign, found, *seconds)), None),
             Err(why) => (None, Some(why.clone())),
         };
-        let diagnose = Diagnosis::new(model, &campaign.name, &review.diagnosis, review.seconds);
+        let diagnose = Diagnosis::new(model, campaign, &review.diagnosis, review.seconds);
         let label = |stage: &Stage| StageLabel { key: stage.key, label: stage_label(stage.key) };
         let shares = review.strain_energy.as_ref();
         Self {

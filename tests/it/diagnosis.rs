@@ -132,7 +132,7 @@ fn threads_do_not_change_the_answer() {
         let answers = [1, 2, 5].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let found = pool.install(|| diagnosed(&loaded.robot.model, &loaded.campaign)).expect("diagnosed");
-            let result = elastogeo::results::Diagnosis::new(&loaded.robot.model, &loaded.campaign.name, &found, 0.0);
+            let result = elastogeo::results::Diagnosis::new(&loaded.robot.model, &loaded.campaign, &found, 0.0);
             serde_json::to_string(&result).expect("JSON")
         });
         assert!(answers[0].contains("\"causes\":[{"), "{name}");

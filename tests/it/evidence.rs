@@ -1,5 +1,6 @@
 //! What a campaign can say of its evidence: sessions, contacts, unknown anchors, payloads, order, noise of each reading.
 
+use crate::real_data::folder;
 use std::path::Path;
 
 use elastogeo::description::campaign::{Campaign, InSession, Payload, Sessions, Sharing, Target, TargetValue};
@@ -343,14 +344,8 @@ fn rows_say_noise_order_and_session() {
 /// A ball in sockets at a known distance calibrates a real arm; see the data's notes for the figures of a plain fit.
 #[test]
 fn sockets_calibrate_real_arms() {
-    let data =
-        std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
-    let data = Path::new(&data).join("panda-socket");
-    if !data.exists() {
-        eprintln!("skipped: no data at {}", data.display());
-        return;
-    }
-    let data = data.canonicalize().expect("a folder");
+    let Some(data) = folder("panda-socket") else { return };
+    let data = Path::new(&data).canonicalize().expect("a folder");
     for (file, urdf, most, most_off) in
         [("panda_1.csv", "panda.urdf", 0.592e-3, 0.5e-3), ("kuka_14.csv", "iiwa14.urdf", 0.255e-3, 0.1e-3)]
     {

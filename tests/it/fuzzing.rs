@@ -240,10 +240,22 @@ fn sound() -> BTreeMap<String, String> {
     files
 }
 
+/// The command, with as much memory as it may take, kB: it is killed where a spoiled file asks for more.
+fn bounded() -> Command {
+    let program = env!("CARGO_BIN_EXE_elastogeo");
+    if cfg!(unix) {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -v 2000000 && exec \"$0\" \"$@\"", program]);
+        shell
+    } else {
+        Command::new(program)
+    }
+}
+
 /// Status, standard output and error of a command; no status where it took too long or was killed.
 fn ended(folder: &Path, arguments: &[String]) -> (Option<i32>, String, String) {
     let [out, err] = ["out.txt", "err.txt"].map(|name| folder.join(name));
-    let mut child = Command::new(env!("CARGO_BIN_EXE_elastogeo"))
+    let mut child = bounded()
         .args(arguments)
         .args(["--jobs", "1"])
         .current_dir(folder)

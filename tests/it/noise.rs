@@ -1,5 +1,6 @@
 //! Noise of the instrument without the robot, against draws whose noise and motion are known and measured reflectors.
 
+use crate::real_data::folder;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -117,15 +118,9 @@ fn a_campaign_says_what_its_reflectors_show() {
 /// to 7 um; see the data's notes.
 #[test]
 fn reflectors_of_a_real_cell() {
-    let data =
-        std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
-    let data = Path::new(&data).join("irb120-faro");
-    if !data.exists() {
-        eprintln!("skipped: no data at {}", data.display());
-        return;
-    }
+    let Some(data) = folder("irb120-faro") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let data = data.canonicalize().expect("a folder");
+    let data = Path::new(&data).canonicalize().expect("a folder");
     let text = format!(
         "robot: {0}/robot.yaml\nunits: {{length: mm, angle: deg}}\nobserves: position\nestimate: {{base: true, tool: true}}\n\
          measurements: {0}/measurements.csv\nreferences: {0}/base-reflectors.csv\n",

@@ -1,6 +1,7 @@
 //! Torques of the joints: what a motor supplies, against the potential energy of masses and springs, and sensors with gain and
 //! offset.
 
+use crate::real_data::folder;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -157,15 +158,9 @@ fn holding_torques_are_slopes_of_the_potential() {
 /// Torques that an iiwa 7 measured: its own sensors have a gain near 1 against masses whose centres came from them.
 #[test]
 fn torques_of_a_real_arm() {
-    let data =
-        std::env::var("ELASTOGEO_DATA").unwrap_or_else(|_| format!("{}/../shared/data", env!("CARGO_MANIFEST_DIR")));
-    let data = Path::new(&data).join("iiwa7-payload");
-    if !data.exists() {
-        eprintln!("skipped: no data at {}", data.display());
-        return;
-    }
+    let Some(data) = folder("iiwa7-payload") else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let data = data.canonicalize().expect("a folder");
+    let data = Path::new(&data).canonicalize().expect("a folder");
     let unknown: Vec<String> = (2..7).map(|k| format!("q{k}: {{gain: unknown, offset: unknown}}")).collect();
     let text = format!(
         "robot: {0}/robot.yaml\nunits: {{length: mm, angle: rad}}\nobserves: [pose, torque]\n\

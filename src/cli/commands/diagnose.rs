@@ -41,7 +41,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
     bar.finish_and_clear();
     let seconds = started.elapsed().as_secs_f64();
-    let result = results::Diagnosis::new(model, &campaign.name, &found, seconds);
+    let result = results::Diagnosis::new(model, campaign, &found, seconds);
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));

@@ -12,7 +12,6 @@ use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::elements::Spring;
 use crate::estimation::{
     Calibration, OtherSet, Scheme, Settings, Split, Weights, What, against, calibrate, changes, comparable, compare,
     loss_fault, split, with_uncertainties,
@@ -193,7 +192,6 @@ pub(super) fn calibrated(
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
-    output.diagnostics.extend(model.structure.springs.iter().filter_map(|spring| held_length(loaded, &found, spring)));
     let mut output = output.judged(judged, session.arguments.force)?;
     if let Some(path) = asked.table {
         output.tables.push((path.to_path_buf(), tables::parameters(&result, path)?));
@@ -229,24 +227,6 @@ pub(super) fn not_computed(error: Error, (model, campaign): (&Model, &Campaign),
     let evidence = Evidence::of(model, campaign);
     let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
     why.map_or(error, Error::from)
-}
-
-/// A warning of a spring whose rate was identified with its free length held: intervals, also those of the joints that it spans,
-/// take the length as exact.
-fn held_length(loaded: &LoadedCampaign, found: &Calibration, spring: &Spring) -> Option<Diagnostic> {
-    let registry = &loaded.robot.model.registry;
-    let [rate, length, ..] = spring.slots;
-    spring.spring.free_length?;
-    let is_kept = found.identifiability.kept.iter().any(|&column| found.slots.get(column) == Some(&rate));
-    (is_kept && !found.slots.contains(&length)).then(|| {
-        let (unit, name) = (loaded.robot.raw.units.length, &registry[length].name);
-        let value = (registry[length].nominal / unit.factor() * 1e6).round() / 1e6;
-        let (rate, unit) = (&registry[rate].name, unit.symbol());
-        Diagnostic::warning(format!(
-            "`{name}` is held at {value} {unit}: intervals of `{rate}` and of the joints that the spring spans take it as exact"
-        ))
-        .remedy(format!("if it is not known to a tenth of a millimetre or so, free it: `calibration: {{free: [{name}]}}`"))
-    })
 }
 
 /// A warning of an earlier description that does not say how certain its values are.

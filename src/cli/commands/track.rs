@@ -245,7 +245,7 @@ fn explain(found: &mut Track, all: &Calibrated, measured: &[Measured], session: 
         let settings = diagnosis::Settings::new(campaign, session.seed());
         // What the checks show stands, whether a cause can be sought or not.
         event.diagnosis = Some(match diagnose(model, campaign, held_out, &settings, &mut |_| {}) {
-            Ok(diagnosed) => finding(&results::Diagnosis::new(model, &campaign.name, &diagnosed, 0.0)),
+            Ok(diagnosed) => finding(&results::Diagnosis::new(model, campaign, &diagnosed, 0.0)),
             Err(error) => format!("not diagnosed: {error}"),
         });
     }

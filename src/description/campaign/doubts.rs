@@ -4,11 +4,11 @@ use std::collections::HashSet;
 
 use indexmap::IndexMap;
 
-use super::Campaign;
 use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
 use super::source::Source;
+use super::{Campaign, Payload};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
@@ -36,6 +36,7 @@ pub fn doubts(
     let suspect =
         [one_name_for_two(campaign, units, robot, &place), back_in_time(campaign, &place), copies(campaign, sources)];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
+    diagnostics.extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, locate)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
@@ -44,6 +45,22 @@ pub fn doubts(
         diagnostics.push(diagnostic.remedy("give the load of each reading in columns fx, fy, fz, mx, my, mz"));
     }
     diagnostics
+}
+
+/// Greatest mass of a payload, kg: the strongest industrial arms carry 2.3 t.
+const HEAVIEST: f64 = 3e3;
+/// Greatest distance of its centre of mass from the frame that carries it, m: tools are seldom longer than an arm.
+const FARTHEST: f64 = 3.0;
+
+/// A payload that no arm carries.
+fn heavy_or_far(name: &str, payload: &Payload, locate: Locate) -> Option<Diagnostic> {
+    let far = payload.com.norm();
+    let (message, key) = match payload.mass > HEAVIEST {
+        true => (format!("payload `{name}` has a mass of {:.0} kg", payload.mass), "mass"),
+        false => (format!("the centre of mass of payload `{name}` lies {far:.2} m from its frame"), "com"),
+    };
+    let diagnostic = || Diagnostic::warning(message).at(locate(&["payloads", name, key]));
+    (payload.mass > HEAVIEST || far > FARTHEST).then(|| diagnostic().remedy("check the value and the unit"))
 }
 
 /// The first pose whose readings have different joints, and how many more there are.

@@ -314,7 +314,7 @@ impl<R: Read> Rows<'_, R> {
 /// More rows than are read.
 pub(crate) fn too_many(most: usize) -> Diagnostic {
     Diagnostic::error(format!("more than {most} rows, the most that is read where the campaign allows no more"))
-        .remedy("average repeats, or allow more with `csv: {max_rows: ..}`: a calibration takes about 5 kB a row")
+        .remedy("average repeats, or allow more with `csv: {max_rows: ..}`: a calibration takes 5 to 7 kB a row")
 }
 
 /// A quote that the file never closes.
