@@ -33,7 +33,7 @@ pub fn calibrate_as_weighed(
     let mut found = calibrate_determined(model, campaign, held_out, settings, progress)?;
     let mut held: Vec<Slot> = Vec::new();
     while found.converged() {
-        let ended = ended(model, &found);
+        let ended: Vec<Slot> = ended(model, &found).into_iter().filter(|slot| !held.contains(slot)).collect();
         let alone = ended.iter().map(|slot| vec![*slot]).filter(|_| ended.len() > 1);
         let tried = (!ended.is_empty()).then(|| ended.clone()).into_iter().chain(alone);
         let mut refit = |more: Vec<Slot>| {

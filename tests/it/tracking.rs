@@ -304,7 +304,10 @@ fn what_cannot_be_compared_is_refused() {
         (&["m1", "copy"], "`copy` holds the same readings as `m1`"),
         (&["m1", "other"], "`other` is of another robot than `arm.yaml`: `2.d` of its description is far off"),
         (&["m1", "m2", "--dates", "2026-01-12"], "--dates has 1 days for 2 campaigns"),
-        (&["m1", "m2", "--dates", "2026-02-12,2026-02-11"], "`2026-02-11` is not after the day before it"),
+        (
+            &["m1", "m2", "--dates", "2026-02-12,2026-02-11"],
+            "`2026-02-11` of `m2` is not after the day of the campaign before it",
+        ),
         (&["m1", "m2", "--dates", "2026-02-12,2026-02-30"], "`2026-02-30` is no day"),
         (&["m1", "m2", "--change", "2.theta"], "write NAME=VALUE"),
         (&["m1", "m2", "--change", "2.thta=1"], "did you mean `2.theta`?"),

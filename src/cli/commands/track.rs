@@ -101,7 +101,7 @@ fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, E
         _ => (command.dates.clone(), "--dates"),
     };
     let mut dates: Vec<NaiveDate> = Vec::with_capacity(texts.len());
-    for text in texts {
+    for (text, campaign) in texts.into_iter().zip(&command.campaigns) {
         let date = text.trim().parse::<NaiveDate>().ok().filter(|date| date.year() >= FIRST_YEAR);
         let Some(date) = date else {
             // A certificate's date is free text; without a day that can be compared checks count as equally far apart.
@@ -111,7 +111,7 @@ fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, E
             return Err(Error::input(format!("{place}: `{text}` is no day"), "write it as 2026-01-31"));
         };
         if dates.last().is_some_and(|last| *last >= date) {
-            let message = format!("{place}: `{text}` is not after the day before it");
+            let message = format!("{place}: `{text}` of `{campaign}` is not after the day of the campaign before it");
             return Err(Error::input(message, "give campaigns and days in the order of time"));
         }
         dates.push(date);
