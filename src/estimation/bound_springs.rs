@@ -1,14 +1,15 @@
-//! Springs that a fit left where no such spring is, free or rigid, though readings hardly tell them.
+//! Springs that a fit left at the end of what a description can hold, free or rigid to any instrument, though readings hardly
+//! tell them.
 //!
-//! Where noise outweighs what a spring does, the best fit may lie at the end of what a description can hold, where the spring moves
-//! nothing and its interval says nothing, or far from the declared value with an interval that reaches back to it. Such a spring
-//! is held as declared instead, unless the weighted squares of the readings certainly rise by it (likelihood ratio; Seber and
-//! Wild, *Nonlinear Regression*, 1989, sec. 5.3).
+//! Where noise outweighs what a spring does, the best fit may lie at that end, where it moves nothing and its interval says
+//! nothing. (A compliance of zero is no such end: it is an estimate like others, with an interval.) Such a spring is held as
+//! declared instead, unless the weighted squares of the readings certainly rise by it (likelihood ratio; Seber and Wild,
+//! *Nonlinear Regression*, 1989, sec. 5.3).
 
 use super::calibration::calibrate_as_asked;
 use super::determined::calibrate_determined;
 use super::problem::row_sigmas;
-use super::result::{Calibration, CalibrationError, Estimate};
+use super::result::{Calibration, CalibrationError};
 use super::settings::Settings;
 use crate::description::campaign::Campaign;
 use crate::identifiability::Why;
@@ -18,8 +19,7 @@ use crate::model::Model;
 use crate::parameter::{Group, Slot};
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have: of a campaign
-/// that comes from [`super::weighed`]. Springs that would end at an implausible value without need are held as declared, and count as
-/// weak.
+/// that comes from [`super::weighed`]. Springs that would end at a bound without need are held as declared, and count as weak.
 ///
 /// # Errors
 /// As [`super::calibrate`].
@@ -55,30 +55,18 @@ pub fn calibrate_as_weighed(
     Ok(found)
 }
 
-/// Factor from what is declared beyond which a spring is implausible: the stiffness of a known kind of joint is seldom guessed
-/// further off (as [`crate::plausibility::Limits`] has it of all springs together).
-const IMPLAUSIBLE: f64 = 30.0;
-
-/// Greatest probability of a rise by chance at which readings contradict the declared value: an implausible one needs more than
-/// the one in twenty of usual intervals.
+/// Greatest probability of a rise by chance at which readings contradict the declared value: no spring at all, or one that nothing
+/// bends, needs more than the one in twenty of usual intervals.
 const CHANCE: f64 = 1e-3;
 
-/// Springs that are described, at an implausible value that is none of their own bounds but rigid, or whose interval reaches
-/// plausible ones.
+/// Springs at a bound that is not one of the parameter's own.
 fn ended(model: &Model, found: &Calibration) -> Vec<Slot> {
-    let is_implausible = |own: &&Estimate| {
-        let parameter = &model.registry[own.slot];
-        if parameter.group != Group::Elastic || !(own.nominal > 0.0 && own.nominal.is_finite()) {
-            return false;
-        }
-        let [least, most] = [own.nominal / IMPLAUSIBLE, own.nominal * IMPLAUSIBLE];
-        let width = own.ci95.filter(|width| width.is_finite()).unwrap_or(f64::INFINITY);
-        let is_bound = own.at_bound && (own.value == 0.0 || !parameter.bounds.contains(&own.value));
-        is_bound && !(least..=most).contains(&own.value)
-            || own.value < least && own.value + width >= least
-            || own.value > most && own.value - width <= most
+    let is_end = |slot: Slot, value: f64| {
+        let parameter = &model.registry[slot];
+        parameter.group == Group::Elastic && !parameter.bounds.contains(&value)
     };
-    found.estimates.iter().filter(is_implausible).map(|own| own.slot).collect()
+    let ended = found.estimates.iter().filter(|own| own.at_bound && is_end(own.slot, own.value));
+    ended.map(|own| own.slot).collect()
 }
 
 /// Whether the fitted readings are certainly worse with so many springs held than with them at their bounds. Readings of one

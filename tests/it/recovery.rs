@@ -237,6 +237,7 @@ fn intervals_hold_on_narrow_poses() {
         ("prior", Settings { prior: true, ..Settings::default() }),
         ("tolerance noise", Settings { criterion: Criterion::Noise, ..Settings::default() }),
     ];
+    let mut lines = Vec::new();
     for (name, settings) in ways {
         let trials: Vec<Trial> = (0..60)
             .into_par_iter()
@@ -251,6 +252,10 @@ fn intervals_hold_on_narrow_poses() {
         let converged: Vec<&Trial> = trials.iter().filter(|trial| trial.converged).collect();
         let coverage = converged.iter().map(|trial| held(trial)).sum::<f64>() / converged.len() as f64;
         let error = |k: usize| converged.iter().map(|trial| trial.errors[k]).sum::<f64>() / converged.len() as f64;
-        println!("{name}: {coverage:.3} of {}, {:.4} -> {:.4} mm", converged.len(), 1e3 * error(0), 1e3 * error(1));
+        lines.push(format!("{name}: {coverage:.3}, {:.2} -> {:.3} mm", 1e3 * error(0), 1e3 * error(1)));
+        // Three standard errors of the mean over sixty campaigns, whose intervals share their noise.
+        assert!((coverage - 0.95_f64).abs() < 0.04 && converged.len() == 60, "{name}: {coverage}");
+        assert!(error(1) < 0.25 * error(0), "{name}");
     }
+    recorded("coverage-narrow", "cargo test intervals_hold_on_narrow_poses", &lines);
 }
