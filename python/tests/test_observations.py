@@ -92,6 +92,24 @@ def test_a_station_that_nobody_measured(positions: dict[str, list[Any]]) -> None
     assert place == pytest.approx(STATIONS["behind"], abs=2e-4)
 
 
+def test_another_of_the_same_name_replaces_it(positions: dict[str, list[Any]]) -> None:
+    class Doubled(Bearing):
+        def value(self, point: Point) -> list[float]:
+            return [2 * angle for angle in super().value(point)]
+
+    # One reading: the last point that one kind has seen is the first of the other.
+    one = {name: column[:1] for name, column in bearings(positions).items()}
+    slopes = []
+    for kind in (Bearing(), Doubled()):
+        add_observation(kind)
+        own = elastogeo.Campaign.from_table(
+            one, robot="universal-ur5", observes="bearing", estimate={"base": True}, anchors={"left": list(STATIONS["left"])}
+        )
+        problem = own.problem(["base.x"], check=0)
+        slopes.append(problem.jacobian(problem.x0))
+    assert slopes[1] == pytest.approx(2 * slopes[0], rel=1e-4, abs=1e-6 * np.abs(slopes[0]).max())
+
+
 @pytest.mark.parametrize(("kind", "words"), [(Faulty(), "no theodolite"), (Short(), "2 finite numbers")])
 def test_its_faults_are_raised(kind: Observation, words: str, positions: dict[str, list[Any]]) -> None:
     add_observation(kind)

@@ -37,7 +37,7 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     named.retain(|(_, error)| error * limits.fall <= before);
     // Of the joints springs show less: with the right ones nothing but noise is left.
     let noise = limits.noise[1] * noise(&some);
-    // Loops are slow to close with joints that are not theirs, or cannot be: there joints are not judged.
+    // Tried on robots without loops only: joints that are not theirs may not close a loop at all.
     if named.is_empty() && campaign.sigma.is_some() && before > noise && model.stages.is_empty() {
         named = tried(promising(evidence, &chosen, limits));
         named.retain(|(_, error)| error * limits.fall <= before && *error <= noise);
@@ -53,8 +53,7 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
 /// Share of the error to which it falls at least, to first order, before a fit is worth its time.
 const HALF: f64 = 0.5;
 
-/// Other ways to read the joints with which springs, linear about their declared values, leave least: a fit of each would take
-/// minutes where loops are hard to close with joints that are not theirs.
+/// Other ways to read the joints with which springs, linear about their declared values, leave least: only these are fitted.
 fn promising(evidence: &Evidence, chosen: &[bool], limits: &Limits) -> Vec<Hypothesis> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let left = |way: Option<Hypothesis>| {

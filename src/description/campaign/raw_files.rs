@@ -72,7 +72,8 @@ impl From<&RawPoints> for Points {
 }
 
 impl RawCsv {
-    /// Most rows of a campaign where nothing is said: a calibration of six joints on so many positions stays below 600 MB.
+    /// Most rows of a campaign where nothing is said: a calibration of the six joints of the starter on so many positions takes 0.55 GB
+    /// (measured with `/usr/bin/time`, base and marker unknown).
     pub const MOST_ROWS: usize = 80_000;
 }
 
