@@ -1,7 +1,12 @@
-"""The native part. Arrays cross as bytes of 64-bit floats, row-major, SI."""
+"""The native part. Arrays are of 64-bit floats, SI."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
 
 __version__: str
 
@@ -25,9 +30,11 @@ class Robot:
     parameters: list[tuple[str, str, float, float, bool]]
     units: list[float]
     def __new__(cls, name: str, effects: Sequence[object] = ()) -> Robot: ...
-    def forward(self, q: bytes, at: str | None = None, loads: bytes | None = None) -> bytearray: ...
-    def jacobian(self, q: bytes, at: str | None = None) -> bytearray: ...
-    def compliance(self, q: bytes, at: str | None = None) -> bytearray: ...
+    def forward(
+        self, q: npt.ArrayLike, at: str | None = None, weight: bool = False, wrench: npt.ArrayLike | None = None
+    ) -> Array: ...
+    def jacobian(self, q: npt.ArrayLike, at: str | None = None) -> Array: ...
+    def compliance(self, q: npt.ArrayLike, at: str | None = None) -> Array: ...
 
 class Campaign:
     name: str
@@ -46,8 +53,8 @@ class Problem:
     def __new__(
         cls, campaign: Campaign, parameters: Sequence[str], values: dict[str, float], check: float, seed: int
     ) -> Problem: ...
-    def residual(self, x: bytes) -> bytearray: ...
-    def jacobian(self, x: bytes) -> bytearray: ...
+    def residual(self, x: npt.ArrayLike) -> Array: ...
+    def jacobian(self, x: npt.ArrayLike) -> Array: ...
 
 class Site:
     """Where an effect sits."""

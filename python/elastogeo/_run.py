@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-
-if TYPE_CHECKING:
-    from .campaign import Campaign
-    from .effects import Effect
-    from .robot import Robot
+from .effects import Effect
 
 Progress = Callable[[str], object]
-RobotLike = Union["Robot", str, "os.PathLike[str]"]
-CampaignLike = Union["Campaign", str, "os.PathLike[str]"]
+
+#: Commands at INFO and DEBUG, what they warn of at WARNING; silent until a program sets logging up.
+LOGGER = logging.getLogger("elastogeo")
+LOGGER.addHandler(logging.NullHandler())
 
 
 def named(given: object) -> str:
@@ -37,6 +37,7 @@ def flags(**options: object) -> list[str]:
     out: list[str] = []
     for name, value in options.items():
         flag = "--" + name.replace("_", "-")
+        value = value.item() if isinstance(value, np.generic) else value
         if value is None or value is False:
             continue
         if value is True:
@@ -56,5 +57,19 @@ def run(
     arguments: Sequence[str], *, progress: Progress | None = None, effects: Sequence[Effect] = ()
 ) -> tuple[dict[str, Any], str, bool]:
     """Runs a command: its JSON, its text, and whether the result is not to be used."""
-    found, text, failed = _native.command(list(arguments), progress, list(effects))
-    return json.loads(found), text, failed
+    LOGGER.debug("%s begins: %s", arguments[0], arguments[1:])
+    if progress is None and LOGGER.isEnabledFor(logging.DEBUG):
+        progress = LOGGER.debug
+    started = time.perf_counter()
+    try:
+        json_text, text, failed = _native.command(list(arguments), progress, list(effects))
+    except BaseException as error:
+        LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, error or type(error).__name__)
+        raise
+    found: dict[str, Any] = json.loads(json_text)
+    for each in found.get("diagnostics", []):
+        level = logging.WARNING if each.get("severity") in ("warning", "error") else logging.INFO
+        LOGGER.log(level, "%s: %s (%s)", arguments[0], each["message"], each["remedy"])
+    usable = "its result is not to be used" if failed else "done"
+    LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, usable)
+    return found, text, failed

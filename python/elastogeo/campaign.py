@@ -1,8 +1,9 @@
-"""Measurements of a robot: from files, from tables of any library, and to pandas."""
+"""Measurements of a robot: from files, and from and to tables of any library."""
 
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import math
@@ -10,18 +11,17 @@ import os
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Array, array
-from ._run import RobotLike, named
-
-if TYPE_CHECKING:
-    from .effects import Effect
-    from .results import Identification
+from ._arrays import Array
+from ._run import named
+from .effects import Effect
+from .results import Identification
+from .robot import RobotLike
 
 
 class Campaign:
@@ -54,20 +54,22 @@ class Campaign:
         calibrate: Sequence[str] = (),
         name: str = "from a table",
         folder: str | os.PathLike[str] | None = None,
+        force: bool = False,
         effects: Sequence[Effect] = (),
         **more: object,
     ) -> Campaign:
         """A campaign of a table with the columns of a campaign's CSV (``pose``, joints, ``x``, ``y``, ``z``, ..).
 
         :param table: a data frame of pandas or polars, a pyarrow table, anything else with the Arrow interface
-            (``__arrow_c_stream__``, read with pyarrow), or a mapping of names to columns
+            (``__arrow_c_stream__``, read with pyarrow), or a mapping of names to columns; a named index of pandas is a column
         :param units: of the table and of ``sigma``, as in campaign files; SI where not given
         :param sigma: noise of the instrument, one sigma of a coordinate
         :param estimate: what is unknown, ``{"base": True, "tool": True}``
         :param folder: where the campaign's files are written, to stay; by default they go with the object
+        :param force: replaces files in the folder that something else wrote, or that were edited since
         :param more: further keys of the campaign file
         """
-        kept = None if folder is not None else tempfile.TemporaryDirectory(prefix="elastogeo-")
+        kept = tempfile.TemporaryDirectory(prefix="elastogeo-") if folder is None else None
         place = Path(folder if folder is not None else kept.name if kept else ".")
         place.mkdir(parents=True, exist_ok=True)
         of = named(robot)
@@ -84,13 +86,13 @@ class Campaign:
             header["estimate"] = dict(estimate)
         if calibrate:
             header["calibrate"] = list(calibrate)
-        # JSON is YAML.
-        (place / "campaign.yaml").write_text(json.dumps(header | more, indent=1) + "\n", encoding="utf-8")
         columns = columns_of(table)
-        with (place / "measurements.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows(zip(*([cell(value) for value in column] for column in columns.values())))
+        # JSON is YAML.
+        about = json.dumps(header | more, indent=1, default=_plain) + "\n"
+        if not force:
+            _spare(place)
+        write_csv(place / "measurements.csv", columns)
+        (place / "campaign.yaml").write_text(_digest(about, place) + about, encoding="utf-8")
         own = getattr(robot, "effects", ())
         campaign = cls(place / "campaign.yaml", effects=[*own, *effects])
         campaign._folder = kept
@@ -143,6 +145,26 @@ class Campaign:
 
         return pandas.DataFrame(self.to_dict())
 
+    def to_polars(self) -> Any:
+        """The readings as a polars data frame, SI; what is missing is null. It needs polars."""
+        import polars
+
+        return polars.DataFrame(self.to_dict()).fill_nan(None)
+
+    def to_arrow(self) -> Any:
+        """The readings as a pyarrow table, SI; what is missing is null. It needs pyarrow.
+
+        >>> Campaign("kr270-simulated").to_arrow().num_rows
+        270
+        """
+        import pyarrow
+
+        return pyarrow.table({name: pyarrow.array(each, from_pandas=True) for name, each in self.to_dict().items()})
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """The Arrow interface, by which other libraries read the readings; it needs pyarrow."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
     def problem(
         self,
         parameters: Sequence[str],
@@ -189,11 +211,15 @@ class Problem:
 
     def residual(self, x: npt.ArrayLike) -> Array:
         """Measured less predicted, in standard deviations, shape (rows,)."""
-        return array(self._native.residual(np.asarray(x, dtype=np.float64).tobytes()), -1)
+        return self._native.residual(x)
 
     def jacobian(self, x: npt.ArrayLike) -> Array:
         """Derivatives of :meth:`residual`, shape (rows, parameters)."""
-        return array(self._native.jacobian(np.asarray(x, dtype=np.float64).tobytes()), -1, len(self.names))
+        return self._native.jacobian(x)
+
+
+#: A campaign, or its name, file or folder.
+CampaignLike = Union[Campaign, str, "os.PathLike[str]"]
 
 
 def columns_of(table: Any) -> dict[str, list[Any]]:
@@ -202,12 +228,13 @@ def columns_of(table: Any) -> dict[str, list[Any]]:
     >>> columns_of({"pose": ["a", "b"], "q1": (0, 1)})
     {'pose': ['a', 'b'], 'q1': [0, 1]}
     """
+    columns: Mapping[Any, Iterable[Any]]
     if isinstance(table, Mapping):
-        return {str(name): list(column) for name, column in table.items()}
-    if hasattr(table, "to_pydict"):  # pyarrow
-        columns: dict[str, list[Any]] = table.to_pydict()
+        columns = table
+    elif hasattr(table, "to_pydict"):  # pyarrow
+        columns = table.to_pydict()
     elif hasattr(table, "iloc"):  # pandas
-        columns = table.to_dict("list")
+        columns = table.reset_index([name for name in table.index.names if name is not None]).to_dict("list")
     elif hasattr(table, "iter_rows"):  # polars
         columns = table.to_dict(as_series=False)
     elif hasattr(table, "__arrow_c_stream__"):
@@ -216,7 +243,47 @@ def columns_of(table: Any) -> dict[str, list[Any]]:
         columns = pyarrow.table(table).to_pydict()
     else:
         raise TypeError(f"{type(table).__name__} is no table: give one with the Arrow interface, or a mapping of columns")
-    return {str(name): list(column) for name, column in columns.items()}
+    found = {str(name): list(column) for name, column in columns.items()}
+    if len({len(column) for column in found.values()}) > 1:
+        lengths = ", ".join(f"{name} {len(column)}" for name, column in found.items())
+        raise ValueError(f"columns of a table have one length; here {lengths}")
+    return found
+
+
+def write_csv(file: str | os.PathLike[str], columns: Mapping[str, Sequence[Any]]) -> None:
+    """Writes columns as a CSV."""
+    with open(file, "w", encoding="utf-8", newline="") as out:
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*([cell(value) for value in column] for column in columns.values())))
+
+
+def _digest(about: str, place: Path) -> str:
+    """First line of a campaign's file: what shows later that nobody edited what `from_table` wrote."""
+    whole = hashlib.sha256(about.encode() + (place / "measurements.csv").read_bytes()).hexdigest()
+    return f"# written by from_table of a Python program; SHA-256 of what follows and of measurements.csv: {whole}\n"
+
+
+def _spare(place: Path) -> None:
+    """Refuses a folder with a campaign that `from_table` did not write, or that was edited since."""
+    about, readings = place / "campaign.yaml", place / "measurements.csv"
+    there = [file.name for file in (about, readings) if file.exists()]
+    if not there:
+        return
+    first, _, rest = about.read_text(encoding="utf-8", errors="replace").partition("\n") if about.exists() else ("", "", "")
+    if len(there) < 2 or f"{first}\n" != _digest(rest, place):
+        raise FileExistsError(
+            f"`{place}` has a {' and a '.join(there)} of its own, or edited since: give another folder, or replace with force=True"
+        )
+
+
+def _plain(value: object) -> object:
+    """Numbers and arrays of numpy, and paths, as JSON has them."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"{type(value).__name__} {value!r} cannot stand in a campaign file")
 
 
 def cell(value: object) -> str:

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arrays import Array, finite, rows
-from ._run import CampaignLike, Progress, RobotLike, flags, named, numbers, run
-from .campaign import Campaign, cell, columns_of
+from ._run import Progress, flags, named, numbers, run
+from .campaign import CampaignLike, columns_of, write_csv
 from .effects import Effect
 from .results import Configurations, Diagnosis, Identification, Report, Residuals, Result, Simulated, Stiffness
-from .robot import Joints, Robot, rotation_vector
+from .robot import Joints, Robot, RobotLike, placed
 
 
 def identify(
@@ -157,22 +156,28 @@ def compensate(
     """Commands under which the real robot passes where it should: geometry, own weight, load and effects corrected.
 
     :param robot: the robot as calibrated
-    :param path: poses of shape (n, 4, 4) or positions of shape (n, 3), m, base frame; joints of shape (n, joints), rad and m; a
-        table with the columns of the command's path (SI); or the name of a file
+    :param path: poses of shape (n, 4, 4) or (4, 4), positions of shape (n, 3) or (3,), m, base frame; joints of shape (n, joints)
+        or (joints,), rad and m; a table with the columns of the command's path (SI); or the name of a file
     :param nominal: the description that the controller works with
-    :param wrench: load of all points, base axes, shape (6,), N and N.m
+    :param wrench: load of all points of shape (6,), or of each of shape (n, 6); base axes, N and N.m
     :param start: joints from which the first point is sought
     :return: ``joints`` of shape (n, joints): the commands; nan where a point is refused
     """
     own = _robot(robot)
-    given = flags(nominal=_named(nominal), wrench=own._wrench(wrench), **{"from": own._joints(start)}, **options)
+    wrenches, is_one = (None, True) if wrench is None else rows(wrench, 6, "wrench")
+    of_all = wrench if is_one else None
+    given = flags(nominal=_named(nominal), wrench=own._wrench(of_all), **{"from": own._joints(start)}, **options)
     with tempfile.TemporaryDirectory(prefix="elastogeo-") as folder:
         if isinstance(path, (str, os.PathLike)):
             file = os.fspath(path)
+            if not is_one:
+                raise ValueError("a wrench for each point of a file stands in its columns fx, .., mz")
         else:
             file = str(Path(folder) / "path.csv")
             columns = _path(own, path) if isinstance(path, (np.ndarray, list, tuple)) else columns_of(path)
-            _write(file, columns)
+            if wrenches is not None and not is_one:
+                columns |= _loads(finite(wrenches, "wrench"), columns)
+            write_csv(file, columns)
             given += flags(units="length=m,angle=rad,force=N,torque=N.m")
         found = run(["compensate", own.source, file, *given], effects=own.effects)
     return Configurations(*found, key="points", variables=own.variables)
@@ -201,8 +206,8 @@ def simulate(
             asked = str(Path(folder) / "poses.csv")
             length, angle, _, _ = own._native.units
             sizes = np.array([angle if is_angle else length for is_angle in own.is_angle])
-            joints = finite(rows(poses, len(sizes))[0], "poses")
-            _write(str(asked), dict(zip(own.variables, (joints / sizes).T.tolist())))
+            joints = finite(rows(poses, len(sizes), "poses")[0], "poses")
+            write_csv(str(asked), dict(zip(own.variables, (joints / sizes).T.tolist())))
         given = flags(poses=asked, into=into, seed=seed, **options)
         found = run(["simulate", own.source, *given, *_wrenches(own, wrench)], effects=own.effects)
     return Simulated(*found, folder=os.fspath(into))
@@ -247,24 +252,24 @@ def _effects(of: object, robot: object = None, more: Sequence[Effect] = ()) -> l
 def _wrenches(robot: Robot, wrench: npt.ArrayLike | None) -> list[str]:
     if wrench is None:
         return []
-    given, _ = rows(wrench, 6)
+    given, _ = rows(wrench, 6, "wrench")
     _, _, force, torque = robot._native.units
     return [f"--wrench={numbers(each / np.array([force] * 3 + [torque] * 3))}" for each in given]
 
 
 def _path(robot: Robot, path: Any) -> dict[str, list[Any]]:
     points: Array = finite(np.asarray(path, dtype=np.float64), "path")
-    if points.ndim == 3 and points.shape[1:] == (4, 4):
-        turned = rotation_vector(points[:, :3, :3])
-        return dict(zip(("x", "y", "z", "rx", "ry", "rz"), np.hstack([points[:, :3, 3], turned]).T.tolist()))
-    if points.ndim == 2 and points.shape[1] == 3 != len(robot.variables):
-        return dict(zip("xyz", points.T.tolist()))
-    joints, _ = rows(points, len(robot.variables))
+    if points.shape[-2:] == (4, 4) and points.ndim in (2, 3):
+        return dict(zip(("x", "y", "z", "rx", "ry", "rz"), np.hstack(placed(points, "path")).T.tolist()))
+    if points.ndim in (1, 2) and points.shape[-1] == 3 != len(robot.variables):
+        return dict(zip("xyz", points.reshape(-1, 3).T.tolist()))
+    joints, _ = rows(points, len(robot.variables), "path")
     return dict(zip(robot.variables, joints.T.tolist()))
 
 
-def _write(file: str, columns: dict[str, list[Any]]) -> None:
-    with open(file, "w", encoding="utf-8", newline="") as out:
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*([cell(value) for value in column] for column in columns.values())))
+def _loads(wrenches: Array, path: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
+    """Columns of a wrench for each point of a path."""
+    points = len(next(iter(path.values()), ()))
+    if len(wrenches) != points:
+        raise ValueError(f"wrench: {len(wrenches)} rows, and {points} points; give one of shape (6,), or one for each point")
+    return dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), wrenches.T.tolist()))

@@ -82,7 +82,13 @@ def point(displacement: Iterable[float], rotation: Iterable[float] = (0.0, 0.0, 
 def _said(changes: Changes) -> list[tuple[str, str, str, list[float]]]:
     """Changes as the native part reads them."""
     out = []
-    for symbol, given in changes.items():
-        for change in [given] if isinstance(given, tuple) else given:
-            out.append((symbol, *change))
+    try:
+        for symbol, given in changes.items():
+            for kind, which, by in [given] if isinstance(given, tuple) else given:
+                out.append((symbol, kind, which, by))
+    except (AttributeError, TypeError, ValueError):
+        raise TypeError(
+            f"`changes` returns by the symbol of a parameter one of `joint(..)`, `deflection(..)`, `point(..)` and "
+            f"`parameter(..)`, or a list of them; here {changes!r}"
+        ) from None
     return out

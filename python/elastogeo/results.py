@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import os
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -83,11 +84,13 @@ class Identification(Result):
     @property
     def rms(self) -> dict[str, float | None]:
         """Root mean square errors before, with base and tool fitted alone, and calibrated, of readings not seen (else of those
-        fitted); mm."""
-        residuals = self._found["residuals"]
-        check = "check_" if residuals.get("check_after") else ""
-        stages = ("before", "registration", "after")
-        return {stage: (residuals[check + stage] or {}).get("rms") for stage in stages}
+        fitted); mm, or :attr:`unit` of readings of angles or torques alone."""
+        return judged(self._found["residuals"])[0]
+
+    @property
+    def unit(self) -> str:
+        """Unit of :attr:`rms`: ``mm``, ``deg`` or ``N.m``."""
+        return judged(self._found["residuals"])[1]
 
     def _plot(self) -> str:
         shown: dict[str, list[tuple[str, float, float | None]]] = {"mm": [], "deg": [], "%": []}
@@ -107,7 +110,7 @@ class Identification(Result):
         if "parameters" not in self._found:  # schemes side by side, or rules
             return []
         return [
-            plots.table([{"stage": stage, "rms, mm": rms} for stage, rms in self.rms.items()]),
+            plots.table([{"stage": stage, f"rms, {self.unit}": rms} for stage, rms in self.rms.items()]),
             plots.table([{c: e[c] for c in columns} for e in self._found["parameters"] if e["identifiable"]]),
         ]
 
@@ -244,10 +247,26 @@ def _number(value: float | None) -> float:
     return float("inf") if value is None else value
 
 
+def judged(residuals: Mapping[str, Any]) -> tuple[dict[str, float | None], str]:
+    """Root mean square errors by stage and their unit, of readings not seen (else of those fitted): of positions, or where no
+    lengths were read of angles or torques.
+
+    >>> judged({"before": {"rms": 0.0, "orientation": {"rms": 0.2}}, "after": {"rms": 0.0, "orientation": {"rms": 0.1}}})
+    ({'before': 0.2, 'registration': None, 'after': 0.1}, 'deg')
+    """
+    check = "check_" if residuals.get("check_after") else ""
+    stages = {stage: residuals.get(check + stage) or {} for stage in ("before", "registration", "after")}
+    of, unit = "", "mm"
+    if not any(errors.get("rms") for errors in stages.values()):
+        for name, its in (("orientation", "deg"), ("load", "N.m")):
+            if not of and name in stages["after"]:
+                of, unit = name, its
+    found = {stage: (errors.get(of) or {}) if of else errors for stage, errors in stages.items()}
+    return {stage: errors.get("rms") for stage, errors in found.items()}, unit
+
+
 def data_frame(rows: list[dict[str, Any]]) -> Any:
-    """Rows as a pandas data frame, or as they are where pandas is missing."""
-    try:
-        import pandas
-    except ImportError:
-        return rows
+    """Rows as a pandas data frame."""
+    import pandas  # here, so that a program without tables starts sooner
+
     return pandas.DataFrame(rows)

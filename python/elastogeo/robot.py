@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Array, array, rows
+from ._arrays import Array, rows
 from ._run import flags, numbers, run
+from .effects import Effect
 from .results import Result, Stiffness, data_frame
-
-if TYPE_CHECKING:
-    from .effects import Effect
 
 Joints = npt.ArrayLike | Mapping[str, float]
 
@@ -36,7 +34,6 @@ class Robot:
         self.source = os.fspath(source)
         self.effects = list(effects)
         self._native = _native.Robot(self.source, self.effects)
-        self._width = len(self._native.variables)
 
     def __repr__(self) -> str:
         return f"Robot({self.source!r}): {len(self.variables)} variables, {len(self.markers)} markers"
@@ -74,7 +71,7 @@ class Robot:
 
     @property
     def parameters(self) -> Any:
-        """All parameters as a data frame (a list of dicts where pandas is missing): name, unit (SI), nominal, tolerance, free."""
+        """All parameters as a pandas data frame: name, unit (SI), nominal, tolerance, free."""
         names = ("name", "unit", "nominal", "tolerance", "free")
         return data_frame([dict(zip(names, row)) for row in self._native.parameters])
 
@@ -96,13 +93,7 @@ class Robot:
         >>> Robot("universal-ur5").forward([0, 0, 0, 0, 0, 0])[:3, 3].round(5).tolist()
         [-0.81725, -0.19145, -0.00549]
         """
-        joints, is_single = rows(q, self._width)
-        loads = None
-        if weight or wrench is not None:
-            given = np.zeros(6) if wrench is None else np.asarray(wrench, dtype=np.float64)
-            loads = np.ascontiguousarray(np.broadcast_to(given, (len(joints), 6))).tobytes()
-        poses = array(self._native.forward(joints.tobytes(), at, loads), -1, 4, 4)
-        return poses[0] if is_single else poses
+        return self._native.forward(q, at, weight, wrench)
 
     def jacobian(self, q: npt.ArrayLike, *, at: str | None = None) -> Array:
         """Derivatives of the rigid position and rotation of the tool (or ``at``) by the variables, base axes.
@@ -110,19 +101,16 @@ class Robot:
         :param q: joints, shape (n, joints) or (joints,), rad and m
         :return: shape (n, 6, joints) or (6, joints): velocity (m), then angular velocity (rad)
         """
-        joints, is_single = rows(q, self._width)
-        found = array(self._native.jacobian(joints.tobytes(), at), -1, 6, joints.shape[1])
-        return found[0] if is_single else found
+        return self._native.jacobian(q, at)
 
     def compliance(self, q: npt.ArrayLike, *, at: str | None = None) -> Array:
         """Compliance of the structure at the tool (or ``at``), base axes.
 
         :param q: joints, shape (n, joints) or (joints,), rad and m
         :return: shape (n, 6, 6) or (6, 6): displacement (m) and rotation (rad) by force (N) and moment (N.m)
+        :raises Error: where the description declares nothing elastic
         """
-        joints, is_single = rows(q, self._width)
-        found = array(self._native.compliance(joints.tobytes(), at), -1, 6, 6)
-        return found[0] if is_single else found
+        return self._native.compliance(q, at)
 
     def pose(self, q: Joints, *, wrench: npt.ArrayLike | None = None, weight: bool = False, **options: object) -> Result:
         """Frames, markers and tool at one configuration, as the command ``pose`` has them (SI)."""
@@ -138,12 +126,14 @@ class Robot:
         weight: bool = False,
         **options: object,
     ) -> Stiffness:
-        """Stiffness at one configuration, deflection under a wrench (N, N.m, base axes), and the share of each element."""
+        """Stiffness at one configuration, deflection under a wrench (N, N.m, base axes), and the share of each element.
+
+        :meth:`compliance` takes many configurations; where it is regular ``np.linalg.inv`` of it is the stiffness."""
         given = flags(joints=self._joints(q), wrench=self._wrench(wrench), at=at, weight=weight, **options)
         return Stiffness(*run(["stiffness", self.source, *given], effects=self.effects))
 
     def solve(self, target: npt.ArrayLike, *, start: Joints | None = None, **options: object) -> Array:
-        """Joints that bring the tool to a target.
+        """Joints that bring the tool to a target; ``compensate`` follows a path of many.
 
         :param target: a homogeneous matrix (4, 4), or a position (3,), m, base frame
         :param start: joints from which the nearest solution is sought; without it all branches are found
@@ -156,9 +146,13 @@ class Robot:
         """
         pose = np.asarray(target, dtype=np.float64)
         length, angle, _, _ = self._native.units
-        given = pose[:3, 3] / length if pose.shape == (4, 4) else pose / length
         if pose.shape == (4, 4):
-            given = np.concatenate([given, rotation_vector(pose[:3, :3]) / angle])
+            (position,), (turned,) = placed(pose, "target")
+            given = np.concatenate([position / length, turned / angle])
+        elif pose.shape == (3,):
+            given = pose / length
+        else:
+            raise ValueError(f"target: an array of shape {pose.shape}; expected one pose (4, 4) or one position (3,)")
         found, _, _ = run(
             ["solve", self.source, "--target=" + numbers(given), *flags(**{"from": self._joints(start)}, **options)],
             effects=self.effects,
@@ -183,7 +177,7 @@ class Robot:
         if isinstance(q, Mapping):
             of = dict(zip(self.variables, sizes))
             return ",".join(f"{name}={float(value) / of.get(name, 1.0)!r}" for name, value in q.items())
-        joints, is_single = rows(q, len(sizes))
+        joints, is_single = rows(q, len(sizes), "q")
         if not is_single and len(joints) != 1:
             raise ValueError("one configuration at a time; `forward`, `jacobian` and `compliance` take many")
         return ",".join(
@@ -193,9 +187,35 @@ class Robot:
     def _wrench(self, wrench: npt.ArrayLike | None) -> str | None:
         if wrench is None:
             return None
-        given = np.asarray(wrench, dtype=np.float64).ravel()
+        given, is_single = rows(wrench, 6, "wrench")
+        if not is_single and len(given) != 1:
+            raise ValueError(f"wrench: an array of shape {given.shape}; expected one of shape (6,)")
         _, _, force, torque = self._native.units
-        return numbers(given / np.array([force] * 3 + [torque] * 3)[: len(given)])
+        return numbers(given / np.array([force] * 3 + [torque] * 3))
+
+
+#: A robot, or its name or file.
+RobotLike = Union[Robot, str, "os.PathLike[str]"]
+
+#: How far the columns of a rotation matrix may be from orthogonal and of length 1: hand-typed to some digits.
+NO_ROTATION = 1e-4
+
+
+def placed(poses: Array, what: str) -> tuple[Array, Array]:
+    """Positions (n, 3) and rotation vectors (n, 3) of homogeneous matrices (n, 4, 4) or (4, 4).
+
+    >>> placed(np.eye(4), "target")[0].tolist()
+    [[0.0, 0.0, 0.0]]
+    """
+    matrices = poses.reshape(-1, 4, 4)
+    turned = matrices[:, :3, :3]
+    off = np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    last = np.abs(matrices[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=1, initial=0.0)
+    wrong = ~((off <= NO_ROTATION) & (last <= NO_ROTATION) & (np.linalg.det(turned) > 0))
+    if wrong.any():
+        row = f" of row {int(np.argmax(wrong))}" if poses.ndim == 3 else ""
+        raise ValueError(f"{what}: the matrix{row} is no pose: a rotation, a position, and a last row 0 0 0 1")
+    return matrices[:, :3, 3], rotation_vector(turned)
 
 
 def rotation_vector(rotation: npt.ArrayLike) -> Array:

@@ -49,7 +49,12 @@ impl Faults {
 pub fn catalogue(py: Python<'_>, effects: &[Bound<'_, PyAny>]) -> PyResult<Own> {
     let (mut catalogue, faults) = (Catalogue::standard(), Faults::default());
     for effect in effects {
-        catalogue = catalogue.with(PythonEffect::new(py, effect, faults.clone())?);
+        let own = PythonEffect::new(py, effect, faults.clone())?;
+        if Catalogue::standard().get(own.name).is_some() {
+            let message = format!("`{}` is an effect of elastogeo itself", own.name);
+            return Err(fault(py, message, "give yours another name"));
+        }
+        catalogue = catalogue.with(own);
     }
     Ok(Own { catalogue, faults })
 }
@@ -176,6 +181,14 @@ impl Effect for PythonEffect {
 
     fn sites(&self, model: &Model) -> Vec<Own_> {
         let mut sites = model.sites(self.sits_at());
+        let unknown = |own: &&String| !sites.iter().any(|site| site.name == **own);
+        if let Some(unknown) = self.sites.iter().flatten().find(unknown) {
+            let message = format!("`{unknown}`, a site of the effect `{}`, is none of this robot", self.name);
+            let valid: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
+            let _ = Python::try_attach(|py| {
+                self.faults.keep(fault(py, message, &format!("valid here: {}", valid.join(", "))));
+            });
+        }
         sites.retain(|site| self.sites.as_ref().is_none_or(|own| own.contains(&site.name)));
         sites
     }
@@ -211,7 +224,12 @@ impl Effect for PythonEffect {
                 };
                 for (parameter, of, which, by) in said {
                     let index = names.iter().position(|known| *known == parameter);
-                    match index.zip(change(&of, &which, &by)).filter(|_| by.iter().all(|by| by.is_finite())) {
+                    match index.zip(change(&of, &which, &by)) {
+                        Some(_) if !by.iter().all(|by| by.is_finite()) => faults.keep(fault(
+                            py,
+                            format!("the amount of the change `{parameter}: {of} {which}` is not finite"),
+                            "return finite numbers; a change of zero where the effect is not there",
+                        )),
                         Some(found) => out.push(found),
                         None => faults.keep(fault(
                             py,

@@ -1,5 +1,5 @@
 //! The native part of the Python package `elastogeo`: what has to be fast or needs the library's types. Everything that a user
-//! meets is in `python/elastogeo`, and is typed and documented there. Arrays cross as bytes of 64-bit floats, row-major, SI.
+//! meets is in `python/elastogeo`, and is typed and documented there. Arrays are numpy's, of 64-bit floats, SI.
 
 mod arrays;
 mod campaign;
@@ -7,6 +7,7 @@ mod command;
 mod effect;
 mod error;
 mod observation;
+mod pool;
 mod problem;
 mod robot;
 mod work;

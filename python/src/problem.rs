@@ -10,10 +10,10 @@ use elastogeo::model::Model;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::results::units::unit;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyByteArray;
 
-use crate::arrays::{bytes, rows};
+use crate::arrays::{array, vector};
 use crate::campaign;
 use crate::effect::Faults;
 use crate::error::{fault, raised};
@@ -57,9 +57,13 @@ impl Problem {
         for (name, value) in &values {
             let slot = slot(name)?;
             let parameter = &model.registry[slot];
-            let value = value * unit(parameter.shown_kind()).1;
+            let shown = value * unit(parameter.shown_kind()).1;
+            let own = if parameter.inverted { 1.0 / shown } else { shown };
+            if !own.is_finite() {
+                return Err(fault(py, format!("start: `{name}` is {value}"), "give a finite number"));
+            }
             if let Some(out) = all.get_mut(slot) {
-                *out = if parameter.inverted { 1.0 / value } else { value };
+                *out = own;
             }
         }
         if !(0.0..=0.9).contains(&check) {
@@ -91,19 +95,21 @@ impl Problem {
         self.slots.iter().filter_map(own).collect()
     }
 
-    fn residual<'py>(&self, py: Python<'py>, x: &[u8]) -> PyResult<Bound<'py, PyByteArray>> {
-        let x = rows(py, x, self.slots.len(), "x")?;
+    fn residual<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let x = vector(py, x, self.slots.len(), "x")?;
         let found = self.faults.first(brief(py, || self.at(&x, false)))?;
         let all: Vec<f64> = found.residual.iter().zip(&self.sigmas).map(|(residual, sigma)| residual / sigma).collect();
-        bytes(py, &all)
+        let shape = [all.len()];
+        array(py, all, &shape)
     }
 
-    fn jacobian<'py>(&self, py: Python<'py>, x: &[u8]) -> PyResult<Bound<'py, PyByteArray>> {
-        let x = rows(py, x, self.slots.len(), "x")?;
+    fn jacobian<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let x = vector(py, x, self.slots.len(), "x")?;
         let found = self.faults.first(brief(py, || self.at(&x, true)))?;
         let own = found.jacobian.chunks(self.slots.len().max(1)).zip(&self.sigmas);
         let all: Vec<f64> = own.flat_map(|(row, sigma)| row.iter().map(move |by| -by / sigma)).collect();
-        bytes(py, &all)
+        let shape = [found.residual.len(), self.slots.len()];
+        array(py, all, &shape)
     }
 }
 

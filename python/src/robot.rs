@@ -1,46 +1,80 @@
 //! A robot: its names, and its models over many configurations.
 
-use elastogeo::elastics::{Elastics, Response, Statics};
+use elastogeo::description::campaign::Campaign;
+use elastogeo::elastics::{Elastics, Response, Statics, put_fuzzy};
 use elastogeo::files::{LoadedRobot, Reader};
-use elastogeo::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
+use elastogeo::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
 use elastogeo::model::Model;
-use elastogeo::prediction::SinglePredictor;
+use elastogeo::prediction::{SinglePredictor, SingleWorkspace};
 use elastogeo::simulation::all_points;
 use nalgebra::Vector3;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyByteArray;
 use rayon::prelude::*;
 
-use crate::arrays::{bytes, rows};
+use crate::arrays::{Rows, of_rows, rows};
 use crate::effect::{Faults, Own, catalogue};
 use crate::error::{fault, raised};
+use crate::pool::Pool;
 use crate::work::brief;
 
-type Nominal<'m> = Geometry<'m>;
+/// What configurations are evaluated with, by the description's values.
+struct Nominal<'m> {
+    geometry: Geometry<'m>,
+    elastics: Elastics<'m>,
+    /// Poses under load of the points of the owner's second part.
+    predictor: Result<SinglePredictor<'m>, AssemblyError>,
+}
+
+impl<'m> Nominal<'m> {
+    fn new((loaded, points): &'m (LoadedRobot, Campaign)) -> Result<Self, AssemblyError> {
+        let (model, values) = (&loaded.model, loaded.model.registry.nominal());
+        Ok(Self {
+            geometry: Geometry::nominal(model)?,
+            elastics: Elastics::new(model, &values, &[]),
+            predictor: SinglePredictor::new(model, &values, points),
+        })
+    }
+}
 
 self_cell::self_cell!(
-    /// A robot with its geometry assembled.
+    /// A robot with its models.
     struct Placed {
-        owner: LoadedRobot,
+        owner: (LoadedRobot, Campaign),
         #[covariant]
         dependent: Nominal,
     }
 );
 
+type Motion = (Placements, Rates, ErrorColumns, Vec<[f64; 6]>);
+type Yield = (Placements, Statics, Response);
+
+/// Workspaces of the functions of arrays.
+#[derive(Default)]
+struct Workspaces {
+    rigid: Pool<(), Placements>,
+    loaded: Pool<(), SingleWorkspace>,
+    derivatives: Pool<Point, Motion>,
+    compliances: Pool<Point, Yield>,
+}
+
 #[pyclass(frozen, module = "elastogeo._native")]
 pub struct Robot {
     placed: Placed,
+    workspaces: Workspaces,
     faults: Faults,
 }
 
 /// Configurations that one task takes: below that many a second thread costs more than it gives.
 const TASK: usize = 512;
+/// Tasks of each thread between two looks for signals: some hundredths of a second.
+const TASKS: usize = 8;
 
 /// Name, whether it is an angle, limits.
 type Variable = (String, bool, Option<(f64, f64)>);
 
 /// A point of the robot of which poses are asked.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Point {
     Tool,
     Frame(usize),
@@ -55,8 +89,9 @@ impl Robot {
         let Own { catalogue, faults } = catalogue(py, &effects)?;
         brief(py, move || {
             let loaded = Reader::new(catalogue).robot(&name)?;
-            let placed = Placed::try_new(loaded, |loaded| Geometry::nominal(&loaded.model))?;
-            Ok(Self { placed, faults })
+            let points = all_points(&loaded.model);
+            let placed = Placed::try_new((loaded, points), |parts| Nominal::new(parts))?;
+            Ok(Self { placed, workspaces: Workspaces::default(), faults })
         })
     }
 
@@ -97,53 +132,62 @@ impl Robot {
     }
 
     /// Poses (n, 4, 4) of a point, base frame: rigid, or under own weight and wrenches (n, 6).
-    #[pyo3(signature = (q, at=None, loads=None))]
+    #[pyo3(signature = (q, at=None, weight=false, wrench=None))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
-        q: &[u8],
+        q: &Bound<'py, PyAny>,
         at: Option<&str>,
-        loads: Option<&[u8]>,
-    ) -> PyResult<Bound<'py, PyByteArray>> {
-        let width = self.model().variables.len();
-        let (q, point) = (rows(py, q, width, "q")?, self.point(py, at)?);
-        let poses = match loads {
-            None => brief(py, || self.rigid(&q, point))?,
-            Some(loads) => {
-                let loads = rows(py, loads, 6, "wrench")?;
-                let index = match point {
-                    Point::Tool => 0,
-                    Point::Marker(marker) => marker + 1,
-                    Point::Frame(_) => {
-                        return Err(fault(py, "frames are not deflected", "ask for a marker, or for the tool"));
-                    }
-                };
-                self.faults.first(brief(py, || self.loaded_at(&q, &loads, index)))?
-            }
+        weight: bool,
+        wrench: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, point) = (self.joints(py, q)?, self.point(py, at)?);
+        let poses = if weight || wrench.is_some() {
+            let wrenches = wrench.map(|wrench| rows(py, wrench, 6, "wrench")).transpose()?;
+            let index = match point {
+                Point::Tool => 0,
+                Point::Marker(marker) => marker + 1,
+                Point::Frame(_) => {
+                    return Err(fault(py, "frames are not deflected", "ask for a marker, or for the tool"));
+                }
+            };
+            self.faults.first(self.loaded_at(py, &q.values, wrenches.as_ref(), index))?
+        } else {
+            self.rigid(py, &q.values, point)?
         };
-        bytes(py, &poses)
+        of_rows(py, poses, q.is_single, &[4, 4])
     }
 
     /// Derivatives (n, 6, variables) of the rigid position and rotation of a point, base axes.
     #[pyo3(signature = (q, at=None))]
-    fn jacobian<'py>(&self, py: Python<'py>, q: &[u8], at: Option<&str>) -> PyResult<Bound<'py, PyByteArray>> {
-        let (q, point) = (rows(py, q, self.model().variables.len(), "q")?, self.point(py, at)?);
-        let found = brief(py, || self.derivatives(&q, point))?;
-        bytes(py, &found)
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        at: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, point) = (self.joints(py, q)?, self.point(py, at)?);
+        let found = self.derivatives(py, &q.values, point)?;
+        of_rows(py, found, q.is_single, &[6, self.model().variables.len()])
     }
 
     /// Compliances (n, 6, 6) at a point, base axes.
     #[pyo3(signature = (q, at=None))]
-    fn compliance<'py>(&self, py: Python<'py>, q: &[u8], at: Option<&str>) -> PyResult<Bound<'py, PyByteArray>> {
-        let (q, point) = (rows(py, q, self.model().variables.len(), "q")?, self.point(py, at)?);
-        let found = brief(py, || self.compliances(&q, point))?;
-        bytes(py, &found)
+    fn compliance<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        at: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, point) = (self.joints(py, q)?, self.point(py, at)?);
+        let found = self.compliances(py, &q.values, point)?;
+        of_rows(py, found, q.is_single, &[6, 6])
     }
 }
 
 impl Robot {
     fn loaded(&self) -> &LoadedRobot {
-        self.placed.borrow_owner()
+        &self.placed.borrow_owner().0
     }
 
     fn model(&self) -> &Model {
@@ -151,7 +195,15 @@ impl Robot {
     }
 
     fn geometry(&self) -> &Geometry<'_> {
+        &self.nominal().geometry
+    }
+
+    fn nominal(&self) -> &Nominal<'_> {
         self.placed.borrow_dependent()
+    }
+
+    fn joints(&self, py: Python<'_>, q: &Bound<'_, PyAny>) -> PyResult<Rows> {
+        rows(py, q, self.model().variables.len(), "q")
     }
 
     fn point(&self, py: Python<'_>, at: Option<&str>) -> PyResult<Point> {
@@ -178,38 +230,47 @@ impl Robot {
         }
     }
 
-    /// `width` numbers for each configuration, in order, whatever the number of threads.
-    fn each<W>(
+    /// `width` numbers for each configuration, in order, whatever the number of threads. The interpreter's lock is free
+    /// meanwhile, and signals are heeded.
+    fn each<K: Copy + PartialEq + Send + Sync, W: Send>(
         &self,
+        py: Python<'_>,
         q: &[f64],
         width: usize,
+        (pool, of): (&Pool<K, W>, K),
         workspace: impl Fn() -> W + Sync,
         one: impl Fn(usize, &[f64], &mut W, &mut [f64]) -> Result<(), elastogeo::Error> + Sync,
-    ) -> Result<Vec<f64>, elastogeo::Error> {
+    ) -> PyResult<Vec<f64>> {
         let variables = self.model().variables.len().max(1);
-        let count = q.len() / variables;
-        let mut out = vec![0.0; count * width];
-        let task = |(task, (q, out)): (usize, (&[f64], &mut [f64]))| -> Result<(), elastogeo::Error> {
-            let mut own = workspace();
-            for (row, (q, out)) in q.chunks(variables).zip(out.chunks_mut(width)).enumerate() {
-                let row = task * TASK + row;
-                one(row, q, &mut own, out).map_err(|error| error.at(format!("row {row}")))?;
-            }
-            Ok(())
+        let mut out = vec![0.0; q.len() / variables * width];
+        let task = |first: usize, q: &[f64], out: &mut [f64]| -> Result<(), elastogeo::Error> {
+            pool.with(of, &workspace, |own| {
+                for (row, (q, out)) in q.chunks(variables).zip(out.chunks_mut(width)).enumerate() {
+                    one(first + row, q, own, out).map_err(|error| error.at(format!("row {}", first + row)))?;
+                }
+                Ok(())
+            })
         };
-        if count <= TASK {
-            task((0, (q, &mut out)))?;
-        } else {
-            let tasks = q.par_chunks(TASK * variables).zip(out.par_chunks_mut(TASK * width)).enumerate();
-            tasks.map(task).collect::<Vec<_>>().into_iter().collect::<Result<(), _>>()?;
+        if q.len() <= TASK * variables {
+            brief(py, || task(0, q, &mut out))?;
+            return Ok(out);
+        }
+        let block = TASK * TASKS * rayon::current_num_threads();
+        for (number, (q, out)) in q.chunks(block * variables).zip(out.chunks_mut(block * width)).enumerate() {
+            brief(py, || {
+                let tasks = q.par_chunks(TASK * variables).zip(out.par_chunks_mut(TASK * width)).enumerate();
+                let done = tasks.map(|(at, (q, out))| task(number * block + at * TASK, q, out));
+                done.collect::<Vec<_>>().into_iter().collect::<Result<(), _>>()
+            })?;
+            py.check_signals()?;
         }
         Ok(out)
     }
 
-    fn rigid(&self, q: &[f64], point: Point) -> Result<Vec<f64>, elastogeo::Error> {
+    fn rigid(&self, py: Python<'_>, q: &[f64], point: Point) -> PyResult<Vec<f64>> {
         let (geometry, (frame, local)) = (self.geometry(), self.place_of(point));
         let tool = geometry.tool();
-        self.each(q, 16, Placements::default, |_, q, placements, out| {
+        self.each(py, q, 16, (&self.workspaces.rigid, ()), Placements::default, |_, q, placements, out| {
             geometry.place(q, placements)?;
             let placed = frame_at(placements, frame)?;
             let pose = match point {
@@ -223,35 +284,48 @@ impl Robot {
         })
     }
 
-    fn loaded_at(&self, q: &[f64], loads: &[f64], index: usize) -> Result<Vec<f64>, elastogeo::Error> {
-        let model = self.model();
-        let points = all_points(model);
-        let predictor = SinglePredictor::new(model, &model.registry.nominal(), &points)?;
+    /// Under own weight, and under one wrench, one for each configuration, or none.
+    fn loaded_at(&self, py: Python<'_>, q: &[f64], wrenches: Option<&Rows>, index: usize) -> PyResult<Vec<f64>> {
+        let count = q.len() / self.model().variables.len().max(1);
+        let mut loads = wrenches.map_or(Vec::new(), |wrenches| wrenches.values.chunks_exact(6).collect());
+        if wrenches.is_some_and(|wrenches| !wrenches.is_single) && loads.len() != count {
+            let message = format!("wrench: {} rows, and {count} configurations", loads.len());
+            return Err(fault(py, message, "give one wrench of shape (6,), or one for each configuration"));
+        }
+        if wrenches.is_some_and(|wrenches| wrenches.is_single) {
+            let one = loads.first().copied().unwrap_or_default();
+            loads.resize(count, one);
+        }
+        let predictor = self.nominal().predictor.as_ref().map_err(|error| raised(py, &error.clone().into()))?;
         let failed = elastogeo::compensation::Refusal::from;
+        let own = (&self.workspaces.loaded, ());
         self.each(
+            py,
             q,
             16,
+            own,
             || predictor.workspace(),
             |row, q, work, out| {
                 predictor.place(q, work).map_err(failed)?;
-                let load = loads.chunks_exact(6).nth(row).and_then(|load| load.try_into().ok()).unwrap_or([0.0; 6]);
+                let load = loads.get(row).and_then(|&load| load.try_into().ok()).unwrap_or([0.0; 6]);
                 put(&predictor.see(index, &load, work).map_err(failed)?.real, out);
                 Ok(())
             },
         )
     }
 
-    fn derivatives(&self, q: &[f64], point: Point) -> Result<Vec<f64>, elastogeo::Error> {
+    fn derivatives(&self, py: Python<'_>, q: &[f64], point: Point) -> PyResult<Vec<f64>> {
         let (model, geometry) = (self.model(), self.geometry());
         let variables = model.variables.len();
-        let by: Vec<By> = (0..variables).map(By::Variable).collect();
         let (frame, local) = self.place_of(point);
         let workspace = || {
+            let by: Vec<By> = (0..variables).map(By::Variable).collect();
             let rates = Rates::new(model);
             let columns = ErrorColumns::new(geometry, &rates, frame, &by);
             (Placements::default(), rates, columns, vec![[0.0; 6]; variables])
         };
-        self.each(q, 6 * variables, workspace, |_, q, (placements, rates, columns, found), out| {
+        let own = (&self.workspaces.derivatives, point);
+        self.each(py, q, 6 * variables, own, workspace, |_, q, (placements, rates, columns, found), out| {
             geometry.place(q, placements)?;
             if columns.needs_rates() {
                 rates.evaluate(geometry, q, placements);
@@ -269,22 +343,24 @@ impl Robot {
         })
     }
 
-    fn compliances(&self, q: &[f64], point: Point) -> Result<Vec<f64>, elastogeo::Error> {
-        let (model, geometry) = (self.model(), self.geometry());
-        if model.fuzzy.is_some() {
-            return Err(elastogeo::Error::input(
-                "the description's compliance is by rules",
-                "ask for `stiffness` at single configurations",
+    fn compliances(&self, py: Python<'_>, q: &[f64], point: Point) -> PyResult<Vec<f64>> {
+        let (model, geometry, elastics) = (self.model(), self.geometry(), &self.nominal().elastics);
+        if !elastics.is_compliant() && model.fuzzy.is_none() {
+            return Err(fault(
+                py,
+                "the description declares nothing elastic",
+                "give `joint_stiffness`, `beams` or `base_stiffness`",
             ));
         }
-        let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
         let (frame, local) = self.place_of(point);
         let vertex = model.structure.carrier(frame, &local);
-        let workspace = || (Placements::default(), Statics::new(false), Response::new(&elastics, vertex));
-        self.each(q, 36, workspace, |_, q, (placements, statics, response), out| {
+        let workspace = || (Placements::default(), Statics::new(false), Response::new(elastics, vertex));
+        let own = (&self.workspaces.compliances, point);
+        self.each(py, q, 36, own, workspace, |_, q, (placements, statics, response), out| {
             geometry.place(q, placements)?;
             elastics.prepare(placements, statics)?;
-            response.evaluate(&elastics, statics);
+            response.evaluate(elastics, statics);
+            put_fuzzy(geometry, placements, response);
             let frame = frame_at(placements, frame)?;
             let at = frame.translation.vector + frame.rotation * local;
             let found = response.compliance_at(&at);

@@ -32,6 +32,29 @@ class Nowhere(HosePull):
         return {"pull": joint("q9", 1.0)}
 
 
+class Nan(HosePull):
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        return {"pull": joint("q5", float("nan"))}
+
+
+class Nothing(HosePull):
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        return None  # type: ignore[return-value]
+
+
+class Number(HosePull):
+    def changes(self, site: Site, reading: Reading) -> Changes:
+        return {"pull": 3}  # type: ignore[dict-item]
+
+
+class Elsewhere(HosePull):
+    sites = ["joint:5", "joint:99"]
+
+
+class Taken(HosePull):
+    name = "backlash"
+
+
 PULL = 3e-4
 
 
@@ -57,7 +80,18 @@ def test_it_is_found_and_explains_the_gap(pulled: Path) -> None:
     assert "hose-pull" not in [each["effect"] for each in without["causes"]]
 
 
-@pytest.mark.parametrize(("effect", "words"), [(Faulty(), "no law"), (Nowhere(), "q9")])
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (Faulty(), "no law"),
+        (Nowhere(), "q9"),
+        (Nan(), "`pull: joint q5` is not finite"),
+        (Nothing(), "`changes` returns .* here None"),
+        (Number(), "`changes` returns .*'pull': 3"),
+        (Elsewhere(), "`joint:99`"),
+        (Taken(), "`backlash` is an effect of elastogeo itself"),
+    ],
+)
 def test_its_faults_are_raised(effect: Effect, words: str, pulled: Path) -> None:
     with pytest.raises(Exception, match=words):
         elastogeo.diagnose(pulled, effects=[effect])

@@ -48,6 +48,55 @@ def test_arrays_of_wrong_shape(q: object) -> None:
         elastogeo.Robot("universal-ur5").forward(q)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("wrench", [1000.0, np.zeros(5), np.zeros((3, 6)), np.zeros((1, 2, 6))])
+def test_wrenches_of_wrong_shape(wrench: object) -> None:
+    robot = elastogeo.Robot("kuka-kr270")
+    path = robot.forward(np.radians([[0, -60, 90, 0, 20, 0], [5, -60, 90, 0, 20, 0]]))
+    with pytest.raises(ValueError, match="wrench: .*expected|wrench: 3 rows"):
+        robot.forward(np.zeros((2, 6)), wrench=wrench)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="wrench: .*expected|wrench: 3 rows"):
+        elastogeo.compensate(robot, path, wrench=wrench)  # type: ignore[arg-type]
+    for single in (robot.pose, robot.stiffness):
+        with pytest.raises(ValueError, match="wrench: .*expected"):
+            single(np.zeros(6), wrench=wrench)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("x", [np.arange(1.0, 7), np.zeros((2, 3)), [], np.zeros((1, 3)), 1.0])
+def test_parameters_of_wrong_shape(x: object) -> None:
+    problem = elastogeo.Campaign("kr270-simulated").problem(["base.x", "base.y", "base.z"])
+    for function in (problem.residual, problem.jacobian):
+        with pytest.raises(ValueError, match=r"x: .*expected \(3,\)"):
+            function(x)  # type: ignore[arg-type]
+    assert problem.residual([0, 0, 0]).shape == (486,)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_start_values_that_are_not_finite(value: float) -> None:
+    with pytest.raises(elastogeo.Error, match="base.x"):
+        elastogeo.Campaign("kr270-simulated").problem(["base.y"], {"base.x": value})
+
+
+def test_matrices_that_are_no_poses() -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    mirrored, sheared, shifted = np.diag([1.0, 1, -1, 1]), np.eye(4), np.eye(4)
+    sheared[0, 1], shifted[3, 0] = 0.01, 1
+    for wrong in (np.ones((4, 4)), mirrored, sheared, shifted, np.zeros((4, 4))):
+        with pytest.raises(ValueError, match="target: the matrix is no pose"):
+            robot.solve(wrong)
+        with pytest.raises(ValueError, match="path: the matrix of row 1 is no pose"):
+            elastogeo.compensate(robot, np.array([np.eye(4), wrong]))
+    with pytest.raises(ValueError, match=r"one pose \(4, 4\)"):
+        robot.solve(np.zeros((2, 4, 4)))
+
+
+def test_robots_without_springs() -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    for compliance in (robot.compliance, robot.stiffness):
+        with pytest.raises(elastogeo.Error, match="nothing elastic") as raised:
+            compliance(np.zeros(6))
+        assert "joint_stiffness" in raised.value.diagnostics[0]["remedy"]
+
+
 def test_numbers_that_are_not_finite() -> None:
     robot = elastogeo.Robot("kuka-ir663")
     for value in (np.nan, np.inf):
@@ -93,6 +142,35 @@ def test_ctrl_c_is_heeded() -> None:
         for _ in range(100):
             elastogeo.diagnose("kr270-no-compensator")
     assert time.monotonic() - started < 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("name", ["forward", "jacobian", "compliance", "sag"])
+def test_ctrl_c_is_heeded_by_functions_of_arrays(name: str) -> None:
+    robot = elastogeo.Robot("kuka-ir663")
+    low, high = robot.limits.T
+    q = np.tile((low + high) / 2, (200_000, 1))
+    work = {"sag": lambda q: robot.forward(q, weight=True)}.get(name) or getattr(robot, name)
+    started = time.monotonic()
+    work(q[:20_000])
+    whole = 10 * (time.monotonic() - started)
+    heard = time.monotonic()
+
+    def press() -> None:
+        nonlocal heard
+        time.sleep(whole / 10)
+        heard = time.monotonic()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=press)
+    with pytest.raises(KeyboardInterrupt):
+        thread.start()
+        for _ in range(100):
+            work(q)
+    took = time.monotonic() - heard
+    thread.join()
+    print(f"{name}: {whole:.2f} s of work, Ctrl-C heeded after {took:.3f} s")
+    assert took < 0.4 * whole
 
 
 def test_the_lock_is_free_meanwhile() -> None:

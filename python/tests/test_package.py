@@ -77,3 +77,28 @@ def test_the_command() -> None:
     for arguments, status in ((["explain", "rank"], 0), (["check", "no-such-robot"], 2), (["--nonsense"], 2)):
         ran = subprocess.run([*whole, *arguments], capture_output=True, text=True, check=False)
         assert ran.returncode == status, ran.stderr
+
+
+def test_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Commands tell `logging` that they begin and end, and what they warn of."""
+    elastogeo.simulate("universal-ur5", 12, tmp_path / "few", noise=0.05, seed=3, unknown_base=True)
+    with caplog.at_level("DEBUG", logger="elastogeo"):
+        caplog.clear()
+        found = elastogeo.identify(tmp_path / "few")
+        told = [(each.levelname, each.getMessage()) for each in caplog.records if each.name == "elastogeo"]
+    assert told[0][0] == "DEBUG" and told[0][1].startswith("identify begins") and "few" in told[0][1]
+    assert told[-1][0] == "INFO" and told[-1][1].startswith("identify ends after")
+    warned = [message for level, message in told if level == "WARNING"]
+    expected = [each for each in found.diagnostics if each["severity"] == "warning"]
+    assert expected and warned == [f"identify: {each['message']} ({each['remedy']})" for each in expected]
+    with caplog.at_level("INFO", logger="elastogeo"), pytest.raises(elastogeo.Error):
+        caplog.clear()
+        elastogeo.identify(tmp_path / "few", loss="huuber")
+    assert [each.levelname for each in caplog.records] == ["INFO"] and "huuber" in caplog.records[0].getMessage()
+
+
+def test_nothing_is_printed_without_a_log(tmp_path: Path) -> None:
+    program = f"import elastogeo\nelastogeo.simulate('universal-ur5', 12, {str(tmp_path / 'few')!r}, noise=0.05, unknown_base=True)\n"
+    program += f"assert elastogeo.identify({str(tmp_path / 'few')!r}).diagnostics"
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")

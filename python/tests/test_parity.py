@@ -120,6 +120,59 @@ def test_jacobian_is_the_derivative(name: str) -> None:
         assert np.allclose(turned, found[3:, k], atol=1e-7)
 
 
+def test_one_wrench_for_each_configuration() -> None:
+    robot = elastogeo.Robot("kuka-kr270")
+    q = np.radians([[0, -60, 90, 0, 20, 0], [30, -60, 90, 0, 20, 0]])
+    wrenches = np.array([[0, 0, -2500, 0, 0, 0], [500, 0, 0, 0, 90, 0]])
+    found = robot.forward(q, wrench=wrenches)
+    for k, wrench in enumerate(wrenches):
+        assert np.array_equal(found[k], robot.forward(q[k], wrench=wrench))
+        assert np.array_equal(found[k], robot.forward(q, wrench=wrench)[k])
+    assert np.array_equal(robot.forward(q.tolist(), weight=True), robot.forward(np.asfortranarray(q), wrench=np.zeros(6)))
+
+
+def test_what_a_call_leaves_behind_is_of_its_point() -> None:
+    """Workspaces of a point are not used for another."""
+    q = np.radians([0, -60, 90, 0, 20, 0])
+    wanted = {
+        (name, at): getattr(elastogeo.Robot("kuka-kr270"), name)(q, at=at)
+        for name in ("jacobian", "compliance") for at in (None, "3", "m1")
+    }  # fmt: skip
+    robot = elastogeo.Robot("kuka-kr270")
+    for (name, at), found in [*wanted.items()] * 2:
+        assert np.array_equal(getattr(robot, name)(q, at=at), found)
+    assert not np.allclose(wanted["jacobian", "3"], wanted["jacobian", None])
+
+
+@pytest.mark.parametrize("name", ["universal-ur5", "kuka-kr270"])
+def test_compliance_by_rules_is_that_of_the_command(name: str, tmp_path: Any) -> None:
+    file = tmp_path / "by-rules.yaml"
+    elastogeo.Robot(name).convert(file)
+    adds = "true" if name == "kuka-kr270" else "false"
+    rules = "x.fx: {modes: [[-24, 37], [33, 63]], conclusions: [1e-3, 2e-3, 1e-3, 3e-3]}"
+    file.write_text(file.read_text() + f"\nfuzzy: {{inputs: [q2, q3], adds: {adds}, components: {{{rules}}}}}\n")
+    robot = elastogeo.Robot(file)
+    q = np.radians([[0, -20, 40, 0, 20, 0], [0, 20, 60, 0, 20, 0]])
+    found = robot.compliance(q)
+    assert not np.allclose(found[0], found[1], rtol=0.1, atol=0)
+    for one, compliance in zip(q, found):
+        assert np.allclose(robot.stiffness(one).compliance, compliance, rtol=1e-10, atol=1e-18)
+
+
+def test_errors_of_angles_alone(tmp_path: Any, command: Command) -> None:
+    (tmp_path / "level.yaml").write_text(
+        "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: inclination\ninstrument: {orientation: 0.002}\n"
+        "calibrate: [geometry, joint-offset]\nmeasurements:\n- {file: forearm.csv, body: '3', mount: unknown}\n"
+        "- {file: flange.csv}\n"
+    )
+    command("simulate", str(tmp_path / "level.yaml"), "--poses=40", "--seed=6", f"--into={tmp_path / 'trial'}")
+    found = elastogeo.identify(tmp_path / "trial")
+    stages = found["residuals"]
+    assert found.unit == "deg" and all(found.rms[stage] for stage in ("before", "after"))
+    of = stages["check_after"] or stages["after"]
+    assert found.rms["after"] == of["orientation"]["rms"] > 0 and "rms, deg" in found._repr_html_()
+
+
 def test_many_configurations_are_single_ones() -> None:
     robot = elastogeo.Robot("kuka-ir663")
     low, high = robot.limits.T
@@ -142,6 +195,14 @@ def test_plan_compensate_simulate_report(tmp_path: Any, command: Command) -> Non
     wrench = [0, 0, -1000, 0, 0, 0]
     corrected = elastogeo.compensate(robot, robot.forward(q), wrench=wrench, start=q[0])
     assert corrected.usable and np.allclose(robot.forward(corrected.joints, wrench=wrench), robot.forward(q), atol=1e-6)
+
+    # A load for each point, and a single pose.
+    loads = [wrench, [300, 0, -500, 0, 0, 0]]
+    each = elastogeo.compensate(robot, robot.forward(q), wrench=loads, start=q[0])
+    assert np.allclose(robot.forward(each.joints, wrench=loads), robot.forward(q), atol=1e-6)
+    assert np.allclose(each.joints[0], corrected.joints[0], atol=1e-9) and not np.allclose(each.joints[1], corrected.joints[1])
+    single = elastogeo.compensate(robot, robot.forward(q[0]), wrench=wrench, start=q[0])
+    assert np.allclose(single.joints, corrected.joints[:1], atol=1e-9)
 
     made = elastogeo.simulate("universal-ur5", planned.joints, tmp_path / "trial", noise=0.01)
     assert len(elastogeo.Campaign(made.folder)) == 8 and {"name", "true"} <= set(made.truth.columns)

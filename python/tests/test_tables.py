@@ -1,5 +1,6 @@
 """Campaigns from tables of pandas, polars and pyarrow, and to pandas."""
 
+from pathlib import Path
 from typing import Any
 
 import elastogeo
@@ -65,6 +66,72 @@ def test_units_and_missing_cells(tmp_path: Any) -> None:
     campaign = elastogeo.Campaign.from_table(table, robot="universal-ur5", units=units, folder=tmp_path / "kept")
     assert np.allclose(campaign.to_dict()["q1"], [0, np.pi / 2]) and campaign.to_dict()["x"] == [1e-3, 2e-3]
     assert len(elastogeo.Campaign(tmp_path / "kept")) == 2
+
+
+def test_columns_of_unequal_length() -> None:
+    table = elastogeo.Campaign("kr270-simulated").to_dict()
+    table["x"].pop()
+    with pytest.raises(ValueError, match="pose 270.*x 269"):
+        elastogeo.Campaign.from_table(table, **ABOUT)
+
+
+@pytest.mark.parametrize("index", ["pose", ["pose", "marker"]])
+def test_an_index_of_pandas_is_a_column(index: Any) -> None:
+    frame = elastogeo.Campaign("kr270-simulated").to_pandas()
+    campaign = elastogeo.Campaign.from_table(frame.set_index(index), **ABOUT)
+    pandas.testing.assert_frame_equal(campaign.to_pandas()[frame.columns], frame)
+    assert len(campaign.poses) == 30
+
+
+def test_to_polars_and_pyarrow() -> None:
+    polars, pyarrow = pytest.importorskip("polars"), pytest.importorskip("pyarrow")
+    campaign = elastogeo.Campaign("kr270-simulated")
+    wanted = campaign.to_dict()
+    assert campaign.to_arrow().to_pydict() == campaign.to_polars().to_dict(as_series=False) == wanted
+    assert pyarrow.table(campaign).to_pydict() == wanted
+    assert polars.DataFrame(campaign).to_dict(as_series=False) == wanted
+    again = elastogeo.Campaign.from_table(campaign, **ABOUT)
+    assert again.to_dict() == wanted
+
+
+def test_what_is_missing_is_null_in_arrow() -> None:
+    pytest.importorskip("polars"), pytest.importorskip("pyarrow")
+    made = elastogeo.Campaign("kr270-simulated")
+    made.to_dict = lambda: {"pose": ["a", "b"], "x": [1.0, float("nan")]}  # type: ignore[method-assign]
+    assert made.to_arrow().to_pydict()["x"] == made.to_polars().to_dict(as_series=False)["x"] == [1.0, None]
+
+
+def test_a_folder_of_another_campaign_is_spared(tmp_path: Path) -> None:
+    frame = elastogeo.Campaign("kr270-simulated").to_pandas()
+    (tmp_path / "campaign.yaml").write_text("campaign: mine\n")
+    with pytest.raises(FileExistsError, match="campaign.yaml of its own"):
+        elastogeo.Campaign.from_table(frame, folder=tmp_path, **ABOUT)
+    assert (tmp_path / "campaign.yaml").read_text() == "campaign: mine\n"
+    assert not (tmp_path / "measurements.csv").exists()
+    elastogeo.Campaign.from_table(frame, folder=tmp_path, force=True, **ABOUT)
+    # What it wrote itself is replaced, unless somebody edited it.
+    assert len(elastogeo.Campaign.from_table(frame[:60], folder=tmp_path, **ABOUT)) == 60
+    for name in ("campaign.yaml", "measurements.csv"):
+        before = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(before + "\n")
+        with pytest.raises(FileExistsError, match="edited since"):
+            elastogeo.Campaign.from_table(frame, folder=tmp_path, **ABOUT)
+        (tmp_path / name).write_text(before)
+    (tmp_path / "campaign.yaml").unlink()
+    with pytest.raises(FileExistsError, match="measurements.csv of its own"):
+        elastogeo.Campaign.from_table(frame, folder=tmp_path, **ABOUT)
+
+
+def test_numbers_of_numpy() -> None:
+    frame = elastogeo.Campaign("kr270-simulated").to_pandas()
+    about = ABOUT | {"sigma": np.float32(1e-4), "estimate": {"base": np.bool_(True), "tool": np.bool_(True)}}
+    campaign = elastogeo.Campaign.from_table(frame, **about)
+    whole = {"sigma": np.int64(1), "units": {"length": "m", "angle": "rad"}}
+    assert len(elastogeo.Campaign.from_table(frame, **(ABOUT | whole))) == len(campaign) == 270
+    found = elastogeo.identify(campaign, seed=np.int64(2), loss="huber", loss_scale=np.float64(2), prior=np.bool_(False))  # type: ignore[arg-type]
+    assert found["kept_parameters"] == elastogeo.identify(campaign, seed=2, loss="huber", loss_scale=2).kept
+    with pytest.raises(TypeError, match="cannot stand in a campaign file"):
+        elastogeo.Campaign.from_table(frame, **(ABOUT | {"estimate": {"base": object()}}))
 
 
 def test_what_is_no_table() -> None:
