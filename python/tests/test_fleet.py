@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,10 +17,10 @@ from elastogeo import _native
 from test_parity import timeless
 
 distributed = pytest.importorskip(
-    "distributed", reason="fleets need `pip install elastogeo[fleet]`: dask is not installed"
+    "distributed", reason="fleets need `pip install '.[fleet]'`: dask is not installed"
 )
 parquet = pytest.importorskip(
-    "pyarrow.parquet", reason="fleets need `pip install elastogeo[fleet]`: pyarrow is not installed"
+    "pyarrow.parquet", reason="fleets need `pip install '.[fleet]'`: pyarrow is not installed"
 )
 
 from elastogeo.fleet import engine  # noqa: E402
@@ -262,6 +263,43 @@ def test_a_robot_over_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert sorted(call[:-1] for call in called[1:]) == sorted(whole)
     verdicts = {row["path"]: row["verdict"] for row in rows(tmp_path / "results")}
     assert verdicts == {str(tmp_path / "a"): "changed", str(tmp_path / "b"): "unchanged"}
+
+
+@pytest.mark.parametrize("option", [[], ["--", "--dates=2026-01-05,2026-02-05,2026-03-05"]])
+def test_an_unreadable_month(option: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other months of the robot are tracked, and what is wrong with that one is said."""
+    arm = tmp_path / "robots/a"
+    bad(arm / "2026-01")
+    for month in (2, 3):
+        elastogeo.simulate("universal-ur5", 30, arm / f"2026-0{month}", noise=0.05, seed=month, unknown_base=True)
+    asked = ["track", str(tmp_path / "robots"), "--into", str(tmp_path / "results"), "--sequential", *option]
+    assert main(asked) == 1
+    (row,) = rows(tmp_path / "results")
+    assert (row["status"], row["verdict"], row["exit_status"]) == ("incomplete", "changed", 0)
+    assert row["error"].startswith("2026-01 left out: the column `z` is missing")
+    assert row["diagnostics"][0]["message"].startswith("2026-01: ") and row["diagnostics"][0]["file"].endswith("m.csv")
+    found = json.loads(row["json"])
+    dates = ["--dates=2026-02-05,2026-03-05"] if option else []
+    others = ["track", "universal-ur5", str(arm / "2026-02"), str(arm / "2026-03"), *dates]
+    wanted = json.loads(_native.command(others)[0])
+    assert len(found["checks"]) == 2 and timeless(found["checks"]) == timeless(wanted["checks"])
+    # It is not run again until a file changes.
+    ran: list[str] = []
+    monkeypatch.setattr(engine, "execute", lambda job: ran.append(job.path) or execute(job))
+    assert main(asked) == 1 and ran == []
+    shutil.rmtree(arm / "2026-01")
+    elastogeo.simulate("universal-ur5", 30, arm / "2026-01", noise=0.05, seed=9, unknown_base=True)
+    assert main(asked) == 0 and ran == [str(arm)]
+    (row,) = rows(tmp_path / "results")
+    assert (row["status"], row["error"], len(json.loads(row["json"])["checks"])) == ("done", None, 3)
+
+
+def test_a_robot_whose_months_are_all_unreadable(tmp_path: Path) -> None:
+    for month in (1, 2):
+        bad(tmp_path / f"robots/a/2026-0{month}")
+    assert main(["track", str(tmp_path / "robots"), "--into", str(tmp_path / "results"), "--sequential"]) == 1
+    (row,) = rows(tmp_path / "results")
+    assert (row["status"], row["exit_status"]) == ("error", 2) and "`z` is missing" in row["error"]
 
 
 def test_campaigns_of_a_list(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def main(given: Sequence[str] | None = None) -> int:
                 dataset.write_all()
             return conclude(every, [dataset.status(job, version()) for job in every], progress)
     except ImportError as error:
-        return refuse(f"{error}; `pip install 'elastogeo[fleet]'` installs what fleets need")
+        return refuse(f"{error}; `pip install '.[fleet]'` in a clone of elastogeo installs what fleets need")
     except BadInput as error:
         return refuse(str(error))
     except OSError as error:

@@ -8,8 +8,8 @@ import hashlib
 import importlib
 import os
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,18 @@ class Job:
     def key(self) -> tuple[str, str, str]:
         """What a result replaces an earlier one of."""
         return (self.path, self.command, shlex.join(self.settings))
+
+    def without(self, campaigns: Container[str]) -> Job:
+        """The job without some of its campaigns, and their days of ``--dates``."""
+        left = [campaign not in campaigns for campaign in self.campaigns]
+        settings: list[str] = []
+        for option in self.settings:
+            name, equals, value = option.rpartition("=")
+            if "--dates" in (name, settings[-1] if settings else "") and value.count(",") + 1 == len(left):
+                option = name + equals + ",".join(each for each, stays in zip(value.split(","), left) if stays)
+            settings.append(option)
+        kept = tuple(each for each, stays in zip(self.campaigns, left) if stays)
+        return replace(self, campaigns=kept, settings=tuple(settings))
 
 
 def jobs(command: str, given: Sequence[str], options: Sequence[str]) -> list[Job]:
@@ -138,9 +150,11 @@ def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], li
 
 def _track(folder: str, found: list[str], settings: tuple[str, ...], named: list[Path]) -> Job:
     robot = None
-    for text in _strings(_file_of(found[0]), key="robot"):
-        beside = _file_of(found[0]).parent / text
-        robot = os.path.abspath(beside) if beside.is_file() else text
+    # Of the first campaign that can be read.
+    for file in map(_file_of, found):
+        for text in _strings(file, key="robot"):
+            beside = file.parent / text
+            robot = robot or (os.path.abspath(beside) if beside.is_file() else text)
     more = [Path(robot)] if robot is not None and os.path.isfile(robot) else []
     return Job("track", folder, settings, digest(folder, found, [*more, *named]), tuple(found), robot)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import Error, _native
+from ..results import judged
 from .jobs import Job, truth
 
 Row = dict[str, Any]
@@ -40,15 +41,56 @@ def execute(job: Job) -> Row:
             f"{job.path} is not there on {socket.gethostname()}: workers need the folders of the campaigns"
         )
     started = time.perf_counter()
+    out = _ran(job)
+    if job.command == "track" and out["status"] == "error":
+        left_out = {campaign: why for campaign in job.campaigns if (why := _refused(campaign, job.robot))}
+        if left_out and len(left_out) < len(job.campaigns):
+            out = _without(left_out, job, _ran(job.without(left_out)))
+    return out | {"version": version(), "seconds": time.perf_counter() - started}
+
+
+def _ran(job: Job) -> Row:
     with _arguments(job) as (arguments, temporary):
         try:
             found, _, failed = _native.command([*arguments, *job.settings, "--format=json"])
-            out = _found(job, json.loads(found), found, failed)
+            return _found(job, json.loads(found), found, failed)
         except Error as error:
             places = [{k: _told(v, temporary, job) for k, v in each.items()} for each in error.diagnostics]
-            words = "; ".join(each["message"] for each in places if each.get("severity") == "error")
-            out = unsuccessful(job, "error", words or _told(str(error), temporary, job), places) | {"exit_status": 2}
-    return out | {"version": version(), "seconds": time.perf_counter() - started}
+            words = _words(error, places)
+            return unsuccessful(job, "error", _told(words, temporary, job), places) | {"exit_status": 2}
+
+
+def _words(error: Error, places: list[dict[str, Any]]) -> str:
+    """What is wrong, in one line."""
+    return "; ".join(each["message"] for each in places if each.get("severity") == "error") or str(error)
+
+
+def _refused(campaign: str, robot: str | None) -> Error | None:
+    """Why a campaign of a robot cannot be read or calibrated, if that is so."""
+    try:
+        _native.command(["identify", campaign, *([f"--robot={robot}"] if robot else []), "--format=json"])
+    except Error as error:
+        return error
+    return None
+
+
+def _without(left_out: dict[str, Error], job: Job, row: Row) -> Row:
+    """The row of a robot's other campaigns, with what is wrong with those that were left out."""
+    every, words = [], []
+    for campaign, error in left_out.items():
+        name = os.path.relpath(campaign, job.path)
+        words.append(f"{name} left out: {_words(error, error.diagnostics)}")
+        of_it = (each for each in error.diagnostics if each.get("severity") == "error")
+        every += [each | {"message": f"{name}: {each['message']}"} for each in of_it]
+    status = "incomplete" if row["status"] == "done" else str(row["status"])
+    whole = json.loads(row["json"])
+    whole["diagnostics"] = [*every, *whole.get("diagnostics", [])]
+    return row | {
+        **_head(job, status),
+        "error": "; ".join([*words, *filter(None, [row.get("error")])]),
+        "diagnostics": [*_diagnostics(every), *row["diagnostics"]],
+        "json": json.dumps(whole, ensure_ascii=False),
+    }
 
 
 #: Hash of no files.
@@ -103,11 +145,9 @@ def _found(job: Job, found: dict[str, Any], text: str, failed: bool) -> Row:
     if failed and row["diagnostics"]:
         row["error"] = row["diagnostics"][0]["message"]
     if job.command == "identify":
-        stages = found.get("residuals") or {}
-        seen = "check_" if stages.get("check_after") else ""
-        for stage in ("before", "registration", "after"):
-            row[stage] = _number((stages.get(seen + stage) or {}).get("rms"))
-        row |= {"unit": found.get("unit"), "verdict": "not usable" if failed else "usable"}
+        stages, unit = judged(found.get("residuals") or {})
+        row |= {stage: _number(rms) for stage, rms in stages.items()}
+        row |= {"unit": unit if found.get("residuals") else found.get("unit"), "verdict": "not usable" if failed else "usable"}
         row["parameters"] = [_parameter(each) for each in found.get("parameters", [])]
     elif job.command == "diagnose":
         gap, causes = found.get("gap") or {}, found.get("causes", [])
