@@ -8,6 +8,7 @@ docs against it. Records that a test makes are rewritten by `ELASTOGEO_FIGURES=w
   real-data   `diagnose` on measured data in $ELASTOGEO_DATA or ../shared/data, docs/real-data.md (5 minutes)
   evidence    sockets, sessions, torques, reflectors and the order of measured data, docs/real-data.md (5 minutes)
   benches     what `cargo bench` prints, docs/accuracy.md (10 minutes, the machine otherwise idle)
+  python      what `python/benches/calls.py` prints, docs/python.md (half a minute, with the Python package and Pinocchio)
   fleet       what a campaign of a fleet takes, docs/fleet.md (2 minutes; with the Python package of `pip install '.[fleet]'`)
 """
 
@@ -175,6 +176,11 @@ def benches(_program):
     write("benches", "docs/figures/make.py PROGRAM benches", lines)
 
 
+def python(_program):
+    out = run(sys.executable, os.path.join(ROOT, "python", "benches", "calls.py"))
+    write("python", "docs/figures/make.py PROGRAM python", out.splitlines())
+
+
 def fleet(program):
     count, poses = 100, 30
     lines = [f"{count} simulated campaigns of universal-ur5, {poses} configurations, base and tool unknown, two workers"]
@@ -202,7 +208,8 @@ def fleet(program):
 def main():
     program = os.path.abspath(sys.argv[1])
     for name in sys.argv[2:]:
-        makers = {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches, "fleet": fleet}
+        makers = {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches}
+        makers |= {"python": python, "fleet": fleet}
         makers[name](program)
 
 
