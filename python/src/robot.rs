@@ -67,8 +67,8 @@ pub struct Robot {
 
 /// Configurations that one task takes: below that many a second thread costs more than it gives.
 const TASK: usize = 512;
-/// Tasks of each thread between two looks for signals: some hundredths of a second.
-const TASKS: usize = 8;
+/// Tasks of each thread between two looks for signals: a tenth of a second at most, of a robot with loops under own weight.
+const TASKS: usize = 4;
 
 /// Name, whether it is an angle, limits.
 type Variable = (String, bool, Option<(f64, f64)>);

@@ -285,7 +285,12 @@ def test_an_unreadable_month(option: list[str], tmp_path: Path, monkeypatch: pyt
     assert len(found["checks"]) == 2 and timeless(found["checks"]) == timeless(wanted["checks"])
     # It is not run again until a file changes.
     ran: list[str] = []
-    monkeypatch.setattr(engine, "execute", lambda job: ran.append(job.path) or execute(job))
+
+    def watched(job: Job) -> dict[str, Any]:
+        ran.append(job.path)
+        return execute(job)
+
+    monkeypatch.setattr(engine, "execute", watched)
     assert main(asked) == 1 and ran == []
     shutil.rmtree(arm / "2026-01")
     elastogeo.simulate("universal-ur5", 30, arm / "2026-01", noise=0.05, seed=9, unknown_base=True)
