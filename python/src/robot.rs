@@ -67,7 +67,7 @@ pub struct Robot {
 
 /// Configurations that one task takes: below that many a second thread costs more than it gives.
 const TASK: usize = 512;
-/// Tasks of each thread between two looks for signals: a tenth of a second at most, of a robot with loops under own weight.
+/// Tasks of each thread between two looks for signals: a tenth of a second at most, of heavy robots with loops.
 const TASKS: usize = 4;
 
 /// Name, whether it is an angle, limits.
