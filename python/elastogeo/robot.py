@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Union
+from typing import Any, Literal, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from .effects import Effect
 from .results import Result, Stiffness, data_frame
 
 Joints = npt.ArrayLike | Mapping[str, float]
+Format = Literal["yaml", "urdf", "mjcf", "ur-kinematics"]
 
 
 class Robot:
@@ -160,9 +161,15 @@ class Robot:
         solutions = [[each["joints"][name] for name in self.variables] for each in found["solutions"]]
         return np.array(solutions, dtype=np.float64).reshape(-1, len(self.variables))
 
-    def convert(self, to: str | os.PathLike[str], **options: object) -> Result:
-        """Writes the description as YAML or URDF, by the file's ending."""
-        return Result(*run(["convert", self.source, os.fspath(to), *flags(**options)], effects=self.effects))
+    def convert(self, to: str | os.PathLike[str], *, format: Format | None = None, **options: object) -> Result:
+        """Writes the robot as a file for this or other programs.
+
+        :param to: the file; without ``format`` its ending says which: ``.yaml`` a description, ``.urdf`` a URDF
+        :param format: ``"yaml"``, ``"urdf"``, ``"mjcf"`` (the simulator MuJoCo) or ``"ur-kinematics"`` (the driver of Universal
+            Robots), whatever the ending; needed for ``.xml``, which may be an MJCF or a URDF
+        """
+        given = flags(**({"as": format} if format else {}), **options)
+        return Result(*run(["convert", self.source, os.fspath(to), *given], effects=self.effects))
 
     def check(self) -> Result:
         """What the description says: frames, loops, degrees of freedom, parameters, what is elastic."""

@@ -83,7 +83,7 @@ pub enum Command {
     Check(Check),
     /// Write a robot as YAML or URDF.
     #[command(
-        after_help = "Examples:\n  elastogeo convert arm.urdf arm.yaml\n  elastogeo convert my-robot/robot.yaml my-robot.urdf\n  elastogeo convert calibrated.yaml my-calibration.yaml --as ur-kinematics"
+        after_help = "Examples:\n  elastogeo convert arm.urdf arm.yaml\n  elastogeo convert my-robot/robot.yaml my-robot.urdf\n  elastogeo convert calibrated.yaml my-calibration.yaml --as ur-kinematics\n  elastogeo convert calibrated.yaml arm.xml --as mjcf"
     )]
     Convert(Convert),
     /// Forward model: frames and markers at given joints.

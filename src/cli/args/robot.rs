@@ -24,16 +24,20 @@ pub struct Check {
 pub struct Convert {
     /// Bundled name, or a .yaml or .urdf file; or kinematics as `ur_calibration` writes them (.yaml).
     pub robot: String,
-    /// File to write; its ending (.yaml or .urdf) says which format.
+    /// File to write; its ending (.yaml or .urdf) says which format, and --as does for .xml.
     pub to: PathBuf,
-    /// Write another format than the ending says: `ur-kinematics` is the YAML of the Universal Robots driver of ROS.
+    /// Write this format, whatever the ending.
     #[arg(long = "as", value_enum, value_name = "FORMAT")]
     pub write_as: Option<WriteAs>,
 }
 
-/// Formats that no ending tells.
+/// Formats of a robot.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum WriteAs {
+    /// A description.
+    Yaml,
+    /// A URDF.
+    Urdf,
     /// Where each of the six joints of such an arm places its link: `kinematics_params_file` of the driver.
     UrKinematics,
     /// A model of the simulator MuJoCo.

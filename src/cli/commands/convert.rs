@@ -1,4 +1,4 @@
-//! `convert`: a description as YAML or URDF.
+//! `convert`: a description as YAML, URDF, or in a format of other programs.
 
 use std::path::Path;
 
@@ -18,15 +18,17 @@ use crate::prediction::{Linearised, PredictionError, Predictor};
 use crate::render::mjcf::mjcf;
 
 pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
-    can_write(&command.to)?;
+    let format = command.write_as.map_or_else(|| by_ending(&command.to), Ok)?;
+    crate::files::writable(&command.to)?;
     let loaded = session.reader.robot(&command.robot)?;
-    let (text, diagnostics) = match command.write_as {
-        Some(WriteAs::UrKinematics) => {
+    let (text, diagnostics) = match format {
+        WriteAs::UrKinematics => {
             let hash = loaded.raw.ur_kinematics.as_ref().and_then(|keys| keys.hash.as_deref());
             ur_kinematics::write(&loaded.robot, hash)?
         }
-        Some(WriteAs::Mjcf) => mjcf(&loaded.robot, &loaded.model).map_err(PredictionError::from)?,
-        None => written(&loaded.raw, &command.to)?,
+        WriteAs::Mjcf => mjcf(&loaded.robot, &loaded.model).map_err(PredictionError::from)?,
+        WriteAs::Yaml => as_yaml(&loaded.raw, &command.to)?,
+        WriteAs::Urdf => as_urdf(&loaded.raw)?,
     };
     let warnings = format!("wrote {}\n", command.to.display());
     let mut output = Output::new(warnings, &serde_json::json!({"wrote": command.to.display().to_string()}))?;
@@ -35,10 +37,26 @@ pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
+/// The format that a file's ending alone says.
+fn by_ending(to: &Path) -> Result<WriteAs, Error> {
+    match to.extension().and_then(|extension| extension.to_str()) {
+        Some("yaml" | "yml") => Ok(WriteAs::Yaml),
+        Some("urdf") => Ok(WriteAs::Urdf),
+        Some("xml") => Err(Error::input(
+            format!("`{}`: it may be an MJCF or a URDF", to.display()),
+            "say `--as mjcf` or `--as urdf` (in Python `format=\"mjcf\"`), or end the name in .urdf",
+        )),
+        _ => Err(Error::input(
+            format!("`{}`: format unknown", to.display()),
+            "end the name in .yaml or .urdf, or say `--as yaml|urdf|mjcf|ur-kinematics` (in Python `format=`)",
+        )),
+    }
+}
+
 /// Refuses, before anything is computed, a file that could not be written in the end.
 pub fn can_write(to: &Path) -> Result<(), Error> {
     if !matches!(to.extension().and_then(|extension| extension.to_str()), Some("yaml" | "yml" | "urdf" | "xml")) {
-        return Err(Error::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf"));
+        return Err(unknown_format(to));
     }
     Ok(crate::files::writable(to)?)
 }
@@ -94,21 +112,31 @@ fn fault(text: &str, session: &Session, expected: &Expected) -> Option<String> {
 /// A description as the text of a file, in the format that its name asks for.
 pub fn written(raw: &RawRobot, to: &Path) -> Result<(String, Vec<Diagnostic>), Error> {
     match to.extension().and_then(|extension| extension.to_str()) {
-        Some("yaml" | "yml") => {
-            let line = schema_line(to, file_name(SchemaOf::Robot));
-            Ok((line + &yaml::write(&as_declared(&moved_to(raw, to)))?, Vec::new()))
+        Some("yaml" | "yml") => as_yaml(raw, to),
+        Some("urdf" | "xml") => as_urdf(raw),
+        _ => Err(unknown_format(to)),
+    }
+}
+
+fn unknown_format(to: &Path) -> Error {
+    Error::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf")
+}
+
+fn as_yaml(raw: &RawRobot, to: &Path) -> Result<(String, Vec<Diagnostic>), Error> {
+    let line = schema_line(to, file_name(SchemaOf::Robot));
+    Ok((line + &yaml::write(&as_declared(&moved_to(raw, to)))?, Vec::new()))
+}
+
+fn as_urdf(raw: &RawRobot) -> Result<(String, Vec<Diagnostic>), Error> {
+    match source_urdf(raw) {
+        Some((name, Ok(text))) => Ok(urdf::export_into(raw, &name, &text)?),
+        Some((name, Err(why))) => {
+            let (text, mut diagnostics) = urdf::export(raw)?;
+            let why = why.first().map_or("", |diagnostic| diagnostic.message.as_str());
+            let message = format!("shapes, inertias, efforts and velocities of `{name}` are not kept: {why}");
+            diagnostics.push(Diagnostic::warning(message).remedy("correct `urdf: {file: ..}` in the description"));
+            Ok((text, diagnostics))
         }
-        Some("urdf" | "xml") => match source_urdf(raw) {
-            Some((name, Ok(text))) => Ok(urdf::export_into(raw, &name, &text)?),
-            Some((name, Err(why))) => {
-                let (text, mut diagnostics) = urdf::export(raw)?;
-                let why = why.first().map_or("", |diagnostic| diagnostic.message.as_str());
-                let message = format!("shapes, inertias, efforts and velocities of `{name}` are not kept: {why}");
-                diagnostics.push(Diagnostic::warning(message).remedy("correct `urdf: {file: ..}` in the description"));
-                Ok((text, diagnostics))
-            }
-            None => Ok(urdf::export(raw)?),
-        },
-        _ => Err(Error::input(format!("`{}`: format unknown", to.display()), "end the name in .yaml or .urdf")),
+        None => Ok(urdf::export(raw)?),
     }
 }
