@@ -52,6 +52,7 @@ class Campaign:
         sigma: float | Mapping[str, float] | None = None,
         estimate: Mapping[str, object] | None = None,
         calibrate: Sequence[str] = (),
+        markers: Sequence[str] = (),
         name: str = "from a table",
         folder: str | os.PathLike[str] | None = None,
         force: bool = False,
@@ -65,6 +66,8 @@ class Campaign:
         :param units: of the table and of ``sigma``, as in campaign files; SI where not given
         :param sigma: noise of the instrument, one sigma of a coordinate
         :param estimate: what is unknown, ``{"base": True, "tool": True}``
+        :param markers: those that each row holds, in columns ``<marker>_x``, ``<marker>_y``, ``<marker>_z``; without it a row
+            holds one point, of the marker that its column ``marker`` names
         :param folder: where the campaign's files are written, to stay; by default they go with the object
         :param force: replaces files in the folder that something else wrote, or that were edited since
         :param more: further keys of the campaign file
@@ -78,7 +81,7 @@ class Campaign:
             "robot": os.path.abspath(of) if os.path.isfile(of) else of,
             "units": dict(units or {"length": "m", "angle": "rad"}),
             "observes": observes,
-            "measurements": "measurements.csv",
+            "measurements": {"file": "measurements.csv", "markers": list(markers)} if markers else "measurements.csv",
         }
         if sigma is not None:
             header["instrument"] = {"sigma": dict(sigma) if isinstance(sigma, Mapping) else sigma}

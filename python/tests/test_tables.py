@@ -145,3 +145,28 @@ def test_the_robot_of_a_result(tmp_path: Any) -> None:
     robot = elastogeo.Robot(found.file)
     value = robot.parameters.set_index("name").loc["3.d", "nominal"]
     assert value == pytest.approx(1e-3 * found.values["3.d"], abs=1e-12)
+
+
+def test_several_markers_in_a_row() -> None:
+    long = elastogeo.Campaign("kr270-simulated").to_pandas().query("marker != ''").drop_duplicates(["pose", "marker"])
+    joints = [f"q{k}" for k in range(1, 7)]
+    wide = long.pivot(index="pose", columns="marker", values=["x", "y", "z"])
+    wide.columns = [f"{marker}_{axis}" for axis, marker in wide.columns]
+    wide = wide.join(long.set_index("pose")[joints].groupby(level=0).first()).reset_index()
+    campaign = elastogeo.Campaign.from_table(wide, markers=["m1", "m2", "m3"], **ABOUT)
+    again = campaign.to_pandas().sort_values(["pose", "marker"], ignore_index=True)
+    columns = ["pose", "marker", *joints, "x", "y", "z"]
+    before = long.sort_values(["pose", "marker"], ignore_index=True)
+    pandas.testing.assert_frame_equal(again[columns], before[columns], rtol=0, atol=1e-9)
+
+
+def test_formats_of_convert(tmp_path: Any) -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    with pytest.raises(elastogeo.Error, match="may be an MJCF or a URDF.*mjcf"):
+        robot.convert(tmp_path / "arm.xml")
+    with pytest.raises(elastogeo.Error, match="yaml.*urdf.*mjcf.*ur-kinematics"):
+        robot.convert(tmp_path / "arm.txt")
+    for name, starts in (("mjcf", "<mujoco"), ("urdf", "<?xml"), ("yaml", "robot:"), ("ur-kinematics", "kinematics:")):
+        robot.convert(tmp_path / "arm.xml", format=name)  # type: ignore[arg-type]
+        text = (tmp_path / "arm.xml").read_text()
+        assert any(line.startswith(starts) for line in text.splitlines())

@@ -4,7 +4,7 @@
 use std::io::Read;
 
 use crate::description::campaign::raw::{Format, RawCsv, RawEntry};
-use crate::description::table::{Dialect, ExpectedColumn, Points, Table, read_table};
+use crate::description::table::{Dialect, ExpectedColumn, Points, Table, read_table, widened};
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Place};
 
@@ -29,9 +29,15 @@ pub(super) fn faults(asked: &Asked, locate: impl Fn(&str) -> Option<Place>) -> V
     let of_table = entry.points.is_some() && entry.format != Some(Format::Points);
     let all = [
         alone("points", of_table, "it says what the fields of a list of points are: add `format: points`"),
+        alone("markers", !entry.markers.is_empty() && measured(asked).is_empty(), "no readings here are of markers"),
         alone("join", entry.join.is_some() && entry.joints.is_none(), "add `joints:`, the file to be joined"),
     ];
     let mut faults: Vec<Diagnostic> = all.into_iter().flatten().collect();
+    let twice = |(k, marker): (usize, &String)| entry.markers.iter().take(k).any(|before| before == marker);
+    if let Some((_, marker)) = entry.markers.iter().enumerate().find(|each| twice(*each)) {
+        let fault = Diagnostic::error(format!("`markers:` names `{marker}` twice"));
+        faults.push(fault.at(locate("markers")).remedy("name each marker of a row once"));
+    }
     if entry.joints.is_some() {
         let expected = entry.orientation.unwrap_or_default().expected(asked.expected.clone());
         let names = || expected.iter().map(|column| column.name.as_str());
@@ -60,7 +66,11 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
     };
     // How the file of the joints is written is seen from itself.
     let of_joints = Dialect { is_shared: true, of_campaign: true, ..Dialect::default() };
-    let (joints, readings) = split(orientation.expected(asked.expected.clone()), asked, files.len() > 1);
+    let (joints, mut readings) = split(orientation.expected(asked.expected.clone()), asked, files.len() > 1);
+    let of_marker = measured(asked);
+    if !entry.markers.is_empty() {
+        readings = widened(readings, &entry.markers, &of_marker);
+    }
     let (mut tables, mut faults) = (Vec::new(), Vec::new());
     for ((name, bytes), (expected, dialect)) in files.into_iter().zip([(readings, own), (joints, of_joints)]) {
         let most = csv.max_rows.unwrap_or(RawCsv::MOST_ROWS);
@@ -74,6 +84,9 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
     if let Some(joints) = tables.next() {
         table = table.with_joints(joints, entry.join)?;
     }
+    if !entry.markers.is_empty() {
+        table = table.by_marker(&entry.markers, &of_marker);
+    }
     table.add_rotation_vectors(orientation, asked.units.angle)?;
     Ok(table)
 }
@@ -83,12 +96,21 @@ fn split(expected: Vec<ExpectedColumn>, asked: &Asked, has_joints: bool) -> (Vec
     if !has_joints {
         return (Vec::new(), expected);
     }
-    let is_joint = |column: &ExpectedColumn| {
-        let prefixes = ["approach.", "commanded.", "recorded."];
-        let variable = prefixes.iter().find_map(|prefix| column.name.strip_prefix(prefix));
-        asked.variables.contains(&variable.unwrap_or(&column.name))
-    };
+    let is_joint = |column: &ExpectedColumn| is_joint(column, asked);
     let joints = expected.iter().filter(|column| is_joint(column) || !column.required).cloned().collect();
     let readings = expected.iter().filter(|column| !is_joint(column)).cloned().collect();
     (joints, readings)
+}
+
+fn is_joint(column: &ExpectedColumn, asked: &Asked) -> bool {
+    let prefixes = ["approach.", "commanded.", "recorded."];
+    let variable = prefixes.iter().find_map(|prefix| column.name.strip_prefix(prefix));
+    asked.variables.contains(&variable.unwrap_or(&column.name))
+}
+
+/// Columns of what is measured of a point: all that a reading must have, but for joints and what is read of each.
+fn measured(asked: &Asked) -> Vec<String> {
+    let expected = asked.entry.orientation.unwrap_or_default().expected(asked.expected.clone());
+    let own = expected.into_iter().filter(|column| column.required && !is_joint(column, asked));
+    own.map(|column| column.name).collect()
 }

@@ -289,3 +289,56 @@ fn orientations_that_are_none_or_not_declared_are_refused() {
     let fault = read_with("o.csv", "q0,q1,q2,q3\n0,0,0,1\n", &expected, &dialect).unwrap_err();
     assert!(told(&fault).contains("the column `qx` is missing"), "{}", told(&fault));
 }
+
+const ARM: &str = "robot: arm\nunits: {length: mm, angle: deg}\nvariables: [q1]\nframes:
+  1: {antecedent: 0, joint: revolute, variable: q1}
+  E: {antecedent: 1, d: 500}
+tool: {frame: E}
+markers: {a: {frame: E, at: [10, 0, 0]}, b: {frame: E, at: [0, 10, 0]}}
+";
+
+/// A campaign about that arm, of files by name; the last is the table.
+fn of_arm(entry: &str, files: &[(&str, &str)]) -> Result<Vec<(String, usize, usize, f64)>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let campaign = "robot: arm.yaml\nunits: {length: mm, angle: deg}\nobserves: position\n";
+    files.iter().for_each(|(name, text)| write(name, text));
+    write("arm.yaml", ARM);
+    write("campaign.yaml", &format!("{campaign}measurements: {entry}\n"));
+    let name = folder.path().join("campaign.yaml");
+    let loaded = elastogeo::files::load_campaign(name.to_str().unwrap(), None).map_err(|faults| faults.to_string())?;
+    let campaign = loaded.campaign;
+    let seen = campaign.readings.iter().map(|reading| {
+        let marker = reading.marker.map_or("TCP".to_owned(), |marker| loaded.robot.robot.markers[marker].name.clone());
+        (marker, reading.pose, reading.line, (1e3 * reading.measured[1]).round())
+    });
+    Ok(seen.collect())
+}
+
+#[test]
+fn several_markers_in_a_row_are_readings_of_one_configuration() {
+    let log = "q1,a_x,a_y,a_z,TCP_x,TCP_y,TCP_z\n0,510,1,0,500,2,0\n90,0,513,0,0,504,0\n";
+    let found = of_arm("{file: log.csv, markers: [a, TCP]}", &[("log.csv", log)]).unwrap();
+    let of = |marker: &str, pose, line, y| (marker.to_owned(), pose, line, y);
+    let expected = vec![of("a", 0, 2, 1.0), of("TCP", 0, 2, 2.0), of("a", 1, 3, 513.0), of("TCP", 1, 3, 504.0)];
+    assert_eq!(found, expected);
+    // With the joints in a file of their own, by order, and after a file with one marker in a row.
+    let (points, joints) = ("a_x,a_y,a_z,b_x,b_y,b_z\n510,1,0,500,12,0\n0,513,0,-10,504,0\n", "q1\n0\n90\n");
+    let long = "q1,marker,x,y,z\n30,b,1,7,0\n";
+    let entries = "[long.csv, {file: points.csv, joints: joints.csv, markers: [a, b]}]";
+    let found = of_arm(entries, &[("points.csv", points), ("joints.csv", joints), ("long.csv", long)]).unwrap();
+    let wide = [of("a", 1, 2, 1.0), of("b", 1, 2, 12.0), of("a", 2, 3, 513.0), of("b", 2, 3, 504.0)];
+    assert_eq!(found, [vec![of("b", 0, 2, 7.0)], wide.to_vec()].concat());
+}
+
+#[test]
+fn faults_of_several_markers_in_a_row_are_told() {
+    let log = "q1,a_x,a_y,a_z,c_x,c_y,c_z\n0,510,0,0,500,10,0\n";
+    let told = |entry: &str| of_arm(entry, &[("log.csv", log)]).unwrap_err();
+    assert!(told("{file: log.csv, markers: [a, b]}").contains("`b_x`"), "{}", told("{file: log.csv, markers: [a, b]}"));
+    assert!(told("{file: log.csv, markers: [a, c]}").contains("unknown marker `c`"));
+    assert!(told("{file: log.csv, markers: [a, c, a]}").contains("`markers:` names `a` twice"));
+    assert!(told("{file: log.csv, markers: [a]}").contains("c_x"));
+    let torques = of_arm("{file: log.csv, observes: torque, markers: [a]}", &[("log.csv", "q1,torque.q1\n0,1\n")]);
+    assert!(torques.unwrap_err().contains("`markers:` means nothing here"));
+}

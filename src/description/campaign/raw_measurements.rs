@@ -61,6 +61,9 @@ pub struct RawEntry {
     /// Columns of the file to pass over, in addition to the campaign's.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
+    /// Markers that each row holds, in columns `<marker>_x` and so on; a column `marker` says of a row which one it is.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<String>,
     /// How the file is written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub csv: Option<RawCsv>,

@@ -56,6 +56,8 @@ impl<'a> RowReader<'a> {
         let mut rows = Vec::new();
         for index in 0..table.row_count() {
             let number = self.rows_before + index + 1;
+            // Markers of one row are of one configuration.
+            let own = self.rows_before + index - index % entry.markers.len().max(1) + 1;
             let row = Row { table, row: index, units };
             let check = set(&row, &mut faults);
             let session = in_session(&row, entry, campaign, &mut faults);
@@ -63,7 +65,7 @@ impl<'a> RowReader<'a> {
             let blank = Reading {
                 row: number,
                 line: table.line(index).unwrap_or_default(),
-                pose: self.pose(&row, (session, number), check, campaign, &mut faults),
+                pose: self.pose(&row, (session, own), check, campaign, &mut faults),
                 observes: campaign.observes,
                 marker,
                 measured: [0.0; MOST_ROWS],

@@ -15,6 +15,7 @@ mod row;
 mod rows;
 mod source;
 mod units;
+mod wide;
 #[cfg(feature = "xlsx")]
 mod workbook;
 mod write;
@@ -25,4 +26,5 @@ pub use join::Join;
 pub use orientation::{Orientation, QuaternionOrder};
 pub use read::{read_table, workbook_name};
 pub(crate) use rows::too_many;
+pub use wide::widened;
 pub use write::Sheet;
