@@ -68,7 +68,7 @@ def without(*keys: str) -> dict[str, Any]:
     return {key: None for key in keys}
 
 
-def masses(mass: float, *bodies: str | int) -> dict[str, Any]:
+def masses(mass: float, *bodies: str | int) -> dict[Any, Any]:
     return {body: {"mass": mass} for body in bodies}
 
 
@@ -164,6 +164,15 @@ def test_sag_under_own_weight(command: Command, case: str, tmp_path: Path) -> No
         expected, sag = heavy[name] - place, found[name] - place
         assert np.linalg.norm(expected) > 1e-6
         assert np.linalg.norm(sag - expected) < 0.01 * np.linalg.norm(expected)
+
+
+def test_links_beside_each_other(command: Command, tmp_path: Path) -> None:
+    robot = changed(command, "five-bar", {"frames": {"b2": {"r": 25}}, "limits": None}, tmp_path / "robot.yaml")
+    pose = command("pose", robot, "--joints", "q1=110,q2=65")
+    said = command("convert", robot, str(tmp_path / "robot.xml"), "--as", "mjcf")
+    assert said["diagnostics"] == []
+    found, violation = at_rest(command, robot, "q1=110,q2=65", tmp_path / "robot.xml")
+    assert violation < 1e-9 and np.linalg.norm(found["TCP"] - wanted(pose)["TCP"]) < 1e-9
 
 
 @pytest.mark.parametrize("bodies", [LINKS, masses(100.0, 1)])

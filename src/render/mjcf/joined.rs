@@ -1,13 +1,12 @@
 //! Closed loops and couplings as equality constraints; springs between bodies, screws and sums of joints as tendons.
 
 use super::scale::{TIME, is_held, stiffness};
-use super::writer::{Writer, escaped, triple};
-use crate::description::raw::{LoopKind, Meet};
-use crate::kinematics::Placements;
+use super::writer::{Writer, escaped};
+use crate::description::raw::Meet;
 
 impl Writer<'_> {
     /// Loops and couplings.
-    pub fn equalities(&mut self, placements: &Placements) {
+    pub fn equalities(&mut self) {
         let robot = self.robot;
         if robot.loops.is_empty() && robot.couplings.is_empty() {
             return;
@@ -15,16 +14,6 @@ impl Writer<'_> {
         self.line(1, "<equality>");
         for own in &robot.loops {
             let name = escaped(&own.name);
-            // Planar loops are closed in their plane: links that lie beside each other stay so, which sites cannot say.
-            let [a, b] = own.frames.map(|frame| placements.frames[frame]);
-            let gap = (b.inverse() * a).translation.vector;
-            if own.kind == LoopKind::Planar && gap.norm() > 1e-9 {
-                let at = triple(&(a.inverse() * b).translation.vector);
-                let [one, other] = own.frames.map(|frame| self.name(frame));
-                self.line(2, format!("<connect name=\"{name}\" body1=\"{one}\" body2=\"{other}\" anchor=\"{at}\"/>"));
-                self.lost.push(format!("the offset of loop `{name}` along its axes ({:.3} mm)", 1e3 * gap.norm()));
-                continue;
-            }
             let kind = if own.meet == Meet::Origin { "connect" } else { "weld" };
             self.line(2, format!("<{kind} name=\"{name}\" site1=\"{name}.1\" site2=\"{name}.2\"/>"));
         }

@@ -33,7 +33,7 @@ pub fn mjcf(robot: &Robot, model: &Model) -> Result<(String, Vec<Diagnostic>), A
     let mut placements = Placements::default();
     let middle = model.middle();
     geometry.place(&middle, &mut placements)?;
-    let mut writer = Writer::new(robot, &placements.joints);
+    let mut writer = Writer::new(robot, &placements);
     lost_parts(&mut writer);
     let name = escaped(&robot.name);
     let (g, [time, ratio]) = (robot.elastic.gravity, SOLREF);
@@ -55,7 +55,7 @@ pub fn mjcf(robot: &Robot, model: &Model) -> Result<(String, Vec<Diagnostic>), A
     writer.line(1, "<worldbody>");
     writer.body(0, 2);
     writer.line(1, "</worldbody>");
-    writer.equalities(&placements);
+    writer.equalities();
     writer.tendons();
     writer.actuators(model);
     writer.line(1, "<keyframe>");

@@ -9,8 +9,8 @@ use super::writer::{Writer, escaped, placed, triple};
 use crate::description::elastic::JointStiffness;
 use crate::description::frame::{Frame, FrameIndex, Motion};
 use crate::description::khalil_kleinfinger::Isometry;
-use crate::description::raw::JointKind;
-use crate::description::robot::SliderCrank;
+use crate::description::raw::{JointKind, LoopKind};
+use crate::description::robot::{Loop, SliderCrank};
 
 /// Radius of gyration where the description says a mass and a centre only, m. Statics do not depend on it.
 const GYRATION: f64 = 0.1;
@@ -84,7 +84,7 @@ impl Writer<'_> {
                 screw.map_or(self.scale.passive(), |screw| self.scale.screw(self.robot, which, screw).armature)
             }
         };
-        self.qpos.push(self.start.get(index).copied().unwrap_or_default());
+        self.qpos.push(self.start.joints.get(index).copied().unwrap_or_default());
         self.line(
             depth,
             format!("<joint name=\"{name}\" type=\"{kind}\" axis=\"0 0 1\"{range} armature=\"{armature}\"/>"),
@@ -135,10 +135,22 @@ impl Writer<'_> {
             self.site(&format!("{}.1", escaped(&screw.name)), &at, depth);
         }
         for own in &robot.loops {
-            for k in (0..2).filter(|&k| own.frames[k] == frame) {
-                self.line(depth, format!("<site name=\"{}.{}\"/>", escaped(&own.name), k + 1));
+            let [a, b] = own.frames;
+            let name = escaped(&own.name);
+            if a == frame {
+                self.site(&format!("{name}.1"), &Vector3::zeros(), depth);
+            }
+            if b == frame {
+                self.site(&format!("{name}.2"), &self.beside(own), depth);
             }
         }
+    }
+
+    /// Where the first frame of a loop meets the second, in that: links of a planar loop may lie beside each other.
+    fn beside(&self, own: &Loop) -> Vector3<f64> {
+        let [a, b] = own.frames.map(|frame| self.start.frames[frame]);
+        let gap = (b.inverse() * a).translation.vector;
+        if own.kind == LoopKind::Planar && gap.z.abs() > 1e-9 { Vector3::z() * gap.z } else { Vector3::zeros() }
     }
 
     fn site(&mut self, name: &str, at: &Vector3<f64>, depth: usize) {

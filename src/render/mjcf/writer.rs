@@ -8,14 +8,15 @@ use super::scale::Scale;
 use crate::description::frame::{Frame, FrameIndex};
 use crate::description::khalil_kleinfinger::Isometry;
 use crate::description::robot::Robot;
+use crate::kinematics::Placements;
 use crate::render::diagnostics::is_active;
 
 /// A model as far as it is written.
 pub(super) struct Writer<'a> {
     pub robot: &'a Robot,
     pub scale: Scale,
-    /// Joint variables at which it starts, by frame, rad or m.
-    pub start: &'a [f64],
+    /// Where it starts, with loops closed.
+    pub start: &'a Placements,
     pub out: String,
     /// What is not written.
     pub lost: Vec<String>,
@@ -24,7 +25,7 @@ pub(super) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    pub fn new(robot: &'a Robot, start: &'a [f64]) -> Self {
+    pub fn new(robot: &'a Robot, start: &'a Placements) -> Self {
         let scale = Scale::of(robot);
         Self { robot, scale, start, out: String::new(), lost: Vec::new(), qpos: Vec::new() }
     }
