@@ -280,7 +280,7 @@ def test_an_unreadable_month(option: list[str], tmp_path: Path, monkeypatch: pyt
     assert row["diagnostics"][0]["message"].startswith("2026-01: ") and row["diagnostics"][0]["file"].endswith("m.csv")
     found = json.loads(row["json"])
     dates = ["--dates=2026-02-05,2026-03-05"] if option else []
-    others = ["track", "universal-ur5", str(arm / "2026-02"), str(arm / "2026-03"), *dates]
+    others = ["track", "universal-ur5", str(arm / "2026-02"), str(arm / "2026-03"), *dates, "--format=json"]
     wanted = json.loads(_native.command(others)[0])
     assert len(found["checks"]) == 2 and timeless(found["checks"]) == timeless(wanted["checks"])
     # It is not run again until a file changes.
