@@ -64,7 +64,7 @@ def run(
     try:
         json_text, text, failed = _native.command(list(arguments), progress, list(effects))
     except BaseException as error:
-        LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, error or type(error).__name__)
+        LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, str(error) or type(error).__name__)
         raise
     found: dict[str, Any] = json.loads(json_text)
     for each in found.get("diagnostics", []):

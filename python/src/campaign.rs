@@ -7,7 +7,7 @@ use elastogeo::description::units::Units;
 use elastogeo::files::{LoadedCampaign, Reader};
 use pyo3::prelude::*;
 
-use crate::effect::{Faults, Own, catalogue};
+use crate::effect::{Faults, Own, catalogue, look_for_sites};
 use crate::work::brief;
 
 #[pyclass(frozen, module = "elastogeo._native")]
@@ -22,7 +22,11 @@ impl Campaign {
     #[pyo3(signature = (file, robot=None, effects=Vec::new()))]
     fn new(py: Python<'_>, file: String, robot: Option<String>, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
         let Own { catalogue, faults } = catalogue(py, &effects)?;
-        let loaded = brief(py, move || Ok(Reader::new(catalogue).campaign(&file, robot.as_deref())?));
+        let loaded = brief(py, move || {
+            let loaded = Reader::new(catalogue.clone()).campaign(&file, robot.as_deref())?;
+            look_for_sites(&catalogue, &loaded.robot.model);
+            Ok(loaded)
+        });
         let loaded = Arc::new(faults.first(loaded)?);
         Ok(Self { loaded, faults })
     }

@@ -45,6 +45,11 @@ impl Faults {
     }
 }
 
+/// Asks all effects for their sites: one that names a site which the robot has not says so.
+pub fn look_for_sites(effects: &Catalogue, model: &Model) {
+    effects.iter().for_each(|effect| drop(effect.sites(model)));
+}
+
 /// The catalogue with effects of a program.
 pub fn catalogue(py: Python<'_>, effects: &[Bound<'_, PyAny>]) -> PyResult<Own> {
     let (mut catalogue, faults) = (Catalogue::standard(), Faults::default());

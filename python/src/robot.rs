@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{Rows, of_rows, rows};
-use crate::effect::{Faults, Own, catalogue};
+use crate::effect::{Faults, Own, catalogue, look_for_sites};
 use crate::error::{fault, raised};
 use crate::pool::Pool;
 use crate::work::brief;
@@ -87,12 +87,15 @@ impl Robot {
     #[pyo3(signature = (name, effects=Vec::new()))]
     fn new(py: Python<'_>, name: String, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
         let Own { catalogue, faults } = catalogue(py, &effects)?;
-        brief(py, move || {
-            let loaded = Reader::new(catalogue).robot(&name)?;
+        let own = faults.clone();
+        let found = brief(py, move || {
+            let loaded = Reader::new(catalogue.clone()).robot(&name)?;
+            look_for_sites(&catalogue, &loaded.model);
             let points = all_points(&loaded.model);
             let placed = Placed::try_new((loaded, points), |parts| Nominal::new(parts))?;
-            Ok(Self { placed, workspaces: Workspaces::default(), faults })
-        })
+            Ok(Self { placed, workspaces: Workspaces::default(), faults: own })
+        });
+        faults.first(found)
     }
 
     #[getter]

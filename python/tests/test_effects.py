@@ -119,6 +119,12 @@ def test_what_it_lacks_is_said() -> None:
     with pytest.raises(ValueError, match="above 0"):
         elastogeo.Robot("universal-ur5", effects=[Sizeless()])
 
+    for own, words in ((Elsewhere(), "`joint:99`"), (Taken(), "`backlash` is an effect of elastogeo itself")):
+        with pytest.raises(elastogeo.Error, match=words):
+            elastogeo.Robot("universal-ur5", effects=[own])
+        with pytest.raises(elastogeo.Error, match=words):
+            elastogeo.Campaign("kr270-simulated", effects=[own])
+
     class Misplaced(HosePull):
         sits_at = "elbow"
 
