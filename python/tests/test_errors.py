@@ -149,16 +149,19 @@ def test_ctrl_c_is_heeded() -> None:
 def test_ctrl_c_is_heeded_by_functions_of_arrays(name: str) -> None:
     robot = elastogeo.Robot("kuka-ir663")
     low, high = robot.limits.T
-    q = np.tile((low + high) / 2, (200_000, 1))
+    q = np.tile((low + high) / 2, (20_000, 1))
     work = {"sag": lambda q: robot.forward(q, weight=True)}.get(name) or getattr(robot, name)
     started = time.monotonic()
-    work(q[:20_000])
-    whole = 10 * (time.monotonic() - started)
+    work(q)
+    took = time.monotonic() - started
+    # Some seconds, in which other programs that take the processors for a moment do not count.
+    times = min(50, 1 + int(3 / took))
+    q, whole = np.tile(q, (times, 1)), times * took
     heard = time.monotonic()
 
     def press() -> None:
         nonlocal heard
-        time.sleep(whole / 10)
+        time.sleep(took / 2)
         heard = time.monotonic()
         os.kill(os.getpid(), signal.SIGINT)
 
@@ -167,10 +170,10 @@ def test_ctrl_c_is_heeded_by_functions_of_arrays(name: str) -> None:
         thread.start()
         for _ in range(100):
             work(q)
-    took = time.monotonic() - heard
+    heeded = time.monotonic() - heard
     thread.join()
-    print(f"{name}: {whole:.2f} s of work, Ctrl-C heeded after {took:.3f} s")
-    assert took < 0.4 * whole
+    print(f"{name}: {whole:.2f} s of work, Ctrl-C heeded after {heeded:.3f} s")
+    assert heeded < 0.4 * whole
 
 
 def test_the_lock_is_free_meanwhile() -> None:
