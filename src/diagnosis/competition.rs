@@ -132,7 +132,13 @@ fn calibrated(
 ) -> Result<(Calibration, bool), CalibrationError> {
     let fitted = |prior: bool| {
         let only = Some(inputs.nuisance.clone());
-        let asked = estimation::Settings { only, prior, second_order: false, ..estimation::Settings::default() };
+        let asked = estimation::Settings {
+            only,
+            prior,
+            second_order: false,
+            hold_far_springs: false,
+            ..estimation::Settings::default()
+        };
         calibrate_as_weighed(inputs.model, campaign, held_out, &asked, &mut |_| {})
     };
     let free = fitted(false)?;

@@ -88,7 +88,7 @@ pub fn cause(
         for (step, &member) in members.iter().enumerate() {
             model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
         }
-        let values = model.completed(&with_nuisance(competition, &fitted));
+        let values = model.completed(&with_nuisance(inputs.model, competition, &fitted));
         let mut found = Linearised::default();
         Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
         let [_, rms, max] = errors_of(inputs.campaign, &found.residual, |_| true).distance;

@@ -3,7 +3,8 @@
 use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
-use crate::estimation::{Calibration, Settings, calibrate_as_weighed};
+use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed};
+use crate::model::Model;
 use crate::parameter::Slot;
 
 /// A fit of the model with its causes.
@@ -18,7 +19,7 @@ pub struct Refit {
 pub fn refit(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Refit {
     let found = if members.is_empty() { None } else { calibrated(inputs, competition, members, linear) };
     found.unwrap_or_else(|| Refit {
-        values: with_nuisance(competition, linear),
+        values: with_nuisance(inputs.model, competition, linear),
         parameters: (0..members.len()).map(|step| linear.parameters(step)).collect(),
     })
 }
@@ -41,7 +42,7 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
     if only.is_empty() {
         return None;
     }
-    let asked = Settings { only: Some(only), second_order: false, ..Settings::default() };
+    let asked = Settings { only: Some(only), second_order: false, hold_far_springs: false, ..Settings::default() };
     let found = calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
         .ok()
         .filter(Calibration::converged)?;
@@ -65,10 +66,12 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
 }
 
 /// Calibrated values with the changes of the nuisance by a linear fit; what its members change stands in their entries.
-pub fn with_nuisance(competition: &Competition, linear: &LinearFit) -> Vec<f64> {
+pub fn with_nuisance(model: &Model, competition: &Competition, linear: &LinearFit) -> Vec<f64> {
     let mut values = competition.values.clone();
     for (&slot, change) in competition.kept.iter().zip(&linear.x) {
-        values[slot] += change;
+        // A linear step knows of no bounds: a spring near rigid would end negative.
+        let [low, high] = bounds(model, slot);
+        values[slot] = (values[slot] + change).max(low).min(high);
     }
     values
 }

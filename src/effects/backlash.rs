@@ -77,7 +77,7 @@ impl Effect for Backlash {
     }
 
     fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("half_width", "rad", 3e-4)]
+        vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]
     }
 
     fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {

@@ -1,25 +1,24 @@
-//! Springs that a fit left at the end of what a description can hold, free or rigid to any instrument, though readings hardly
+//! Springs that a fit moved far from what is declared, up to what no instrument tells from free or rigid, though readings hardly
 //! tell them.
 //!
-//! Where noise outweighs what a spring does, the best fit may lie at that end, where it moves nothing and its interval says
-//! nothing. (A compliance of zero is no such end: it is an estimate like others, with an interval.) Such a spring is held as
-//! declared instead, unless the weighted squares of the readings certainly rise by it (likelihood ratio; Seber and Wild,
-//! *Nonlinear Regression*, 1989, sec. 5.3).
+//! Where noise outweighs what a spring does, the best fit may lie anywhere between rigid and soft. Such a spring is held as
+//! declared instead, unless the weighted squares of the readings rise by it (likelihood ratio; Seber and Wild, *Nonlinear
+//! Regression*, 1989, sec. 5.3) by more than a declared value that far off is unlikely.
 
 use super::calibration::calibrate_as_asked;
 use super::determined::calibrate_determined;
 use super::problem::row_sigmas;
-use super::result::{Calibration, CalibrationError};
+use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
 use crate::description::campaign::Campaign;
 use crate::identifiability::Why;
 use crate::least_squares::Progress;
 use crate::math::quantiles::f_tail;
 use crate::model::Model;
-use crate::parameter::{Group, Slot};
+use crate::parameter::{Group, Kind, Slot};
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out`, weighed by the noise that they have: of a campaign
-/// that comes from [`super::weighed`]. Springs that would end at a bound without need are held as declared, and count as weak.
+/// that comes from [`super::weighed`]. Springs that would end far off without need are held as declared, and count as weak.
 ///
 /// # Errors
 /// As [`super::calibrate`].
@@ -33,16 +32,20 @@ pub fn calibrate_as_weighed(
     let mut found = calibrate_determined(model, campaign, held_out, settings, progress)?;
     let mut held: Vec<Slot> = Vec::new();
     while found.converged() {
-        let ended: Vec<Slot> = ended(model, &found).into_iter().filter(|slot| !held.contains(slot)).collect();
-        let alone = ended.iter().map(|slot| vec![*slot]).filter(|_| ended.len() > 1);
-        let tried = (!ended.is_empty()).then(|| ended.clone()).into_iter().chain(alone);
-        let mut refit = |more: Vec<Slot>| {
-            let all = [held.as_slice(), &more].concat();
+        let far: Vec<(Slot, f64)> =
+            far_off(model, &found, settings).into_iter().filter(|(slot, _)| !held.contains(slot)).collect();
+        let alone = far.iter().map(|one| vec![*one]).filter(|_| far.len() > 1);
+        let tried = (!far.is_empty()).then(|| far.clone()).into_iter().chain(alone);
+        let mut refit = |more: Vec<(Slot, f64)>| {
+            let all: Vec<Slot> = held.iter().copied().chain(more.iter().map(|(slot, _)| *slot)).collect();
             let names = all.iter().map(|slot| model.registry[*slot].name.clone());
             let hold = settings.hold.iter().cloned().chain(names).collect();
             let asked = Settings { hold, ..settings.clone() };
             let other = calibrate_as_asked(model, campaign, held_out, &asked, progress).ok()?;
-            (other.converged() && !is_needed(campaign, &found, &other, more.len())).then_some((all, other))
+            let unlikely: f64 = more.iter().map(|(_, unlikely)| unlikely).sum();
+            let chance = f_tail(unlikely / more.len() as f64, more.len() as f64, MANY);
+            let is_needed = rise_by_chance(campaign, &found, &other, more.len()) < chance;
+            (other.converged() && !is_needed).then_some((all, other))
         };
         let Some((all, other)) = tried.into_iter().find_map(&mut refit) else { break };
         (held, found) = (all, other);
@@ -55,23 +58,39 @@ pub fn calibrate_as_weighed(
     Ok(found)
 }
 
-/// Greatest probability of a rise by chance at which readings contradict the declared value: no spring at all, or one that nothing
-/// bends, needs more than the one in twenty of usual intervals.
-const CHANCE: f64 = 1e-3;
+/// Standard deviation of the logarithm of a declared spring: data sheets, sections of beams and springs of like robots tell it to a
+/// factor of three or so. A judgement; the readings of a usual campaign outweigh it by far.
+const SPREAD: f64 = 3.0;
 
-/// Springs at a bound that is not one of the parameter's own.
-fn ended(model: &Model, found: &Calibration) -> Vec<Slot> {
-    let is_end = |slot: Slot, value: f64| {
-        let parameter = &model.registry[slot];
-        parameter.group == Group::Elastic && !parameter.bounds.contains(&value)
+/// Squares of standard deviations that suffice against any declared value: noise reaches them once in twenty times, as with the
+/// usual intervals.
+const USUAL: f64 = 3.84;
+
+/// The same where a fit ends at what no instrument tells from free or rigid: once in a thousand times.
+const CERTAIN: f64 = 10.83;
+
+/// Degrees of freedom of a variance that is known.
+const MANY: f64 = 1e6;
+
+/// Springs that ended further off than the spread, and the squares of standard deviations by which their declared values would be
+/// off. Those at a bound of their own are where a description wants them.
+fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot, f64)> {
+    let of = |own: &Estimate| {
+        let parameter = &model.registry[own.slot];
+        let is_end = own.at_bound && parameter.bounds.contains(&own.value);
+        let is_declared = own.nominal > 0.0 && parameter.kind != Kind::Length;
+        let is_spring = parameter.group == Group::Elastic && is_declared && own.ci95.is_some() && !is_end;
+        let apart = (own.value / own.nominal).ln().abs() / SPREAD.ln();
+        let unlikely = if own.at_bound { CERTAIN } else { apart.powi(2).min(USUAL) };
+        let is_far = own.at_bound || settings.hold_far_springs && apart > 1.0;
+        (is_spring && is_far).then_some((own.slot, unlikely))
     };
-    let ended = found.estimates.iter().filter(|own| own.at_bound && is_end(own.slot, own.value));
-    ended.map(|own| own.slot).collect()
+    found.estimates.iter().filter_map(of).collect()
 }
 
-/// Whether the fitted readings are certainly worse with so many springs held than with them at their bounds. Readings of one
-/// configuration that share an error count once.
-fn is_needed(campaign: &Campaign, free: &Calibration, held: &Calibration, count: usize) -> bool {
+/// Probability that the squares of the fitted readings rise as they do where so many springs are held, if these are as declared.
+/// Readings of one configuration that share an error count once.
+fn rise_by_chance(campaign: &Campaign, free: &Calibration, held: &Calibration, count: usize) -> f64 {
     let sigmas = row_sigmas(campaign);
     let squares = |found: &Calibration| -> f64 {
         let weighted: Vec<f64> = found.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
@@ -81,5 +100,5 @@ fn is_needed(campaign: &Campaign, free: &Calibration, held: &Calibration, count:
     let (before, freedom) = (squares(free), free.degrees_of_freedom.max(1.0));
     let shared = free.shared.map_or(1.0, |error| error.ratio.max(1.0));
     let ratio = (squares(held) - before) / (count as f64 * shared * before / freedom);
-    f_tail(ratio, count as f64, freedom) < CHANCE
+    f_tail(ratio, count as f64, freedom)
 }

@@ -6,7 +6,7 @@
 use super::bounds::bounds_of;
 use super::covariance::Covariance;
 use super::dropped::{Merged, at_solution};
-use super::equivalence::{SpringGroup, moves};
+use super::equivalence::{Equivalence, SpringGroup, moves};
 use super::fit::{Fit, fit};
 use super::problem::{CampaignProblem, LEAST_SIGMA, Prior, row_sigmas};
 use super::reduction::reduced;
@@ -65,8 +65,9 @@ pub(super) fn calibrate_as_asked(
         let k = problem.slots().iter().position(|slot| *slot == group.members[0].0)?;
         Some(group.fitted(model, ci95[k], settings.split, &mut values))
     });
-    let equivalences = equivalences.collect();
+    let mut equivalences: Vec<Equivalence> = equivalences.collect();
     let free = task.back_to_nominal(&selection, &found, &mut values)?;
+    equivalences.iter_mut().for_each(|group| group.value = group.springs.of(model, &values));
     let fitted = Fitted { covariance: &covariance, at_bound: &free, logarithms: problem.logarithms() };
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);

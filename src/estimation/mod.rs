@@ -32,9 +32,10 @@ mod weighing;
 
 pub use against::{Against, OtherSet, against};
 pub use bound_springs::calibrate_as_weighed;
+pub use bounds::bounds;
 pub use equivalence::{Equivalence, Split, SpringGroup};
 pub use network::{CHANGED, Network, Together};
-pub use problem::row_sigmas;
+pub use problem::{row_kinds, row_sigmas};
 pub use reduction::{Reduction, candidates, observe};
 pub use registration::registered;
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};

@@ -18,13 +18,10 @@ pub fn row_sigmas(campaign: &Campaign) -> Vec<f64> {
     campaign.readings.iter().flat_map(of_reading).chain(of_constraints).collect()
 }
 
-/// Of each row of a reading, whether it is a length (0), an angle (1) or a torque (2); of constraints nothing.
-pub fn row_kinds(campaign: &Campaign) -> Vec<usize> {
-    let of_reading = |reading: &Reading| {
-        let (lengths, is_load) = (reading.observes.length_rows(), reading.observes.by_variable().is_some());
-        (0..reading.observes.rows()).map(move |row| if is_load { 2 } else { usize::from(row >= lengths) })
-    };
-    campaign.readings.iter().flat_map(of_reading).collect()
+/// Of each row of a reading, whether it is a length (0), an angle (1) or a torque (2).
+pub fn row_kinds(reading: &Reading) -> impl Iterator<Item = usize> {
+    let (lengths, is_load) = (reading.observes.length_rows(), reading.observes.by_variable().is_some());
+    (0..reading.observes.rows()).map(move |row| if is_load { 2 } else { usize::from(row >= lengths) })
 }
 
 /// Least standard deviation (m, rad) that weights are made of: below the resolution of any instrument, so that simulated
@@ -67,7 +64,7 @@ impl<'a> CampaignProblem<'a> {
     /// `start` are all values by slot, `sigmas` the standard deviation of each row of the predictor (m, rad).
     pub fn new(predictor: Predictor<'a>, start: &[f64], sigmas: Vec<f64>, priors: Vec<Prior>) -> Self {
         Self {
-            kinds: row_kinds(predictor.campaign),
+            kinds: predictor.campaign.readings.iter().flat_map(row_kinds).collect(),
             logarithms: vec![false; predictor.slots.len()],
             predictor,
             start: start.to_vec(),

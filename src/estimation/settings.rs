@@ -120,6 +120,9 @@ pub struct Settings {
     /// Whether factors of merged parameters are those at the solution, and intervals count what dropped parameters do in
     /// second order: one linearisation for each dropped one. To be left out where nobody looks at intervals.
     pub second_order: bool,
+    /// Whether springs that come out far from what is declared, though readings hardly tell them, are held as declared also where
+    /// they end within their bounds. A diagnosis leaves that out: what it looks for is still in the residuals by which it is judged.
+    pub hold_far_springs: bool,
     /// Most iterations; where `None`, [`Scheme::iterations`].
     pub max_iterations: Option<usize>,
     /// [`crate::least_squares::Settings::cost_tolerance`] of the fit. Deflections are hundreds of standard deviations: a
@@ -147,6 +150,7 @@ impl Default for Settings {
             scaling: Scaling::Norm,
             criterion: Criterion::Relative(DEFAULT_TOLERANCE),
             second_order: true,
+            hold_far_springs: true,
             max_iterations: None,
             cost_tolerance: 1e-12,
             registration: RegistrationSettings::default(),

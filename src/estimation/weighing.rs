@@ -72,7 +72,7 @@ fn ratio(
     let mut at_end = Linearised::default();
     predictor.linearise(&found.values, true, &mut at_end)?;
     let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
-    let mut kinds = row_kinds(&fitted);
+    let mut kinds: Vec<usize> = fitted.readings.iter().flat_map(row_kinds).collect();
     // Constraints are neither lengths nor angles that are read.
     kinds.resize(sigmas.len(), 2);
     let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);

@@ -7,6 +7,7 @@ mod assembly_error;
 mod branch;
 mod closure;
 mod constants;
+mod denavit_hartenberg;
 mod geometry;
 mod inverse;
 mod jacobian;
@@ -21,6 +22,7 @@ mod spatial;
 mod transform;
 
 pub use assembly_error::{AssemblyError, At};
+pub use denavit_hartenberg::{DenavitHartenberg, Link as DhLink, NoSeries, denavit_hartenberg};
 pub use geometry::{Geometry, Placements};
 pub use inverse::{Hold, InverseError, InverseSettings, Solution, Target, solve};
 pub use jacobian::{By, ErrorColumns, shift};

@@ -171,6 +171,12 @@ impl EffectParameter {
     pub fn new(symbol: impl Into<String>, unit: &'static str, scale: f64) -> Self {
         Self { symbol: symbol.into(), unit, scale, is_positive: false }
     }
+
+    /// The same, where it cannot be negative.
+    #[must_use]
+    pub fn positive(self) -> Self {
+        Self { is_positive: true, ..self }
+    }
 }
 
 /// The effects that a model knows: those that its description may switch on and a diagnosis tries. The standard ones are

@@ -145,14 +145,14 @@ pub struct Noise {
     pub load: f64,
     /// What is added to that of positions with their distance from the instrument, m/m, as variances add.
     pub ppm: f64,
-    /// Whether a file states that of positions.
-    pub is_stated: bool,
+    /// Whether a file states that of positions, of orientations, of loads.
+    pub is_stated: [bool; 3],
 }
 
 impl Noise {
     /// Noise of an instrument, m and rad.
     pub fn of(position: [f64; 3], orientation: f64) -> Self {
-        Self { position, orientation, load: 1.0, ppm: 0.0, is_stated: true }
+        Self { position, orientation, load: 1.0, ppm: 0.0, is_stated: [true, true, false] }
     }
 
     /// That of a measured value, with what its distance from the instrument adds.

@@ -1,7 +1,10 @@
 //! The list of checks, and what is done with what they find.
 
 use super::evidence::{Evidence, Limits};
-use super::{amount, deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions};
+use super::{
+    amount, deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions,
+    stated_noise,
+};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::model::Model;
@@ -117,6 +120,12 @@ pub const CHECKS: &[Check] = &[
         find: parameters::as_stiff_as_declared,
     },
     Check {
+        codes: &[Code::Implausible],
+        of_result: true,
+        about: "springs are neither free nor rigid to any instrument",
+        find: parameters::springs_within_their_range,
+    },
+    Check {
         codes: &[Code::SpringsHeld],
         of_result: true,
         about: "springs are not fitted with a free length that is held",
@@ -132,7 +141,7 @@ pub const CHECKS: &[Check] = &[
         codes: &[Code::NoiseUnlikeStated],
         of_result: true,
         about: "residuals are of the order of the stated noise",
-        find: parameters::as_noisy_as_stated,
+        find: stated_noise::as_noisy_as_stated,
     },
     Check {
         codes: &[Code::WorseThanRegistered],

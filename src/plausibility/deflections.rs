@@ -37,8 +37,7 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     named.retain(|(_, error)| error * limits.fall <= before);
     // Of the joints springs show less: with the right ones nothing but noise is left.
     let noise = limits.noise[1] * noise(&some);
-    // Tried on robots without loops only: joints that are not theirs may not close a loop at all.
-    if named.is_empty() && campaign.sigma.is_some() && before > noise && model.stages.is_empty() {
+    if named.is_empty() && campaign.sigma.is_some() && before > noise {
         named = tried(promising(evidence, &chosen, limits));
         named.retain(|(_, error)| error * limits.fall <= before && *error <= noise);
     }

@@ -3,13 +3,15 @@
 use super::amount::too_little;
 use super::checks::judge_result;
 use super::evidence::{Evidence, Limits};
+use super::hypothesis::own_slots;
 use crate::description::campaign::Campaign;
+use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
-use crate::model::Model;
-use crate::parameter::Slot;
+use crate::model::{EffectEntry, Model};
+use crate::parameter::{Kind, Slot};
 
 /// Doubts about a diagnosis of a campaign: about the calibration that it starts from, and about what its readings can show.
 pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
@@ -44,8 +46,39 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     all.extend(little);
     all.extend(springs_held(model, campaign, found, limits));
+    all.extend(
+        found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
+    );
     all.extend(pulled);
     all
+}
+
+/// An amount of a cause that no machine has: what is negative there, longer than the robot, turned further than any part is mounted
+/// off, or heavier than the robot.
+fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Diagnostic> {
+    let own = format!("{}@{}", entry.effect.name(), entry.site.name);
+    let remedy = "the cause stands in for something else: look at signs (sides of approach, loads, gravity), masses and units of description \
+                  and campaign";
+    let told = |message: String| Diagnostic::warning(message).code(Code::Implausible).remedy(remedy);
+    if let Some(negative) = entry.doubt(model).filter(|_| !entry.amounts.is_empty()) {
+        return Some(told(format!("{own}: {}", negative.message)));
+    }
+    let size: f64 = own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum();
+    let parameters = entry.effect.parameters(model, &entry.site, &entry.nonlinear);
+    parameters.iter().find_map(|parameter| {
+        let amount = *entry.amounts.get(&parameter.symbol)?;
+        let most = match parameter.unit {
+            "m" => size,
+            "rad" => limits.turned,
+            "kg" => heaviest(size),
+            _ => return None,
+        };
+        let is_much = most > 0.0 && amount.abs() > most;
+        is_much.then(|| {
+            let (symbol, unit) = (&parameter.symbol, parameter.unit);
+            told(format!("{own}: `{symbol}` is {amount:.3e} {unit}, in a robot whose lengths add up to {size:.2} m"))
+        })
+    })
 }
 
 /// Springs that the description declares to be identified, and that the campaign does not name under `calibrate:`, where fitting

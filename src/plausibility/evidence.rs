@@ -73,6 +73,12 @@ pub struct Limits {
     /// it is doubted (a tolerance of a known robot is seldom half of what it should be, and four standard deviations of that are no chance),
     /// beyond the second refused.
     pub scale: [f64; 2],
+    /// Least stiffness of an arm at its tool over the square of the sum of its lengths, N/m3. The bundled descriptions, from a
+    /// small arm with a rail to a hexapod, have 4.8e3 to 7.4e5; a thousandth of most of them is below.
+    pub softest: f64,
+    /// Greatest stiffness of an arm at its tool over the sum L of its lengths, N/m2: a cantilever of solid steel, a fifth as thick as
+    /// long, has 3 E I / L^4 = 5e7.
+    pub stiffest: f64,
     /// Springs are within this factor of what is declared, by their median: units are wrong by 1000, guesses of the stiffness
     /// of a known kind of joint seldom by 30.
     pub stiffness_factor: f64,
@@ -132,6 +138,8 @@ impl Default for Limits {
             moved_hopelessly: 100.0,
             turned: std::f64::consts::FRAC_PI_6,
             scale: [4.0, 10.0],
+            softest: 100.0,
+            stiffest: 5e7,
             stiffness_factor: 100.0,
             noise: [0.2, 5.0],
             deflection_factor: 5.0,

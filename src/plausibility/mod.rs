@@ -20,9 +20,12 @@ mod parameters;
 mod placement;
 mod readings;
 mod sessions;
+mod springs;
+mod stated_noise;
 mod trial;
 mod words;
 
 pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, why_not_computed};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
+pub use springs::as_stiff_as_arms;

@@ -154,29 +154,33 @@ pub(super) fn as_stiff_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     vec![Diagnostic::error(message).code(Code::WrongUnits).remedy(remedy).figure("factor", middle.exp())]
 }
 
-/// Residuals against the noise that is stated.
-pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let Some(found) = evidence.found.filter(|found| found.degrees_of_freedom >= limits.noise_freedom) else {
-        return Vec::new();
+/// Springs that ended rigid or free to any instrument although that contradicts what is declared for certain: those that readings do
+/// not tell are held before.
+pub(super) fn springs_within_their_range(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let registry = &evidence.model.registry;
+    let is_end = |own: &&Estimate| {
+        let parameter = &registry[own.slot];
+        own.at_bound && parameter.group == Group::Elastic && !parameter.bounds.contains(&own.value)
     };
-    let ratio = found.noise_ratio;
-    let [least, most] = limits.noise;
-    if evidence.campaign.sigma.is_none() || (least..=most).contains(&ratio) || !ratio.is_finite() {
+    let named: Vec<String> = found
+        .estimates
+        .iter()
+        .filter(is_end)
+        .map(|own| {
+            let parameter = &registry[own.slot];
+            let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+            let is_rigid = is_compliance == (own.value < own.nominal);
+            format!("`{}` {}", parameter.name, if is_rigid { "rigid" } else { "free" })
+        })
+        .collect();
+    if named.is_empty() {
         return Vec::new();
     }
-    let diagnostic = if ratio < least {
-        let message = format!(
-            "residuals are {ratio:.2} times the stated noise: no instrument is so much better than it is said to be"
-        );
-        Diagnostic::warning(message)
-            .remedy("state the noise of one coordinate under `instrument:`, in the campaign's units; look whether readings were measured or computed")
-    } else {
-        let message =
-            format!("residuals are {ratio:.0} times the stated noise: calibration does not describe these readings");
-        Diagnostic::warning(message)
-            .remedy("`diagnose` says where the rest lies; state the noise of one coordinate under `instrument:`, in the campaign's units")
-    };
-    vec![diagnostic.code(Code::NoiseUnlikeStated).figure("ratio", ratio)]
+    let message = format!("springs came out as none: {}, and readings contradict what is declared", named.join(", "));
+    let remedy =
+        "look at signs and axes of loads, at gravity and masses; declare a joint rigid that is, or hold it (--hold)";
+    vec![Diagnostic::warning(message).code(Code::Implausible).remedy(remedy)]
 }
 
 /// Springs whose rate was identified with their free length held: intervals, also those of the joints that they span, take the

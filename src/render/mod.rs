@@ -5,6 +5,7 @@ pub mod blind;
 pub mod campaign;
 pub mod compensation;
 pub mod compensator;
+pub mod controller_terms;
 pub mod diagnosis;
 pub mod diagnostics;
 pub mod fuzzy;

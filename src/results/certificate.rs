@@ -8,7 +8,7 @@ use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::RawCertificate;
 use crate::estimation::Calibration;
 use crate::model::Model;
-use crate::review::repeated;
+use crate::review::{Direction, Repeated, repeated};
 
 /// Coverage factor of expanded uncertainties: 95 % of a normal distribution (JCGM 100:2008, 6.2.2).
 pub const COVERAGE: f64 = 2.0;
@@ -58,14 +58,31 @@ pub struct CertifiedPose {
     pub cycles: usize,
     /// AP with base and markers fitted alone.
     pub accuracy_before: f64,
-    /// AP, calibrated.
+    /// AP, calibrated; where sides of approach are known and have two cycles each, the greatest over the sides.
     pub accuracy: f64,
-    /// RP.
+    /// RP, likewise.
     pub repeatability: f64,
     pub orientation_accuracy: Option<f64>,
     pub orientation_repeatability: Option<f64>,
     /// vAP.
     pub variation: Option<f64>,
+    /// AP and RP over the cycles of all sides together, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multidirectional: Option<[f64; 2]>,
+    /// Of each side of approach, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub directions: Vec<CertifiedDirection>,
+}
+
+/// Cycles of a pose in which joints came from one side.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CertifiedDirection {
+    /// Variables whose last motion is known, with its sign: `q1+ q2-`.
+    pub approach: String,
+    pub cycles: usize,
+    pub accuracy: f64,
+    /// `None` of a single cycle.
+    pub repeatability: Option<f64>,
 }
 
 /// The instrument.
@@ -122,7 +139,7 @@ impl Certificate {
             |index: usize| (!held_out || found.held_out[index]) && campaign.readings[index].observes.length_rows() > 0;
         let (before, after) = (sizes(campaign, &found.registered), sizes(campaign, &found.residual));
         let of = |all: &[f64]| certified((0..all.len()).filter(|&index| judges(index)).map(|index| all[index]));
-        let is_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated);
+        let is_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
         let sigma = campaign.readings.iter().flat_map(|r| {
             let lengths = r.observes.length_rows();
             r.observes.sigmas(&r.noise).into_iter().take(lengths).collect::<Vec<_>>()
@@ -205,16 +222,28 @@ fn pose(campaign: &Campaign, index: usize) -> String {
 fn poses(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<CertifiedPose> {
     let before = repeated(campaign, &found.registered);
     let after = repeated(campaign, &found.residual);
-    let one = |(before, after): (&crate::review::Repeated, &crate::review::Repeated)| CertifiedPose {
-        pose: pose(campaign, after.first),
-        marker: marker(model, campaign, after.first),
-        cycles: after.count,
-        accuracy_before: mm(before.accuracy),
-        accuracy: mm(after.accuracy),
-        repeatability: mm(after.repeatability),
-        orientation_accuracy: after.orientation.map(|[accuracy, _]| deg(accuracy)),
-        orientation_repeatability: after.orientation.map(|[_, spread]| deg(spread)),
-        variation: after.variation.map(mm),
+    let direction = |own: &Direction| {
+        let [accuracy, repeatability] = own.figures.position.map(mm);
+        let moved = own.sides.iter().zip(&model.variables).filter(|(side, _)| **side != 0);
+        let moved = moved.map(|(side, variable)| format!("{}{}", variable.name, if *side > 0 { '+' } else { '-' }));
+        let repeatability = (own.count > 1).then_some(repeatability);
+        CertifiedDirection { approach: moved.collect::<Vec<_>>().join(" "), cycles: own.count, accuracy, repeatability }
+    };
+    let one = |(before, after): (&Repeated, &Repeated)| {
+        let own = after.unidirectional();
+        CertifiedPose {
+            pose: pose(campaign, after.first),
+            marker: marker(model, campaign, after.first),
+            cycles: after.count,
+            accuracy_before: mm(before.unidirectional().position[0]),
+            accuracy: mm(own.position[0]),
+            repeatability: mm(own.position[1]),
+            orientation_accuracy: own.orientation.map(|[accuracy, _]| deg(accuracy)),
+            orientation_repeatability: own.orientation.map(|[_, spread]| deg(spread)),
+            variation: after.variation.map(mm),
+            multidirectional: (!after.directions.is_empty()).then(|| after.position.map(mm)),
+            directions: after.directions.iter().map(direction).collect(),
+        }
     };
     before.iter().zip(&after).map(one).collect()
 }

@@ -9,6 +9,6 @@ mod strain_energy;
 
 pub use campaign::{Review, review, shot};
 pub use readings::{Readings, Stage, readings};
-pub use repeats::{Repeated, repeated};
+pub use repeats::{Direction, Figures, Repeated, repeated};
 pub use slice::{Node, Slice, slice};
 pub use strain_energy::{StrainEnergy, compliance, strain_energy, typical};

@@ -120,18 +120,27 @@ fn accuracy_and_repeatability_of_poses() {
             (0..3).map(|k| all.iter().map(|e| e[k]).sum::<f64>() / all.len() as f64).collect()
         };
         let apart = |a: &[f64], b: &[f64]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
-        let centre = mean(&own);
-        let l: Vec<f64> = own.iter().map(|e| apart(e, &centre)).collect();
-        let l_mean = l.iter().sum::<f64>() / 4.0;
-        let s = (l.iter().map(|l| (l - l_mean).powi(2)).sum::<f64>() / 3.0).sqrt();
+        let spread = |all: &[Vec<f64>]| {
+            let (centre, n) = (mean(all), all.len() as f64);
+            let l: Vec<f64> = all.iter().map(|e| apart(e, &centre)).collect();
+            let l_mean = l.iter().sum::<f64>() / n;
+            let s = (l.iter().map(|l| (l - l_mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+            [apart(&centre, &[0.0; 3]), l_mean + 3.0 * s]
+        };
+        let [one, other, all] = [&own[..2], &own[2..], &own[..]].map(spread);
         let expected = [
-            ("accuracy", apart(&centre, &[0.0; 3])),
-            ("repeatability", l_mean + 3.0 * s),
-            ("variation", apart(&mean(&own[..2]), &mean(&own[2..]))),
+            ("/accuracy", one[0].max(other[0])),
+            ("/repeatability", one[1].max(other[1])),
+            ("/variation", apart(&mean(&own[..2]), &mean(&own[2..]))),
+            ("/multidirectional/0", all[0]),
+            ("/multidirectional/1", all[1]),
+            ("/directions/0/accuracy", one[0]),
+            ("/directions/1/repeatability", other[1]),
         ];
         for (key, expected) in expected {
-            assert!((pose[key].as_f64().expect("a number") - expected).abs() < 1e-9, "{key}");
+            assert!((pose.pointer(key).and_then(Value::as_f64).expect("a number") - expected).abs() < 1e-9, "{key}");
         }
         assert_eq!(pose["cycles"], 4);
+        assert_eq!(pose["directions"][1]["approach"], "q1-");
     }
 }

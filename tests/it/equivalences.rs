@@ -218,11 +218,11 @@ joint_stiffness: {1: {ka: {value: 1e5, identifiable: true}, kr: {value: 3e13, id
     let said = identification(&result, Screen::default());
     let row =
         said.lines().find(|line| line.contains("joint1.kr") && line.contains("no reading by more than")).expect("told");
-    // The bound that is reported: what the noise would show, 2e-6 m / 900 N over sqrt(n).
-    let least: f64 =
-        row.split("above ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number").parse().expect("one");
-    assert!((1e8..1e11).contains(&least), "{row}");
-    assert!(values[model.registry.slot("joint1.kr").expect("a spring")] < 1e-13);
+    // Noise alone puts its fit anywhere between rigid and what readings show: it is held as declared.
+    assert!(row.contains("any value as stiff or stiffer fits"), "{row}");
+    let slot = model.registry.slot("joint1.kr").expect("a spring");
+    assert_eq!(found.values[slot], model.registry[slot].nominal);
+    assert!(values[slot] < 1e-13);
 }
 
 /// Networks of which only parts taken by their springs are shown are found again: they predict the same at other values.

@@ -190,7 +190,7 @@ fn a_template_of_ones_own_and_what_is_refused() {
     assert!(ran.status == 1 && ran.out.contains("; a\n") && !ran.out.contains("; b\n"), "{}", ran.out);
 }
 
-fn streamed(at: &Path, arguments: &[&str], input: &str) -> (i32, String, String) {
+fn streamed(at: &Path, arguments: &[&str], input: impl AsRef<[u8]>) -> (i32, String, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_elastogeo"))
         .args([&["compensate", "fitted.yaml", "--nominal", "c/robot.yaml", "--stream"], arguments].concat())
         .current_dir(at)
@@ -200,7 +200,7 @@ fn streamed(at: &Path, arguments: &[&str], input: &str) -> (i32, String, String)
         .spawn()
         .expect("started");
     // One that refuses its arguments reads nothing.
-    let _ = child.stdin.take().expect("a pipe").write_all(input.as_bytes());
+    let _ = child.stdin.take().expect("a pipe").write_all(input.as_ref());
     let out = child.wait_with_output().expect("ended");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
     (out.status.code().unwrap_or(-1), text(out.stdout), text(out.stderr))
@@ -242,6 +242,15 @@ fn a_stream_answers_what_it_cannot_read_and_goes_on() {
     assert!(status == 1 && lines.len() == 4, "{status} {out} {err}");
     assert!(lines[1].starts_with("a,ok,") && lines[2].contains("refused") && lines[2].contains("ten"), "{out}");
     assert!(lines[3].starts_with("c,ok,") && err.contains("3 points, 1 refused"), "{out} {err}");
+    // Bytes that are no text, and points without names.
+    let (status, out, _) =
+        streamed(at, &[], b"q1,q2,q3,q4,q5,q6\n10,20,30,5,30,0\n\xff\xfe,20,30,5,30,0\n11,20,30,5,30,0\n");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(status == 1 && lines.len() == 4, "{status} {out}");
+    assert!(
+        lines[1].starts_with("row 1,ok,") && lines[2].starts_with("row 2,") && lines[3].starts_with("row 3,ok,"),
+        "{out}"
+    );
     let (status, out, _) = streamed(at, &["--format", "json"], PATH);
     let first: Value = serde_json::from_str(out.lines().next().expect("a line")).expect("JSON");
     assert!(status == 0 && out.lines().count() == 3 && first["joints"]["q1"].is_number(), "{out}");

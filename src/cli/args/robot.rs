@@ -24,15 +24,18 @@ pub struct Check {
 pub struct Convert {
     /// Bundled name, or a .yaml or .urdf file; or kinematics as `ur_calibration` writes them (.yaml).
     pub robot: String,
-    /// File to write; its ending (.yaml or .urdf) says which format, and --as does for .xml.
+    /// File to write; its ending (.yaml or .urdf) says which format, and --as does for .xml and for tables (.csv or .xlsx).
     pub to: PathBuf,
+    /// The description that the controller works with: tables have its values and the differences beside.
+    #[arg(long, value_name = "ROBOT")]
+    pub nominal: Option<String>,
     /// Write this format, whatever the ending.
     #[arg(long = "as", value_enum, value_name = "FORMAT")]
     pub write_as: Option<WriteAs>,
 }
 
 /// Formats of a robot.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum WriteAs {
     /// A description.
     Yaml,
@@ -42,6 +45,12 @@ pub enum WriteAs {
     UrKinematics,
     /// A model of the simulator MuJoCo.
     Mjcf,
+    /// A table of Denavit and Hartenberg's parameters: theta, d, a, alpha lead from one joint to the next.
+    Dh,
+    /// The same as modified by Craig: alpha and a of the link before, then theta and d.
+    DhModified,
+    /// A table of what is to be added to the zero of each joint; needs --nominal.
+    Mastering,
 }
 
 /// `pose`

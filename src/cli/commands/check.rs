@@ -7,7 +7,7 @@ use crate::cli::args::Check;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::units::Units;
-use crate::plausibility::{Evidence, Limits, judge};
+use crate::plausibility::{Evidence, Limits, as_stiff_as_arms, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
 use crate::results::{CampaignCheck, RobotSummary, SnapshotAgreement};
@@ -51,6 +51,7 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(text, &found)?;
     output.failed = found.snapshot.is_some_and(|snapshot| !snapshot.agrees);
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(as_stiff_as_arms(&loaded.model, &Limits::default()));
     output.files = files;
     Ok(output)
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::controller_terms::controller_terms;
 use super::schema::file_name;
 use crate::Error;
 use crate::cli::args::{Convert, SchemaOf, WriteAs};
@@ -20,6 +21,12 @@ use crate::render::mjcf::mjcf;
 pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
     let format = command.write_as.map_or_else(|| by_ending(&command.to), Ok)?;
     crate::files::writable(&command.to)?;
+    if matches!(format, WriteAs::Dh | WriteAs::DhModified | WriteAs::Mastering) {
+        return controller_terms(command, format, session);
+    }
+    if command.nominal.is_some() {
+        return Err(Error::input("--nominal, and no table is written", "add --as dh, dh-modified or mastering"));
+    }
     let loaded = session.reader.robot(&command.robot)?;
     let (text, diagnostics) = match format {
         WriteAs::UrKinematics => {
@@ -28,7 +35,7 @@ pub fn run(command: &Convert, session: &Session) -> Result<Output, Error> {
         }
         WriteAs::Mjcf => mjcf(&loaded.robot, &loaded.model).map_err(PredictionError::from)?,
         WriteAs::Yaml => as_yaml(&loaded.raw, &command.to)?,
-        WriteAs::Urdf => as_urdf(&loaded.raw)?,
+        _ => as_urdf(&loaded.raw)?,
     };
     let warnings = format!("wrote {}\n", command.to.display());
     let mut output = Output::new(warnings, &serde_json::json!({"wrote": command.to.display().to_string()}))?;

@@ -59,8 +59,9 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         if !raw.effects.is_empty() {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
-        // Readings that are far off are set aside.
-        let doubt = output.doubt_in_values(session.arguments.force).filter(|code| *code != Code::OutlyingReadings);
+        // Readings that are far off are borne where they were set aside.
+        let is_borne = |code: &Code| *code == Code::OutlyingReadings && !found.outliers.is_empty();
+        let doubt = output.doubt_in_values(session.arguments.force).filter(|code| !is_borne(code));
         if doubt.is_some() {
             output.text.push('\n');
             output.not_written(path, doubt);

@@ -205,8 +205,8 @@ pub(super) fn calibrated(
         output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
         output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
     }
-    // A robust loss is there for readings that are far off, and registration starts from the others.
-    let is_robust = settings.loss != Loss::Squares || settings.only.as_ref().is_some_and(Vec::is_empty);
+    // A robust loss is there for readings that are far off.
+    let is_robust = settings.loss != Loss::Squares;
     let is_borne = |code: &Code| *code == Code::OutlyingReadings && is_robust;
     let doubt = output.doubt_in_values(session.arguments.force).filter(|code| !is_borne(code));
     match asked.save {

@@ -6,6 +6,7 @@ pub mod check;
 pub mod compensate;
 pub mod compensator;
 pub mod completions;
+mod controller_terms;
 pub mod convert;
 mod designed;
 pub mod diagnose;

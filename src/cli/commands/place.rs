@@ -15,6 +15,7 @@ use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable_table};
 use crate::kinematics::{AssemblyError, Transform};
 use crate::planning::stiffest::{Least, Search, StiffestError, Wanted, Way, Work, as_given, place};
+use crate::plausibility::{Limits, as_stiff_as_arms};
 use crate::prediction::SinglePredictor;
 use crate::process::Process;
 use crate::render::place as render;
@@ -55,6 +56,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
         ));
     }
     let mut diagnostics = loaded.diagnostics.clone();
+    diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     let controller = ControllerFile::new(None, &loaded, &path, session)?;
     let desired = controller.geometry(&loaded)?.desired(&path, from.as_deref(), FrameName::Base, wanted.hold)?;
     let process = match &command.process {

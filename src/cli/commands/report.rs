@@ -61,8 +61,9 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
     }
     let shown = if force { forced(judged.clone()) } else { judged.clone() };
-    let of_the_files = loaded.diagnostics.iter().filter(|found| found.code.is_about_figures()).cloned();
-    report.diagnostics = of_the_files.chain(shown.into_iter().filter(|found| found.code.is_about_figures())).collect();
+    // That it did not converge stands in the report itself.
+    let shown = shown.into_iter().filter(|found| found.code != Code::NotConverged);
+    report.diagnostics = loaded.diagnostics.iter().cloned().chain(shown).collect();
     let html = write(&review, &mut report)?;
     bar.finish_and_clear();
     let answer = report.answer.as_deref().unwrap_or_default();
@@ -73,7 +74,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut output = output.judged(judged, force)?;
     output.failed |= report.identify.as_ref().is_some_and(|found| !found.converged);
     if let Some(path) = &command.json {
-        let text = serde_json::to_string_pretty(&output.json)? + "\n";
+        let text = serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n";
         output.files.push((path.clone(), text));
         output.text += &format!("\nits data: {}\n", path.display());
     }

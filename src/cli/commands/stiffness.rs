@@ -13,6 +13,7 @@ use crate::elastics::{
     Elastics, PointLoad, Response, Statics, at_point, equilibrium, fuzzy_doubts, put_fuzzy, shares, spatial,
 };
 use crate::kinematics::{Geometry, Placements};
+use crate::plausibility::{Limits, as_stiff_as_arms};
 use crate::render::stiffness as render;
 use crate::results::{OwnWeight, Stiffness as Found};
 
@@ -75,6 +76,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::stiffness(&found, session.terminal.screen), &found)?;
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
+    output.diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     output.diagnostics.extend(outside);
     output.diagnostics.extend((!command.equilibrium).then(|| large(&displacement, &rotation)).flatten());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));

@@ -304,6 +304,7 @@ impl Campaign {
 
 /// Noise as it is stated, or what is assumed instead ([`Campaign::noise`]).
 pub(crate) fn noise_of(sigma: Option<[f64; 3]>, orientation: Option<f64>) -> Noise {
+    let is_stated = [sigma.is_some(), orientation.is_some(), false];
     let orientation = orientation.unwrap_or_else(|| sigma.map_or(1e-3, |sigma| sigma[0]));
-    Noise { is_stated: sigma.is_some(), ..Noise::of(sigma.unwrap_or([1e-3; 3]), orientation) }
+    Noise { is_stated, ..Noise::of(sigma.unwrap_or([1e-3; 3]), orientation) }
 }

@@ -109,7 +109,7 @@ fn settle(campaign: &mut Campaign) {
             names.push(String::new());
         }
     }
-    let stated = |reading: &Reading| reading.noise.is_stated;
+    let stated = |reading: &Reading| reading.noise.is_stated[0];
     if campaign.sigma.is_none() && !campaign.readings.is_empty() && campaign.readings.iter().all(stated) {
         let count = campaign.readings.len() as f64;
         let mean_square = |axis: usize| {

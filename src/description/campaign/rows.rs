@@ -307,6 +307,7 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
     let mut noise = noise_of(stated.sigma, stated.orientation);
     noise.ppm = stated.ppm;
     noise.load = stated.load.unwrap_or(noise.load);
+    noise.is_stated[2] = stated.load.is_some();
     for (column, axes, factor) in NOISE_COLUMNS {
         let Some(value) = row.given(column) else { continue };
         let sigma = value * factor * row.units.length.factor();
@@ -316,7 +317,7 @@ fn noise(row: &Row, entry: &RawEntry, faults: &mut Faults) -> Noise {
             faults.push(Diagnostic::error(message).at(row.place(column)).remedy(remedy));
         }
         axes.iter().for_each(|&axis| noise.position[axis] = sigma);
-        noise.is_stated = true;
+        noise.is_stated[0] = true;
     }
     noise
 }

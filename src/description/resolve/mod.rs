@@ -16,7 +16,7 @@ mod tree;
 
 pub use crate::diagnostic::{Explained, Locate};
 pub use collector::GREATEST;
-pub use sizes::doubtful_sizes;
+pub use sizes::{doubtful_sizes, heaviest};
 
 use indexmap::IndexMap;
 

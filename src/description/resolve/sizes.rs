@@ -43,6 +43,8 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     diagnostics.extend(radians_as_degrees(raw, locate));
     diagnostics.extend(limits_in_radians(raw, locate));
     diagnostics.extend(heavy_or_far(raw, locate));
+    diagnostics.extend(centres_in_metres(raw, locate));
+    diagnostics.extend(other_gravity(raw, locate));
     diagnostics
 }
 
@@ -121,7 +123,7 @@ fn limits_in_radians(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
 
 /// Greatest mass of a body, kg: the largest industrial robots weigh 12 t in all.
 const HEAVIEST: f64 = 1e4;
-/// Density of steel, kg/m3: a body is no heavier than a cube of steel whose edge is half the robot's lengths together,
+/// Density of steel, kg/m3: a body is no heavier than a bar of steel as long as the robot's lengths together, a tenth as thick,
 const STEEL: f64 = 7850.0;
 /// or than this, kg: where a robot's lengths are not all written.
 const LIGHT: f64 = 100.0;
@@ -130,11 +132,16 @@ const FARTHEST: f64 = 1.0;
 /// Distance at which it is never doubted, m: where a robot's lengths are not all written.
 const NEAR: f64 = 0.5;
 
+/// Greatest mass (kg) that is not doubted, of a body of a robot whose lengths add up to so much (m).
+pub fn heaviest(lengths: f64) -> f64 {
+    (STEEL * lengths * (0.1 * lengths).powi(2)).clamp(LIGHT, HEAVIEST)
+}
+
 /// Masses that no robot has, and centres of mass that lie outside it.
 fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let (length, mass) = (raw.units.length, raw.units.mass);
     let reach = lengths(raw).0 * length.factor();
-    let heaviest = (STEEL * (0.5 * reach).powi(3)).clamp(LIGHT, HEAVIEST);
+    let heaviest = heaviest(reach);
     let mut all = Vec::new();
     for (name, body) in &raw.bodies {
         if let Some(heavy) = body.mass.map(|value| value * mass.factor()).filter(|kg| *kg > heaviest) {
@@ -154,6 +161,47 @@ fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
         }
     }
     all
+}
+
+/// Bodies with a centre of mass from which a common error of unit is believed, and the part of the robot's lengths within which all
+/// centres of mass lie then: an arm's links are not all balanced about their frames to a thousandth.
+const CENTRES: usize = 2;
+const BALANCED: f64 = 1e-3;
+
+/// A file in mm whose centres of mass are in metres.
+fn centres_in_metres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    let reach = lengths(raw).0;
+    let size = |com: [f64; 3]| com.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let off: Vec<(&String, f64)> = raw
+        .bodies
+        .iter()
+        .filter_map(|(name, body)| Some((name, size(body.com?))))
+        .filter(|(_, far)| *far > 0.0)
+        .collect();
+    let (name, farthest) = off.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let unit = raw.units.length.symbol();
+    let are_metres = raw.units.length != Length::Metre && off.len() >= CENTRES && *farthest < BALANCED * reach;
+    are_metres.then(|| {
+        Diagnostic::warning(format!(
+            "the centres of mass of all bodies lie within {farthest:.3} {unit} of their frames, where the lengths of the robot add up to {reach:.0} {unit}"
+        ))
+        .at(locate(&["bodies", name, "com"]))
+        .remedy(format!("centres are in {unit}: if these are in m, write them in {unit}"))
+    })
+}
+
+/// Least and greatest acceleration of gravity on the ground, m/s2, with room: 9.764 on a mountain at the equator, 9.834 at a pole.
+const GRAVITY: [f64; 2] = [9.7, 9.9];
+
+/// Gravity of another planet, or in another unit; none at all is said on purpose.
+fn other_gravity(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    let size = raw.gravity?.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let is_usual = (GRAVITY[0]..=GRAVITY[1]).contains(&size);
+    (size > 0.0 && size.is_finite() && !is_usual).then(|| {
+        Diagnostic::warning(format!("gravity is {size} m/s2"))
+            .at(locate(&["gravity"]))
+            .remedy("give it in m/s2, whatever the units of the description: [0, 0, -9.81] of a standing arm")
+    })
 }
 
 fn rounded(value: f64) -> f64 {

@@ -67,7 +67,8 @@ impl ControllerFile {
                 None => markers.push(0),
             }
         }
-        let diagnostics = nominal.diagnostics.clone();
+        let mut diagnostics = nominal.diagnostics.clone();
+        diagnostics.extend(exchanged(name, &nominal, loaded));
         Ok(Self { loaded: Some(nominal), markers, diagnostics })
     }
 
@@ -80,6 +81,27 @@ impl ControllerFile {
         let measured = Geometry::nominal(&loaded.model)?.base().inverse();
         Ok(Shown { geometry: Geometry::nominal(model)?, markers: &self.markers, measured })
     }
+}
+
+/// A warning where the calibrated description is given as that of the controller, or the same description as both.
+fn exchanged(name: &str, nominal: &LoadedRobot, robot: &LoadedRobot) -> Option<Diagnostic> {
+    let is_calibrated = |loaded: &LoadedRobot| loaded.raw.calibration.fit.is_some();
+    if is_calibrated(nominal) && !is_calibrated(robot) {
+        let text = format!(
+            "--nominal `{name}` was written by a calibration, and the robot was not: corrections have the wrong sign if they are exchanged"
+        );
+        return Some(
+            Diagnostic::warning(text).remedy("give ROBOT the calibrated description and --nominal the controller's"),
+        );
+    }
+    let values = |loaded: &LoadedRobot| loaded.model.registry.nominal();
+    let is_same = values(nominal) == values(robot) && nominal.raw.effects == robot.raw.effects;
+    is_same.then(|| {
+        Diagnostic::warning(format!(
+            "the robot and --nominal `{name}` are the same description: only loads are corrected"
+        ))
+        .remedy("give ROBOT the description that `identify --save` wrote")
+    })
 }
 
 impl Shown<'_> {

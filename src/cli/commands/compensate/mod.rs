@@ -25,6 +25,7 @@ use crate::elastics::{Elastics, fuzzy_doubts};
 use crate::files::writable_table;
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::plausibility::{Limits, as_stiff_as_arms};
 use crate::render::compensation as render;
 use crate::results::Compensation;
 use crate::results::units::mm;
@@ -60,6 +61,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut path = session.reader.path(file, &loaded, units)?;
     load(command, &loaded, &mut path)?;
     let mut diagnostics = loaded.diagnostics.clone();
+    diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     let process = match &command.process {
         Some(file) => {
             let (raw, process, mut warnings) = session.reader.process_as_declared(file)?;

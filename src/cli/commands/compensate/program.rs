@@ -35,7 +35,16 @@ impl<'a> Program<'a> {
         }
         let source = match LANGUAGES.iter().find(|language| language.name == name) {
             Some(language) => Source::Language(language),
-            None if Path::new(name).is_file() => Source::Template(session.reader.text(Path::new(name))?, name.clone()),
+            None if Path::new(name).is_file() => {
+                let template = session.reader.text(Path::new(name))?;
+                if template.trim().is_empty() {
+                    return Err(Error::input(
+                        format!("--program: the template `{name}` is empty"),
+                        "write what a program holds, as under Programs in docs/compensation.md",
+                    ));
+                }
+                Source::Template(template, name.clone())
+            }
             None => {
                 let names: Vec<&str> = LANGUAGES.iter().map(|language| language.name).collect();
                 return Err(Error::input(

@@ -50,7 +50,7 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
     let mut input = std::io::stdin().lock();
     let mut head = String::new();
     while head.trim().is_empty() {
-        if input.read_line(&mut head)? == 0 {
+        if next_line(&mut input, &mut head)? == 0 {
             return Err(Error::input(
                 "the standard input is empty",
                 "give a line with the names of the columns, and then a line for each point",
@@ -67,7 +67,7 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
     // The controller's file is read with the first point, whose columns say what it is needed for.
     let first = loop {
         line.clear();
-        if input.read_line(&mut line)? == 0 {
+        if next_line(&mut input, &mut line)? == 0 {
             break None;
         }
         if !line.trim().is_empty() {
@@ -89,7 +89,7 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
         let started = Instant::now();
         // A line that cannot be read is answered, and the stream goes on.
         let point = stream.answer(&head, &line, number, &shown, &mut state).unwrap_or_else(|error| {
-            CompensatedPoint::Refused(RefusedPoint::new(number - 1, number.to_string(), error.to_string()))
+            CompensatedPoint::Refused(RefusedPoint::new(number - 1, nameless(number), error.to_string()))
         });
         refused += usize::from(matches!(point, CompensatedPoint::Refused(_)));
         let text = match is_json {
@@ -105,7 +105,7 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
         line.clear();
         while line.trim().is_empty() {
             line.clear();
-            if input.read_line(&mut line)? == 0 {
+            if next_line(&mut input, &mut line)? == 0 {
                 break;
             }
         }
@@ -127,6 +127,19 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
     Ok(Output { failed: refused > 0, ..Output::nothing() })
 }
 
+/// The name of a point whose line gives it none.
+fn nameless(number: usize) -> String {
+    format!("row {number}")
+}
+
+/// Appends a line; bytes that are no UTF-8 are replaced, so that no number or name is read from them. How many bytes there were.
+fn next_line(input: &mut impl BufRead, line: &mut String) -> std::io::Result<usize> {
+    let mut bytes = Vec::new();
+    let count = input.read_until(b'\n', &mut bytes)?;
+    *line += &String::from_utf8_lossy(&bytes);
+    Ok(count)
+}
+
 impl Stream<'_> {
     /// A line as a path of one point.
     fn read(&self, head: &str, line: &str, number: usize) -> Result<Path, Error> {
@@ -146,6 +159,8 @@ impl Stream<'_> {
         state: &mut State,
     ) -> Result<CompensatedPoint, Error> {
         let mut path = self.read(head, line, number)?;
+        // Each line is a table of one row.
+        path.campaign.poses.iter_mut().filter(|name| **name == nameless(1)).for_each(|name| *name = nameless(number));
         let model = &self.loaded.model;
         let desired = shown.desired(&path, state.nominal.as_deref(), self.command.frame, self.settings.hold)?;
         let nominal = desired.first().and_then(|desired| desired.as_ref().ok()).map(|desired| desired.nominal.clone());

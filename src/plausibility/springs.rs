@@ -1,0 +1,44 @@
+//! Springs of a description against those of arms of its size.
+
+use nalgebra::SymmetricEigen;
+
+use super::evidence::Limits;
+use super::hypothesis::own_slots;
+use crate::diagnostic::Diagnostic;
+use crate::model::Model;
+use crate::parameter::Kind;
+use crate::state::{Loads, Mechanics};
+
+/// Stiffness of the tool in its softest direction, N/m, with every variable in the middle of its limits; `None` where nothing is
+/// elastic or that configuration does not exist.
+fn softest(model: &Model) -> Option<f64> {
+    let loads = Loads { wrench: true, weight: false };
+    let mechanics = Mechanics::new(model, &model.registry.nominal(), loads, &[]).ok()?;
+    let mut state = mechanics.state();
+    mechanics.place(&model.middle(), &mut state).ok()?;
+    let found = mechanics.compliance(&state, &mechanics.point(&state, None, &[0.0; 6]));
+    let translation = found.fixed_view::<3, 3>(0, 0);
+    // Rules identified component by component are reciprocal only as far as the readings were.
+    let most = SymmetricEigen::new(0.5 * (translation + translation.transpose())).eigenvalues.max();
+    (most > 0.0 && most.is_finite()).then_some(most.recip())
+}
+
+/// What to say of springs that hold an arm far worse or better than those of arms of its size do: a unit is wrong, or a power of ten.
+pub fn as_stiff_as_arms(model: &Model, limits: &Limits) -> Option<Diagnostic> {
+    let size: f64 = own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum();
+    let stiffness = softest(model).filter(|_| size > 0.0)?;
+    let than = if stiffness < limits.softest * size.powi(2) {
+        "softer than any arm of its size"
+    } else if stiffness > limits.stiffest * size {
+        "stiffer than a bar of steel of its size"
+    } else {
+        return None;
+    };
+    let millimetres = 1e6 / stiffness;
+    let message = format!(
+        "1 kN displaces the tool of `{}` by {millimetres:.2e} mm where it is softest, in the middle of its limits: {than}",
+        model.name
+    );
+    let remedy = "look at the units and powers of ten of stiffness and compliance";
+    Some(Diagnostic::warning(message).figure("stiffness", stiffness).remedy(remedy))
+}

@@ -1,0 +1,211 @@
+//! Masses, gravity, springs, sides of approach and noise of other quantities that cannot be meant.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::cli::{Ran, run};
+use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
+
+/// The arm of `init` with masses and springs.
+const LOADED: &str = "gravity: [0, 0, -9.81]
+bodies:
+  1: {mass: 150, com: [50, 0, -100]}
+  2: {mass: 90, com: [300, 0, 0]}
+  3: {mass: 60, com: [60, 0, 50]}
+  4: {mass: 30, com: [0, 0, -200]}
+  5: {mass: 12, com: [0, 0, 0]}
+  6: {mass: 5, com: [0, 0, 50]}
+joint_stiffness:
+  2: {kar: {value: 2e5, identifiable: true}}
+  3: {kar: {value: 1e5, identifiable: true}}
+  4: {kar: {value: 4e4, identifiable: true}}
+  5: {kar: {value: 3e4, identifiable: true}}
+";
+
+/// A folder with the starter's campaign in `c`, and its robot with masses and springs, changed, as `arm.yaml`.
+fn loaded(change: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = starter();
+    write_arm(folder.path(), "arm.yaml", change);
+    folder
+}
+
+fn write_arm(at: &Path, name: &str, change: &[(&str, &str)]) {
+    let robot = std::fs::read_to_string(at.join("c/robot.yaml")).expect("text");
+    let bare = robot.split("# Masses and springs").next().expect("a part");
+    let text = change.iter().fold(format!("{bare}{LOADED}"), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    std::fs::write(at.join(name), text).expect("written");
+}
+
+fn ok(ran: &Ran) {
+    assert_eq!(ran.status, 0, "{}{}", ran.out, ran.err);
+}
+
+/// What `check` warns of.
+fn warned(at: &Path, file: &str) -> String {
+    let found = json(&run(at, &["check", file, "--format", "json"]));
+    let all = found["diagnostics"].as_array().expect("a list").iter();
+    all.filter_map(|d| d["message"].as_str()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn gravity_masses_and_springs_of_another_unit_are_doubted() {
+    let cases: &[(&[(&str, &str)], &str)] = &[
+        (&[], ""),
+        (&[("-9.81]", "0]")], ""),
+        (&[("[0, 0, -9.81]", "[0, -8.5, 4.9]")], ""),
+        (&[("-9.81]", "-1]")], "gravity is 1 m/s2"),
+        (&[("-9.81]", "-9810]")], "gravity is 9810 m/s2"),
+        (&[("mass: 90", "mass: 9000")], "has a mass of 9.000e3 kg"),
+        (
+            &[
+                ("com: [50, 0, -100]", "com: [0.05, 0, -0.1]"),
+                ("com: [300, 0, 0]", "com: [0.3, 0, 0]"),
+                ("com: [60, 0, 50]", "com: [0.06, 0, 0.05]"),
+                ("com: [0, 0, -200]", "com: [0, 0, -0.2]"),
+                ("com: [0, 0, 50]", "com: [0, 0, 0.05]"),
+            ],
+            "the centres of mass of all bodies lie within 0.300 mm",
+        ),
+        (&[("2e5", "2e2"), ("1e5", "1e2"), ("4e4", "4e1"), ("3e4", "3e1")], "softer than any arm of its size"),
+        (&[("2e5", "2e9"), ("1e5", "1e9"), ("4e4", "4e8"), ("3e4", "3e8")], "stiffer than a bar of steel"),
+    ];
+    for (change, said) in cases {
+        let folder = loaded(change);
+        let warned = warned(folder.path(), "arm.yaml");
+        assert!(if said.is_empty() { warned.is_empty() } else { warned.contains(said) }, "{change:?}: {warned}");
+    }
+    for robot in ["kuka-kr270", "kuka-ir663", "palletiser", "franka-panda", "hexapod", "five-bar", "scara-rail"] {
+        assert_eq!(warned(Path::new("."), robot), "", "{robot}");
+    }
+}
+
+/// An arm that hangs, described as standing: springs that would have to bend against their loads are not written.
+#[test]
+fn a_hanging_arm_described_as_standing_is_doubted() {
+    let folder = loaded(&[]);
+    let at = folder.path();
+    write_arm(at, "hanging.yaml", &[("-9.81]", "9.81]")]);
+    let errors = ["--errors", "1", "--elastic-errors", "1", "--unknown-base", "--unknown-tool", "--noise", "0.03"];
+    ok(&run(at, &[&["simulate", "hanging.yaml", "--poses", "40", "--seed", "4", "--into", "h"], &errors[..]].concat()));
+    let campaign = at.join("h/campaign.yaml");
+    let text = std::fs::read_to_string(&campaign).expect("text");
+    let refitted = "calibrate: [geometry, joint-offset, joint-compliance]\n";
+    let lines = text.lines().filter(|line| !line.starts_with("calibrate") && !line.starts_with("- "));
+    std::fs::write(&campaign, lines.collect::<Vec<_>>().join("\n") + "\n" + refitted).expect("written");
+    let right = run(at, &["diagnose", "h", "--robot", "hanging.yaml", "--apply", "right.yaml"]);
+    assert!(right.status == 0 && at.join("right.yaml").exists(), "{}{}", right.out, right.err);
+    let ran = run(at, &["diagnose", "h", "--robot", "arm.yaml", "--apply", "wrong.yaml"]);
+    assert!(ran.out.contains("DOUBTFUL (implausible)") && ran.out.contains("springs came out as none"), "{}", ran.out);
+    assert!(ran.status == 1 && !at.join("wrong.yaml").exists(), "{}", ran.out);
+}
+
+/// Torques are judged by their own noise.
+#[test]
+fn torques_far_above_their_noise_are_told() {
+    let folder = loaded(&[]);
+    let at = folder.path();
+    let text = "robot: arm.yaml
+units: {length: mm, angle: deg}
+observes: torque
+instrument: {torque: 0.5}
+payloads: {block: {mass: 20}}
+measurements: h.csv
+";
+    std::fs::write(at.join("t.yaml"), text).expect("written");
+    ok(&run(at, &["simulate", "t.yaml", "--poses", "40", "--seed", "5", "--into", "t"]));
+    let right = json(&run(at, &["identify", "t", "--format", "json"]));
+    assert!(of_code(&right, "noise-unlike-stated").is_empty(), "{}", right["diagnostics"]);
+    spoil(&at.join("t"), |t: &mut Table| t.swap("torque.q2", "torque.q3"));
+    doubts(at, &["identify", "t"], "noise-unlike-stated", &["residuals are", "times the stated noise"]);
+}
+
+/// Orientations and positions are each judged by their own noise.
+#[test]
+fn orientations_are_judged_by_their_own_noise() {
+    let folder = starter();
+    let at = folder.path();
+    let poses = ["simulate", "universal-ur10", "--observes", "pose", "--poses", "60", "--seed", "4"];
+    let noise = ["--noise", "0.05", "--orientation-noise", "0.01", "--unknown-base", "--unknown-tool", "--into", "p"];
+    ok(&run(at, &[&poses[..], &noise].concat()));
+    let campaign = at.join("p/campaign.yaml");
+    let text = std::fs::read_to_string(&campaign).expect("text");
+    let line = text.lines().find(|line| line.trim_start().starts_with("orientation:")).expect("stated");
+    for (stated, is_told) in [("0.01", false), ("10", true), ("0.0001", true)] {
+        std::fs::write(&campaign, text.replace(line, &format!("  orientation: {stated}"))).expect("written");
+        let found = json(&run(at, &["identify", "p", "--format", "json"]));
+        let told = of_code(&found, "noise-unlike-stated");
+        let words = told.iter().any(|d| d["message"].as_str().is_some_and(|m| m.contains("residuals of orientations")));
+        assert_eq!(words, is_told, "{stated}: {}", found["diagnostics"]);
+    }
+}
+
+/// Sides of approach the other way round make a backlash below zero, which no gear has.
+#[test]
+fn a_backlash_below_zero_is_doubted() {
+    let folder = starter();
+    let at = folder.path();
+    let robot = std::fs::read_to_string(at.join("c/robot.yaml")).expect("text");
+    let slack = "effects:\n- {effect: backlash, site: joint:3, parameters: {half_width: 0.0005}}\n";
+    std::fs::write(at.join("slack.yaml"), robot + slack).expect("written");
+    let poses = ["simulate", "slack.yaml", "--poses", "80", "--seed", "5", "--conditions", "--errors", "0"];
+    ok(&run(at, &[&poses[..], &["--unknown-base", "--unknown-tool", "--noise", "0.03", "--into", "b"]].concat()));
+    let diagnose = ["diagnose", "b", "--robot", "c/robot.yaml"];
+    let right = json(&run(at, &[&diagnose[..], &["--format", "json"]].concat()));
+    assert_eq!(right["causes"][0]["effect"], "backlash", "{}", right["causes"]);
+    assert!(of_code(&right, "implausible").is_empty());
+    let sides: Vec<String> = (1..=6).map(|k| format!("approach.q{k}")).collect();
+    let sides: Vec<&str> = sides.iter().map(String::as_str).collect();
+    spoil(&at.join("b"), |t: &mut Table| t.scale(&sides, -1.0));
+    doubts(at, &diagnose, "implausible", &["backlash@joint:3", "cannot be below 0"]);
+    let ran = run(at, &[&diagnose[..], &["--apply", "d.yaml"]].concat());
+    assert!(ran.status == 1 && !at.join("d.yaml").exists(), "{}", ran.out);
+}
+
+/// The calibrated description in the place of the controller's corrects with the wrong sign; the same one twice corrects nothing.
+#[test]
+fn descriptions_that_are_exchanged_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    ok(&run(at, &["identify", "c", "--save", "fitted.yaml"]));
+    std::fs::write(at.join("path.csv"), "q1,q2,q3,q4,q5,q6\n10,20,30,5,30,0\n11,20,30,5,30,0\n").expect("written");
+    for (robot, nominal, said) in [
+        ("fitted.yaml", "c/robot.yaml", ""),
+        ("c/robot.yaml", "fitted.yaml", "the wrong sign if they are exchanged"),
+        ("c/robot.yaml", "c/robot.yaml", "are the same description"),
+    ] {
+        let ran = run(at, &["compensate", robot, "path.csv", "--nominal", nominal, "--format", "json"]);
+        let all: Value = json(&ran);
+        let told = all["diagnostics"].to_string();
+        assert!(
+            if said.is_empty() { all["diagnostics"] == Value::Array(vec![]) } else { told.contains(said) },
+            "{told}"
+        );
+    }
+}
+
+/// What `identify` says of a calibration stands in the report's JSON too.
+#[test]
+fn reports_carry_every_warning() {
+    let folder = starter();
+    let at = folder.path();
+    for campaign in ["kr270-no-compensator", "ir663-paper-poses"] {
+        let codes = |found: &Value| -> Vec<String> {
+            let mut all: Vec<String> =
+                found["diagnostics"].as_array().expect("a list").iter().map(|d| d["code"].to_string()).collect();
+            all.sort();
+            all.dedup();
+            all
+        };
+        let found = codes(&json(&run(at, &["identify", campaign, "--format", "json"])));
+        ok(&run(at, &["report", campaign, "--json", "data.json", "--output", "page.html"]));
+        let text = std::fs::read_to_string(at.join("data.json")).expect("text");
+        let report = codes(&serde_json::from_str(&text).expect("JSON"));
+        assert!(found.iter().all(|code| report.contains(code)), "{campaign}: {found:?} {report:?}");
+        let page = std::fs::read_to_string(at.join("page.html")).expect("text");
+        assert!(found.iter().all(|code| page.contains(code.trim_matches('"'))), "{campaign}");
+    }
+}
