@@ -15,6 +15,7 @@ use super::words::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};
+use crate::least_squares::Loss;
 use crate::math::{median, orthonormal, quantiles::f_tail};
 use crate::prediction::{Linearised, Predictor};
 
@@ -86,7 +87,24 @@ fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let said =
         |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| said(evidence.campaign, &wrong, &|k| size[k], middle);
-    outlying(evidence, limits).map(said).into_iter().collect()
+    let hidden = || {
+        let robust = robust(evidence)?;
+        outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
+    };
+    outlying(evidence, limits).or_else(hidden).map(said).into_iter().collect()
+}
+
+/// Residuals over the stated noise from which wrong readings may have hidden each other.
+const HIDING: f64 = 2.0;
+
+/// The same parameters fitted by a loss that many wrong readings do not bend, where more than the stated noise is left.
+fn robust(evidence: &Evidence) -> Option<Calibration> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let found = evidence.found.filter(|found| campaign.sigma.is_some() && found.noise_ratio > HIDING)?;
+    let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
+    let loss = Loss::Huber(1.345);
+    let asked = Settings { only: Some(kept.collect()), loss, second_order: false, ..Settings::default() };
+    calibrate(model, campaign, &found.held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)
 }
 
 /// Readings that are far off after a calibration, by index, the errors of all and the median of the others' (m).
