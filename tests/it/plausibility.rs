@@ -1027,6 +1027,13 @@ fn joints_of_deflections_are_read_otherwise() {
             refuses(at, &[command, "s"], code, &[words]);
         }
     }
+    // A robot with loops.
+    let loads = ["--wrench", "0,0,-900,0,0,0", "--wrench", "600,300,0,0,0,0", "--errors", "0", "--elastic-errors", "1"];
+    std::fs::remove_dir_all(at.join("s")).expect("removed");
+    let few = ["--observes", "deflection", "--poses", "40", "--noise", "0.03", "--seed", "1"];
+    simulated(at, "kuka-ir663", &[&few[..], &loads].concat());
+    spoil(&at.join("s"), |t| t.scale(&["q1", "q4", "q5", "q7"], std::f64::consts::PI / 180.0));
+    refuses(at, &["identify", "s"], "wrong-units", &["joint angles read as rad"]);
 }
 
 /// A base some millimetres from where the description has it is less than tolerances allow registration to leave, and is named by

@@ -260,6 +260,13 @@ fn a_step_is_told_with_its_joint() {
     let dated = run(at, &[&asked[..], &["--format", "json"]].concat());
     let dated: serde_json::Value = serde_json::from_str(&dated.out).expect("JSON");
     assert_eq!(dated["checks"][3]["date"], "2026-04-13", "{dated:#}");
+    // Free text is no day, and it is said that none is used.
+    let file =
+        [at.join("m4/campaign.yaml"), at.join("m4.yaml")].into_iter().find(|file| file.exists()).expect("a campaign");
+    let text = std::fs::read_to_string(&file).expect("a campaign");
+    std::fs::write(file, text.replace("2026-04-13", "yesterday")).expect("written");
+    let ran = run(at, &asked);
+    assert!(ran.status == 0 && ran.err.contains("`yesterday` of `m4` is no day"), "{}", ran.err);
     let checks = found["checks"].as_array().expect("checks");
     let alarms: Vec<bool> = checks.iter().map(|check| check["alarm"] == true).collect();
     assert_eq!(alarms, [false, false, false, true, false], "{found:#}");
@@ -280,6 +287,12 @@ fn a_saved_description_is_the_reference() {
     let quiet = run(at, &["track", "saved.yaml", "m2", "--alarm"]);
     assert_eq!(quiet.status, 0, "{}{}", quiet.out, quiet.err);
     assert!(quiet.out.contains("compared with the description `saved.yaml`"), "{}", quiet.out);
+    let twice = run(at, &["track", "saved.yaml", "m1", "m2"]);
+    assert!(
+        twice.err.contains("`m1` agrees with the reference to rounding") && !twice.err.contains("`m2`"),
+        "{}",
+        twice.err
+    );
     let moved = run(at, &["track", "saved.yaml", "m3", "--alarm"]);
     assert_eq!(moved.status, 1, "{}{}", moved.out, moved.err);
     assert!(moved.out.contains("a length at frame 2 has jumped"), "{}", moved.out);

@@ -30,7 +30,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
     }
     let loaded = loaded(command, session)?;
-    let days = dates(command, &loaded)?;
+    let (days, unused) = dates(command, &loaded)?;
     let measured = measured(command, session, &loaded, &days)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut told = |what: &str| {
@@ -57,6 +57,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::track(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.iter().flat_map(|loaded| loaded.diagnostics.clone()).collect();
     output.diagnostics.dedup_by(|a, b| a.message == b.message);
+    output.diagnostics.extend(unused);
+    output.diagnostics.extend(found.checks.iter().filter_map(|check| of_the_reference(&check.name, check.statistic?)));
     let mut output = output.judged(judged, session.arguments.force)?;
     if let Some(path) = page {
         output.text += &format!("\ncontrol charts: {}\n", path.display());
@@ -89,15 +91,29 @@ fn refused(error: TrackingError) -> Error {
     Diagnostic::error(error.to_string()).code(Code::NotComputed).remedy(remedy).into()
 }
 
-/// Days of the campaigns: of `--dates`, else of their certificates where each has one; none where no dates are known.
-fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, Error> {
+/// Days of the campaigns: of `--dates`, else of their certificates where each has one; none where no dates are known, with a
+/// warning where some are.
+fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<(Vec<NaiveDate>, Option<Diagnostic>), Error> {
     let (given, wanted) = (command.dates.len(), command.campaigns.len());
     if given > 0 && given != wanted {
         return Err(Error::input(format!("--dates has {given} days for {wanted} campaigns"), "give one for each"));
     }
-    let certified = || loaded.iter().map(|own| own.raw.certificate.as_ref()?.date.clone()).collect::<Option<Vec<_>>>();
+    let unused = |why: String| {
+        let remedy = "write days as 2026-01-31 in all campaigns, or give --dates";
+        Some(Diagnostic::warning(format!("{why}: checks count as equally far apart")).remedy(remedy))
+    };
+    let certified: Vec<Option<String>> = loaded
+        .iter()
+        .map(|own| own.raw.certificate.as_ref().and_then(|certificate| certificate.date.clone()))
+        .collect();
+    if given == 0
+        && certified.iter().any(Option::is_some)
+        && let Some((_, without)) = certified.iter().zip(&command.campaigns).find(|(date, _)| date.is_none())
+    {
+        return Ok((Vec::new(), unused(format!("`{without}` has no `certificate: date`, and others have one"))));
+    }
     let (texts, place) = match given {
-        0 => (certified().unwrap_or_default(), "certificate: date"),
+        0 => (certified.into_iter().flatten().collect(), "certificate: date"),
         _ => (command.dates.clone(), "--dates"),
     };
     let mut dates: Vec<NaiveDate> = Vec::with_capacity(texts.len());
@@ -106,7 +122,7 @@ fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, E
         let Some(date) = date else {
             // A certificate's date is free text; without a day that can be compared checks count as equally far apart.
             if given == 0 {
-                return Ok(Vec::new());
+                return Ok((Vec::new(), unused(format!("certificate: date: `{text}` of `{campaign}` is no day"))));
             }
             return Err(Error::input(format!("{place}: `{text}` is no day"), "write it as 2026-01-31"));
         };
@@ -116,7 +132,17 @@ fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<Vec<NaiveDate>, E
         }
         dates.push(date);
     }
-    Ok(dates)
+    Ok((dates, None))
+}
+
+/// Least statistic of a campaign that was measured anew: noise alone makes one of the number of parameters.
+const SAME: f64 = 1e-6;
+
+/// A warning of a campaign that agrees with what is before it to rounding: the description was calibrated with it.
+fn of_the_reference(name: &str, statistic: f64) -> Option<Diagnostic> {
+    let message = format!("`{name}` agrees with the reference to rounding: the description was calibrated with it");
+    let remedy = "leave it out: it is counted twice, and narrows the reference";
+    (statistic < SAME).then(|| Diagnostic::warning(message).code(Code::SuspectReadings).remedy(remedy))
 }
 
 /// Years before this one are written with too few digits.
