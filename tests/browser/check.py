@@ -228,6 +228,28 @@ def large(browser, program, folder):
     print(f"3000 readings: {size / 1e6:.2f} MB, open after {opened:.0f} ms")
 
 
+def papers(browser, program, folder, keep):
+    """A certificate, and a robot over time: as figures of their data, on a desk, a telephone and on paper."""
+    run = lambda *arguments: subprocess.run([program, *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=folder)
+    arm = ("simulate", "universal-ur5", "--poses", "30", "--noise", "0.05", "--unknown-base", "--unknown-tool")
+    run(*arm, "--repeats", "3", "--into", "repeats")
+    with open(os.path.join(folder, "repeats", "campaign.yaml"), "a") as file:
+        file.write("certificate: {number: C-17, operator: A. Meyer, date: 2026-11-23, robot_serial: '4711', tolerance: 0.3}\n")
+    run("report", "repeats", "--certificate", "--output", "certificate.html")
+    months = [f"month{k}" for k in range(1, 6)]
+    for k, month in enumerate(months):
+        run(*arm, "--seed", str(10 + k), "--errors", "0", *(["--effect", "joint-offset@joint:2:2.theta=1e-3"] if k > 2 else []), "--into", month)
+    run("track", "universal-ur5", *months, "--output", "track.html")
+    for name, least in (("certificate", 10), ("track", 10)):
+        page = os.path.join(folder, name + ".html")
+        look(browser, page, name, folder if keep else None)
+        browser.open(page)
+        count = len(browser.evaluate(FIGURES))
+        expect(count >= least, f"{name}: {count} figures")
+        expect(not browser.complaints(), f"{name}: {browser.complaints()}")
+        print(f"{name}: {count} figures, printed")
+
+
 def main():
     program = os.path.abspath(sys.argv[1])
     keep = len(sys.argv) > 2
@@ -247,6 +269,7 @@ def main():
             view(browser, program, robot, flags, folder, keep)
         distances(browser, program, folder, keep)
         rules(browser, program, folder, keep)
+        papers(browser, program, folder, keep)
         large(browser, program, folder)
     finally:
         browser.close()
