@@ -303,6 +303,9 @@ pub fn measure_with(
     if reads_moves && campaign.conditions.last_move.is_empty() {
         campaign.number_in_order();
     }
+    if campaign.conditions.session_time.is_none() {
+        campaign.count_session_time();
+    }
     let mut found = Linearised::default();
     Predictor::new(model, &campaign, Vec::new())?.linearise(values, false, &mut found)?;
     for (reading, value) in campaign.readings.iter_mut().zip(found.predicted) {

@@ -357,3 +357,45 @@ fn a_robot_that_is_as_described_is_tracked() {
     let ran = run(at, &["track", "universal-ur5", "a", "b", "c", "--alarm"]);
     assert_eq!(ran.status, 0, "{}", ran.err);
 }
+
+/// What appears at a check and is no change of a constant is shown by its residuals, and named by the diagnosis.
+#[test]
+fn effects_that_appear_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let effects = [
+        ("gear-ratio", "gear-ratio@joint:2:ratio=5e-4"),
+        ("link-warm-up", "link-warm-up@link:2:growth=2e-3,time_constant=1500"),
+    ];
+    for (name, effect) in effects {
+        let months: Vec<String> = (1..=3).map(|k| format!("{name}{k}")).collect();
+        for (k, month) in months.iter().enumerate() {
+            let seed = (20 + k).to_string();
+            let made = [
+                "simulate",
+                "universal-ur5",
+                "--poses",
+                "60",
+                "--noise",
+                "0.05",
+                "--errors",
+                "0",
+                "--seed",
+                &seed,
+                "--into",
+                month,
+            ];
+            let unknown = ["--unknown-base", "--unknown-tool", "--conditions"];
+            let on = if k == 2 { &["--effect", effect][..] } else { &[] };
+            let ran = run(at, &[&made[..], &unknown, on].concat());
+            assert_eq!(ran.status, 0, "{}", ran.err);
+        }
+        let asked = ["track", "universal-ur5", &months[0], &months[1], &months[2], "--format", "json"];
+        let found: serde_json::Value = serde_json::from_str(&run(at, &asked).out).expect("JSON");
+        let checks = found["checks"].as_array().expect("checks");
+        let alarms: Vec<bool> = checks.iter().map(|check| check["alarm"] == true).collect();
+        assert_eq!(alarms, [false, false, true], "{name}: {found:#}");
+        let told = checks[2]["event"]["diagnosis"].as_str().unwrap_or_default();
+        assert!(told.contains(name), "{name}: {}", checks[2]["event"]);
+    }
+}

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::conditions::EARLIER_MOVES;
-use super::{Campaign, InSession};
+use super::{Campaign, InSession, Reading};
 
 /// Place of a reading among those of its session: its number in the order of measurement, its time, or nothing (its place in
 /// the files).
@@ -25,16 +25,11 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     let count = campaign.readings.len();
     // By age, then by variable.
     let mut moves = vec![vec![vec![f64::NAN; count]; campaign.variables]; 1 + EARLIER_MOVES];
-    let mut since = campaign.conditions.time.as_ref().map(|_| vec![f64::NAN; count]);
     for mut own in sessions.into_values() {
         own.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(|reading| place(campaign, orders, reading));
             a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
         });
-        if let (Some(since), Some(times)) = (&mut since, &campaign.conditions.time) {
-            let start = own.iter().map(|&reading| times[reading]).fold(f64::INFINITY, f64::min);
-            own.iter().for_each(|&reading| since[reading] = times[reading] - start);
-        }
         // The first readings of the configuration at hand and of those before it, the later first.
         let mut path: Vec<usize> = Vec::new();
         for reading in own {
@@ -63,10 +58,23 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     campaign.conditions.last_move = moves.pop().unwrap_or_default();
     campaign.conditions.earlier_moves = earlier;
     campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
-    campaign.conditions.session_time = since;
+    campaign.count_session_time();
 }
 
 impl Campaign {
+    /// Sets [`super::Conditions::session_time`] from the times of the readings.
+    pub fn count_session_time(&mut self) {
+        let Some(times) = &self.conditions.time else { return };
+        let mut starts: BTreeMap<InSession, f64> = BTreeMap::new();
+        for (reading, time) in self.readings.iter().zip(times) {
+            let start = starts.entry(reading.session).or_insert(f64::INFINITY);
+            *start = start.min(*time);
+        }
+        let since =
+            |(reading, time): (&Reading, &f64)| starts.get(&reading.session).map_or(f64::NAN, |start| time - start);
+        self.conditions.session_time = Some(self.readings.iter().zip(times).map(since).collect());
+    }
+
     /// Numbers the readings in the order of their configurations: each was reached from the one before.
     pub fn number_in_order(&mut self) {
         let orders: Vec<Option<i64>> = self.readings.iter().map(|reading| i64::try_from(reading.pose).ok()).collect();
