@@ -43,7 +43,7 @@ pub fn observe(
     criterion: Criterion,
     what: Option<What>,
 ) -> Result<Reduction, CalibrationError> {
-    let what = what.unwrap_or_else(|| What::usual(campaign));
+    let what = what.unwrap_or_else(|| What::usual(model, campaign));
     let (nominal, settings) = (model.registry.nominal(), RegistrationSettings::default());
     // What contacts tell depends on where they are: a ball off its place would show more, or less, than it does.
     let start = match campaign.targets.iter().any(Target::is_to_be_sought) {

@@ -39,7 +39,7 @@ impl<'a> Selection<'a> {
                 slots.extend(only.iter().filter(|slot| !slots[..first].contains(slot)).copied().collect::<Vec<_>>());
                 slots
             }
-            None => candidates(model, campaign, settings.what.unwrap_or_else(|| What::usual(campaign)))?,
+            None => candidates(model, campaign, settings.what.unwrap_or_else(|| What::usual(model, campaign)))?,
         };
         let predictor = Predictor::new(model, campaign, slots)?;
         if settings.only.is_none() {

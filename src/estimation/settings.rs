@@ -4,8 +4,9 @@ use super::equivalence::Split;
 use crate::description::campaign::Campaign;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
 use crate::least_squares::{self, Loss};
+use crate::model::{Model, Nonlinear};
 use crate::observation::{Observes, Purpose};
-use crate::parameter::Slot;
+use crate::parameter::{Group, Slot};
 
 /// How the fit proceeds. All schemes end at the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,9 +73,19 @@ pub struct What {
 }
 
 impl What {
-    /// What a campaign's readings are made for: stiffness from deflections, geometry from all others.
-    pub fn usual(campaign: &Campaign) -> Self {
-        Self::of(campaign.observes)
+    /// What a campaign's readings are made for: stiffness from deflections, geometry from all others, and springs too where the
+    /// campaign names an effect of them under `calibrate:`.
+    pub fn usual(model: &Model, campaign: &Campaign) -> Self {
+        let of_springs = |name: &String| {
+            let effect = model.catalogue.get(name)?;
+            let sites = model.sites_with_constants(effect.as_ref());
+            let mut own = sites.iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default()));
+            Some(own.any(|slot| model.registry[slot].group == Group::Elastic))
+        };
+        let usual = Self::of(campaign.observes);
+        let named =
+            || campaign.calibrate.iter().filter_map(of_springs).any(|is| is) && !model.elastic_slots().is_empty();
+        Self { elastic: usual.elastic || named(), ..usual }
     }
 
     /// What readings of a kind are made for.

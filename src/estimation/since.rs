@@ -63,7 +63,7 @@ pub fn comparable(
     campaign: &Campaign,
     mut settings: Settings,
 ) -> Result<Settings, CalibrationError> {
-    let slots = candidates(model, campaign, settings.what.unwrap_or_else(|| What::usual(campaign)))?;
+    let slots = candidates(model, campaign, settings.what.unwrap_or_else(|| What::usual(model, campaign)))?;
     let is_stated = |slot: &Slot| raw.calibration.uncertainties.contains_key(&model.registry[*slot].name);
     let stated: Vec<Slot> = slots.iter().copied().filter(is_stated).collect();
     if stated.is_empty() {

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::trial::{Trials, errors, searching};
-use super::words::mm;
+use super::words::{mm, unit_of};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};
@@ -61,18 +61,19 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
 fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
     let mut worst = wrong.to_vec();
     worst.sort_by(|&a, &b| by(b).total_cmp(&by(a)));
+    let (scale, unit) = unit_of(campaign);
     let named: Vec<String> = worst
         .iter()
         .take(NAMED)
-        .map(|&k| format!("{} ({} mm)", campaign.address(&campaign.readings[k]), mm(by(k))))
+        .map(|&k| format!("{} ({} {unit})", campaign.address(&campaign.readings[k]), mm(scale * by(k))))
         .collect();
     let more = if wrong.len() > NAMED { format!(" and {} more", wrong.len() - NAMED) } else { String::new() };
     let verb = if wrong.len() == 1 { "is" } else { "are" };
     let message = format!(
-        "{} of {} readings {verb} far off where half of the others are within {} mm: {}{more}",
+        "{} of {} readings {verb} far off where half of the others are within {} {unit}: {}{more}",
         wrong.len(),
         campaign.readings.len(),
-        mm(left),
+        mm(scale * left),
         named.join(", ")
     );
     Diagnostic::warning(message)

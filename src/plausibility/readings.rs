@@ -7,7 +7,7 @@ use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, own_slots};
 use super::outlying;
 use super::trial::{Trials, typical};
-use super::words::{Words, mm, words_of};
+use super::words::{Words, mm, unit_of, words_of};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::parameter::Kind;
 
@@ -155,13 +155,15 @@ pub(super) fn explained(evidence: &Evidence, fit: &str, before: Option<f64>, nam
         |ways: &[Hypothesis]| format!("with {}", joined(words(ways).into_iter().map(|words| words.with), " and "));
     let Some((best, after)) = named.first() else { return Diagnostic::error("") };
     let first = words(best);
+    let (scale, unit) = unit_of(evidence.campaign);
+    let shown = |error: f64| mm(scale * error);
     let fall = match before {
-        Some(before) => format!("the error of {fit} falls from {} to {} mm", mm(before), mm(*after)),
-        None => format!("the robot can be assembled, and {fit} leaves {} mm", mm(*after)),
+        Some(before) => format!("the error of {fit} falls from {} to {} {unit}", shown(before), shown(*after)),
+        None => format!("the robot can be assembled, and {fit} leaves {} {unit}", shown(*after)),
     };
     let question = joined(first.iter().map(|words| words.question.clone()), " ");
     let others: Vec<String> =
-        named.iter().skip(1).map(|(ways, error)| format!("{} ({} mm)", with(ways), mm(*error))).collect();
+        named.iter().skip(1).map(|(ways, error)| format!("{} ({} {unit})", with(ways), shown(*error))).collect();
     let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join(", or ")) };
     let message = format!("{} {fall}: {question}{others}", with(best));
     let code = if first.iter().any(|words| words.is_unit) { Code::WrongUnits } else { Code::Misread };
@@ -192,11 +194,12 @@ fn unlike(
     still: Option<f64>,
     tried: usize,
 ) -> Option<Diagnostic> {
+    let (scale, unit) = unit_of(evidence.campaign);
     let message = format!(
-        "registration leaves {} mm where the description's tolerances and the noise allow {} mm, and none of {tried} other ways to \
-         read the files explains it",
-        mm(before),
-        mm(allowed)
+        "registration leaves {} {unit} where the description's tolerances and the noise allow {} {unit}, and none of {tried} other ways \
+         to read the files explains it",
+        mm(scale * before),
+        mm(scale * allowed)
     );
     let registry = &evidence.model.registry;
     let reach: f64 = own_slots(evidence.model, Kind::Length).iter().map(|&slot| registry[slot].nominal.abs()).sum();

@@ -1,7 +1,8 @@
 //! How a hypothesis is said.
 
+use super::evidence::Limits;
 use super::hypothesis::Hypothesis;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 
 /// How a hypothesis is said.
@@ -167,6 +168,20 @@ fn recorded(factor: f64) -> String {
 
 fn near(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < 1e-6
+}
+
+/// How errors (m, rotations and loads by what they are at the end of [`Limits::arm`]) are shown: a factor before [`mm`], and the unit.
+/// Readings without lengths are of angles or of loads alone.
+pub fn unit_of(campaign: &Campaign) -> (f64, &'static str) {
+    let arm = Limits::default().arm;
+    let all = |is: fn(&Reading) -> bool| !campaign.readings.is_empty() && campaign.readings.iter().all(is);
+    if all(|reading| reading.observes.by_variable().is_some()) {
+        (1e-3 / arm, "N.m")
+    } else if all(|reading| reading.observes.length_rows() == 0) {
+        ((1e-3 / arm).to_degrees(), "deg")
+    } else {
+        (1.0, "mm")
+    }
 }
 
 /// A length in mm, three digits.

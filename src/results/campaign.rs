@@ -222,7 +222,7 @@ fn loads(campaign: &Campaign) -> Option<AppliedLoads> {
 
 impl ToEstimate {
     fn new(model: &Model, campaign: &Campaign) -> Self {
-        let (slots, none) = match candidates(model, campaign, What::usual(campaign)) {
+        let (slots, none) = match candidates(model, campaign, What::usual(model, campaign)) {
             Ok(slots) => (slots, None),
             Err(why) => (Vec::new(), Some(why.to_string())),
         };

@@ -75,7 +75,7 @@ pub struct Identify {
     #[arg(long)]
     pub robot: Option<String>,
     /// What to identify: `geometric`, `elastic`, or `geometric,elastic`; by default stiffness from deflections and
-    /// geometry from all other readings. Or `fuzzy`, a compliance by rules in place of springs and beams; `grey`, springs with a fuzzy
+    /// geometry from all other readings, with the springs where `calibrate:` of the campaign names an effect of theirs. Or `fuzzy`, a compliance by rules in place of springs and beams; `grey`, springs with a fuzzy
     /// correction of what they leave; or `local`, springs that differ by configuration, blended by rules.
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
