@@ -10,7 +10,7 @@ mod values;
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -142,14 +142,32 @@ fn refused(error: &Error) {
 fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
     let printed = session.arguments.output.as_deref().filter(|_| !output.written);
     let tables = output.tables.iter().map(|(path, _)| path.as_path());
-    let mut targets = output.files.iter().map(|(path, _)| path.as_path()).chain(tables).chain(printed);
-    match targets.find(|path| session.reader.has_read(path)) {
-        Some(path) => Err(Error::input(
-            format!("`{}` would be written over, and this command has read it", path.display()),
+    let targets: Vec<&Path> =
+        output.files.iter().map(|(path, _)| path.as_path()).chain(tables).chain(printed).collect();
+    if let Some(path) = targets.iter().find(|path| session.reader.has_read(path)) {
+        let message = format!("`{}` would be written over, and this command has read it", path.display());
+        return Err(Error::input(message, "give another name"));
+    }
+    match targets
+        .iter()
+        .find_map(|path| Some((path, campaign_of(path).filter(|own| !targets.contains(&own.as_path()))?)))
+    {
+        Some((path, campaign)) => Err(Error::input(
+            format!("`{}` would be written over, and `{}` names it", path.display(), campaign.display()),
             "give another name",
         )),
         None => Ok(()),
     }
+}
+
+/// The campaign beside an existing file that names it.
+fn campaign_of(path: &Path) -> Option<PathBuf> {
+    let campaign = path.parent()?.join("campaign.yaml");
+    let name = path.file_name()?.to_str()?;
+    let text = std::fs::read_to_string(&campaign).ok().filter(|_| path.is_file())?;
+    let is_name = |word: &str| word.trim_matches(['"', '\'']) == name;
+    let separates = |c: char| c.is_whitespace() || ",[]{}".contains(c);
+    text.split(separates).any(is_name).then_some(campaign)
 }
 
 /// Text on the error stream; a closed one is ignored.

@@ -121,6 +121,12 @@ fn nothing_that_was_read_is_written_over() {
     ] {
         refuses(&run(folder, arguments), &["would be written over", "give another name"]);
     }
+    // A table that a campaign names, by a command that has not read it; a page in the place of a description.
+    let table = std::fs::read_to_string(folder.join("c/measurements.csv")).expect("read");
+    let plan = ["plan", "arm.yaml", "--poses", "5", "--noise", "0.1", "--table", "c/measurements.csv"];
+    refuses(&run(folder, &plan), &["would be written over", "campaign.yaml` names it"]);
+    refuses(&run(folder, &["report", "c", "--output", "arm.yaml"]), &["a page is written", ".html"]);
+    assert_eq!(std::fs::read_to_string(folder.join("c/measurements.csv")).expect("read"), table);
     assert_eq!(std::fs::read_to_string(folder.join("arm.yaml")).expect("read"), PLANAR);
     assert_eq!(std::fs::read_to_string(folder.join("path.csv")).expect("read"), path);
     assert_eq!(std::fs::read_to_string(folder.join("c/campaign.yaml")).expect("read"), campaign);

@@ -94,6 +94,10 @@ pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<
         Format::Text => Some(arguments.output.clone().unwrap_or_else(|| PathBuf::from(usual))),
     };
     path.as_deref().map_or(Ok(()), writable).map_err(refused)?;
+    let ending = path.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
+    if let (Some(path), Some("yaml" | "yml" | "csv" | "tsv" | "xlsx" | "urdf" | "json")) = (&path, ending) {
+        return Err(Error::input(format!("`{}`: a page is written", path.display()), "end the name in .html"));
+    }
     if let Some(other) = other {
         writable(other).map_err(refused)?;
         if path.as_deref().or(arguments.output.as_deref()) == Some(other) {
