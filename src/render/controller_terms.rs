@@ -69,7 +69,8 @@ pub fn dh(
         None => if row == 0 { "base" } else { "tool" }.into(),
     });
     sheet.texts("variable", move |row| joint(row).map_or_else(String::new, |joint| own.variables[joint].clone()));
-    let number = |value: f64| format!("{:.9}", value + 0.0);
+    // Axes that are nearly parallel have feet kilometres away: angles must be as exact as lengths.
+    let number = |value: f64| format!("{:.12}", value + 0.0);
     for (k, name) in if modified { MODIFIED } else { DISTAL }.into_iter().enumerate() {
         let cell = move |of: &Rows, row: usize| joint(row).map(|joint| of.values[joint][k]);
         sheet.column(name, move |row| cell(own, row).map_or_else(String::new, number));

@@ -231,7 +231,9 @@ fn amounts_that_no_robot_has() {
     warns(&check(&less("-6e-6")), &["cannot be below 0", "what the description says, 5e-6"]);
     warns(&check("{effect: backlash, site: \"joint:2\"}"), &["`backlash` has no amount", "half_width"]);
     warns(&check("{effect: backlash, site: \"joint:2\", parameters: {changes_at: 10}}"), &["has no amount"]);
-    assert_eq!(check("{effect: backlash, site: \"joint:2\", parameters: {half_width: -1e-4}}").err, "");
+    assert_eq!(check("{effect: backlash, site: \"joint:2\", parameters: {half_width: 1e-4}}").err, "");
+    let below = check("{effect: backlash, site: \"joint:2\", parameters: {half_width: -1e-4}}");
+    warns(&below, &["`half_width: -1e-4` makes it -1e-4 rad, and it cannot be below 0"]);
 }
 
 #[test]

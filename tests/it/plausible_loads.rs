@@ -120,7 +120,12 @@ measurements: h.csv
     let right = json(&run(at, &["identify", "t", "--format", "json"]));
     assert!(of_code(&right, "noise-unlike-stated").is_empty(), "{}", right["diagnostics"]);
     spoil(&at.join("t"), |t: &mut Table| t.swap("torque.q2", "torque.q3"));
-    doubts(at, &["identify", "t"], "noise-unlike-stated", &["residuals are", "times the stated noise"]);
+    doubts(
+        at,
+        &["identify", "t"],
+        "noise-unlike-stated",
+        &["residuals of torques and forces are", "times the stated noise"],
+    );
 }
 
 /// Orientations and positions are each judged by their own noise.

@@ -158,7 +158,7 @@ fn a_robot_is_registered_in_spite_of_outliers() {
     let spoilt: Vec<String> = spoilt.collect();
     std::fs::write(&file, spoilt.join("\n")).expect("written");
     let off = |robust: &[&str]| -> f64 {
-        let found = json(path, &[&["register", "c", "--check", "0", "--save", "registered.yaml"], robust].concat());
+        let found = json(path, &[&["register", "c", "--check", "0"], robust].concat());
         let parameters = found["parameters"].as_array().expect("a list");
         assert_eq!(parameters.len(), 9, "{parameters:?}");
         let off = |p: &Value| {
@@ -170,7 +170,10 @@ fn a_robot_is_registered_in_spite_of_outliers() {
         parameters.iter().map(off).fold(0.0, f64::max)
     };
     assert!(off(&[]) > 5e-4);
-    assert!(off(&["--loss", "tukey"]) < 5e-5, "{}", off(&["--loss", "tukey"]));
+    let refused = run(path, &["register", "c", "--check", "0", "--save", "registered.yaml"]);
+    assert!(refused.status == 1 && !path.join("registered.yaml").exists(), "{}", refused.out);
+    let robust = ["--loss", "tukey", "--save", "registered.yaml"];
+    assert!(off(&robust) < 5e-5, "{}", off(&robust));
     // What is saved predicts the good readings without any fit.
     let found = json(path, &["residuals", "registered.yaml", "c"]);
     let errors = found["readings"].as_array().expect("a list").iter().map(|reading| {

@@ -8,6 +8,7 @@ use crate::cli::session::Session;
 use crate::compensation::{Asked, Controller, Desired, Hold, Refusal, desire, six};
 use crate::description::path::Path;
 use crate::diagnostic::Diagnostic;
+use crate::elastics::Elastics;
 use crate::files::LoadedRobot;
 use crate::kinematics::{Geometry, Placements, Transform};
 
@@ -95,10 +96,11 @@ fn exchanged(name: &str, nominal: &LoadedRobot, robot: &LoadedRobot) -> Option<D
         );
     }
     let values = |loaded: &LoadedRobot| loaded.model.registry.nominal();
-    let is_same = values(nominal) == values(robot) && nominal.raw.effects == robot.raw.effects;
+    let gives = Elastics::new(&robot.model, &values(robot), &[]).is_compliant();
+    let is_same = !gives && values(nominal) == values(robot) && nominal.raw.effects == robot.raw.effects;
     is_same.then(|| {
         Diagnostic::warning(format!(
-            "the robot and --nominal `{name}` are the same description: only loads are corrected"
+            "the robot and --nominal `{name}` are the same description: there is nothing to correct"
         ))
         .remedy("give ROBOT the description that `identify --save` wrote")
     })
