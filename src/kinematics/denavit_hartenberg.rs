@@ -51,12 +51,12 @@ pub enum NoSeries {
 /// Sine of the angle below which axes are parallel but for rounding.
 const PARALLEL: f64 = 1e-9;
 
-/// An axis of a joint, with where the description has the normals that arrive and leave.
+/// An axis of a joint in the base frame, in the sense in which its variable counts.
 struct Axis {
     frame: usize,
+    variable: usize,
     at: Vector3<f64>,
     along: Vector3<f64>,
-    q: f64,
 }
 
 /// The parameters of the joints that carry the tool.
@@ -78,16 +78,16 @@ pub fn denavit_hartenberg(geometry: &Geometry) -> Result<DenavitHartenberg, NoSe
             Motion::Variable { index, direction } => {
                 let at = &placed.frames[frame];
                 let along = at.rotation * (direction * Vector3::z());
-                Ok(Axis { frame, at: at.translation.vector, along, q: placed.variables[index] })
+                Ok(Axis { frame, variable: index, at: at.translation.vector, along })
             }
             _ => Err(NoSeries::Driven(model.frames[frame].name.clone())),
         })
         .collect::<Result<_, _>>()?;
     let (Some(first), Some(last)) = (axes.first(), axes.last()) else { return Err(NoSeries::Rigid) };
 
-    // Where the description's constants put a frame before its joint moves it, and its antecedent turned to their common normal.
-    let model_frame = &model.frames[first.frame];
-    let unmoved = placed.frames[model_frame.antecedent] * geometry.constants.frames[first.frame].transform;
+    // Where the description's constants put the first frame before its joint moves it.
+    let antecedent = &placed.frames[model.frames[first.frame].antecedent];
+    let unmoved = antecedent * geometry.constants.frames[first.frame].transform;
     let mut arriving = (unmoved.translation.vector, unmoved.rotation * Vector3::x());
     let base = frame_of(arriving.0, arriving.1, first.along);
     let mut links = Vec::with_capacity(axes.len());
@@ -101,13 +101,12 @@ pub fn denavit_hartenberg(geometry: &Geometry) -> Result<DenavitHartenberg, NoSe
         };
         let turned = signed_angle(&arriving.1, &x, &axis.along);
         let slid = (foot - arriving.0).dot(&axis.along);
-        let slides = model.frames[axis.frame].joint == JointKind::Prismatic;
-        let (theta, d) = if slides { (turned, slid - axis.q) } else { (wrapped(turned - axis.q), slid) };
+        let (frame, q) = (&model.frames[axis.frame], placed.variables[axis.variable]);
+        let slides = frame.joint == JointKind::Prismatic;
+        let (theta, d) = if slides { (turned, slid - q) } else { (wrapped(turned - q), slid) };
         let (a, alpha) =
             next.map_or((0.0, 0.0), |(end, next)| ((end - foot).dot(&x), signed_angle(&axis.along, &next.along, &x)));
-        let frame = &model.frames[axis.frame];
-        let Motion::Variable { index, .. } = frame.motion else { return Err(NoSeries::Driven(frame.name.clone())) };
-        let variable = model.variables[index].name.clone();
+        let variable = model.variables[axis.variable].name.clone();
         links.push(Link { joint: frame.name.clone(), variable, slides, theta, d, a, alpha });
         arriving = (next.map_or(foot, |(end, _)| end), x);
     }
