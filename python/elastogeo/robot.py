@@ -16,7 +16,7 @@ from .effects import Effect
 from .results import Result, Stiffness, data_frame
 
 Joints = npt.ArrayLike | Mapping[str, float]
-Format = Literal["yaml", "urdf", "mjcf", "ur-kinematics"]
+Format = Literal["yaml", "urdf", "mjcf", "ur-kinematics", "dh", "dh-modified", "mastering"]
 
 
 class Robot:
@@ -166,7 +166,8 @@ class Robot:
 
         :param to: the file; without ``format`` its ending says which: ``.yaml`` a description, ``.urdf`` a URDF
         :param format: ``"yaml"``, ``"urdf"``, ``"mjcf"`` (the simulator MuJoCo) or ``"ur-kinematics"`` (the driver of Universal
-            Robots), whatever the ending; needed for ``.xml``, which may be an MJCF or a URDF
+            Robots), whatever the ending; needed for ``.xml``, which may be an MJCF or a URDF. ``"dh"``, ``"dh-modified"`` and
+            ``"mastering"`` write tables (``.csv``, ``.xlsx``) of a controller's terms, beside those of ``nominal=``
         """
         given = flags(**({"as": format} if format else {}), **options)
         return Result(*run(["convert", self.source, os.fspath(to), *given], effects=self.effects))
