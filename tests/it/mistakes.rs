@@ -236,6 +236,23 @@ fn amounts_that_no_robot_has() {
     warns(&below, &["`half_width: -1e-4` makes it -1e-4 rad, and it cannot be below 0"]);
 }
 
+/// A sum of coordinates that overflows, and a file without anything, are refused with what to do.
+#[test]
+fn urdfs_of_nothing_and_of_everything() {
+    let arm = |at: &str| {
+        format!(
+            "<robot name=\"arm\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>
+<joint name=\"p\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"{at} 0 0\"/><axis xyz=\"0 0 1\"/></joint>
+<joint name=\"q\" type=\"revolute\"><parent link=\"b\"/><child link=\"c\"/><origin xyz=\"{at} 0 0\"/><axis xyz=\"1 0 0\"/></joint>
+</robot>"
+        )
+    };
+    let folder = folder_with(&[("sound.urdf", &arm("0.5")), ("great.urdf", &arm("1e308")), ("empty.urdf", "<!-- -->")]);
+    assert_eq!(run(folder.path(), &["check", "sound.urdf"]).status, 0);
+    refuses(&run(folder.path(), &["check", "great.urdf"]), &["= help: check the value"]);
+    refuses(&run(folder.path(), &["check", "empty.urdf"]), &["not well-formed XML", "whose root is `<robot"]);
+}
+
 #[test]
 fn tables_of_other_commands() {
     let path = "pose;q1;q2\na;10,5;20\n\"b; c\";20;30,25\n";

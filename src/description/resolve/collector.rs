@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 use super::super::parameters::Owner;
 use crate::diagnostic::{Code, Diagnostic, Explained, Locate, Place};
 
+/// What to do about a number that is none, or to which too great ones add up.
+const FINITE: &str = "check the value and those that it is made of: lengths and angles are small numbers";
+
 /// Greatest length (m) or angle (rad) that is taken for one.
 pub const GREATEST: f64 = 1e9;
 
@@ -113,7 +116,7 @@ impl<'a> Collector<'a> {
     pub fn finite(&mut self, path: &[&str], value: Option<f64>, factor: f64) -> f64 {
         let value = value.unwrap_or(0.0);
         if !value.is_finite() {
-            self.error(path, format!("`{value}` where a finite number is needed"));
+            self.reject(path, format!("`{value}` where a finite number is needed"), FINITE);
             return 0.0;
         }
         if (value * factor).abs() > GREATEST {
@@ -126,7 +129,7 @@ impl<'a> Collector<'a> {
     pub fn vector(&mut self, path: &[&str], value: Option<[f64; 3]>, factor: f64) -> Vector3<f64> {
         let value = value.unwrap_or_default();
         if let Some(bad) = value.iter().find(|v| !v.is_finite()) {
-            self.error(path, format!("`{bad}` where a finite number is needed"));
+            self.reject(path, format!("`{bad}` where a finite number is needed"), FINITE);
             return Vector3::zeros();
         }
         if let Some(bad) = value.iter().find(|v| (**v * factor).abs() > GREATEST) {

@@ -83,7 +83,8 @@ impl<'a> Source<'a> {
         let reason = error.to_string();
         let reason = reason.strip_suffix(&format!(" at {}", error.pos())).unwrap_or(&reason);
         let message = format!("this is not well-formed XML: {reason}");
-        self.report(|source| Diagnostic::error(message).at(at.map(|at| source.place(at))));
+        let remedy = "give a URDF: an XML file whose root is `<robot name=\"..\">`";
+        self.report(|source| Diagnostic::error(message).at(at.map(|at| source.place(at))).remedy(remedy));
     }
 
     pub(super) fn xacro(&mut self, at: Range<usize>) {
