@@ -3,7 +3,7 @@
 use super::amount::too_little;
 use super::checks::judge_result;
 use super::evidence::{Evidence, Limits};
-use super::hypothesis::own_slots;
+use super::hypothesis::total_length;
 use crate::description::campaign::Campaign;
 use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, Verdict};
@@ -11,7 +11,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, Model};
-use crate::parameter::{Kind, Slot};
+use crate::parameter::Slot;
 
 /// Doubts about a diagnosis of a campaign: about the calibration that it starts from, and about what its readings can show.
 pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
@@ -63,7 +63,7 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     if let Some(negative) = entry.doubt(model).filter(|_| !entry.amounts.is_empty()) {
         return Some(told(format!("{own}: {}", negative.message)));
     }
-    let size: f64 = own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum();
+    let size = total_length(model);
     let parameters = entry.effect.parameters(model, &entry.site, &entry.nonlinear);
     parameters.iter().find_map(|parameter| {
         let amount = *entry.amounts.get(&parameter.symbol)?;

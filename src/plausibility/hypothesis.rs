@@ -267,6 +267,11 @@ pub(super) fn own_slots(model: &Model, kind: Kind) -> Vec<Slot> {
     slots
 }
 
+/// Sum of the lengths of a robot as described, m.
+pub(super) fn total_length(model: &Model) -> f64 {
+    own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum()
+}
+
 /// Positions of alpha and d in the slots of a frame.
 const ROW: [usize; 2] = [3, 4];
 

@@ -95,15 +95,19 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     outlying(evidence, limits).or_else(hidden).map(said).into_iter().collect()
 }
 
-/// Residuals over the stated noise from which wrong readings may have hidden each other.
+/// Residuals over the stated noise from which wrong readings may have hidden each other: a judgement, which decides only whether the
+/// robust fit is made.
 const HIDING: f64 = 2.0;
+
+/// Scale of Huber's loss, standard deviations: 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
+const HUBER: f64 = 1.345;
 
 /// The same parameters fitted by a loss that many wrong readings do not bend, where more than the stated noise is left.
 fn robust(evidence: &Evidence) -> Option<Calibration> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let found = evidence.found.filter(|found| campaign.sigma.is_some() && found.noise_ratio > HIDING)?;
     let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
-    let loss = Loss::Huber(1.345);
+    let loss = Loss::Huber(HUBER);
     let asked = Settings { only: Some(kept.collect()), loss, second_order: false, ..Settings::default() };
     calibrate(model, campaign, &found.held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)
 }

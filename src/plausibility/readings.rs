@@ -4,12 +4,11 @@
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
-use super::hypothesis::{Hypothesis, own_slots};
+use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
 use super::trial::{Trials, typical};
 use super::words::{Words, mm, unit_of, words_of};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::parameter::Kind;
 
 /// A way to read the files, and what a fit then leaves, m.
 pub(super) type Trial = (Vec<Hypothesis>, f64);
@@ -201,8 +200,7 @@ fn unlike(
         mm(scale * before),
         mm(scale * allowed)
     );
-    let registry = &evidence.model.registry;
-    let reach: f64 = own_slots(evidence.model, Kind::Length).iter().map(|&slot| registry[slot].nominal.abs()).sum();
+    let reach = total_length(evidence.model);
     // Of a robot that moves little the spread of its readings says more than its lengths.
     let explains_little = still.is_some_and(|still| before * limits.fall > still);
     let is_hopeless = before > limits.hopeless * allowed && (before > limits.hopeless_share * reach || explains_little);

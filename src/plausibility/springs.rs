@@ -3,10 +3,9 @@
 use nalgebra::SymmetricEigen;
 
 use super::evidence::Limits;
-use super::hypothesis::own_slots;
+use super::hypothesis::total_length;
 use crate::diagnostic::Diagnostic;
 use crate::model::Model;
-use crate::parameter::Kind;
 use crate::state::{Loads, Mechanics};
 
 /// Stiffness of the tool in its softest direction, N/m, with every variable in the middle of its limits; `None` where nothing is
@@ -25,7 +24,7 @@ fn softest(model: &Model) -> Option<f64> {
 
 /// What to say of springs that hold an arm far worse or better than those of arms of its size do: a unit is wrong, or a power of ten.
 pub fn as_stiff_as_arms(model: &Model, limits: &Limits) -> Option<Diagnostic> {
-    let size: f64 = own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum();
+    let size = total_length(model);
     let stiffness = softest(model).filter(|_| size > 0.0)?;
     let than = if stiffness < limits.softest * size.powi(2) {
         "softer than any arm of its size"

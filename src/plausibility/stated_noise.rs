@@ -10,7 +10,7 @@ const QUANTITIES: [(&str, &str); 3] =
 
 /// Residuals of readings whose noise is stated.
 #[derive(Debug, Clone, Copy, Default)]
-struct Told {
+struct Residuals {
     /// Weighted squares, and how many.
     squares: f64,
     rows: f64,
@@ -18,15 +18,15 @@ struct Told {
 
 pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
-    let (told, rows) = told(evidence, found);
+    let (quantities, rows) = by_quantity(evidence, found);
     let [least, most] = limits.noise;
-    let each = told.iter().zip(QUANTITIES);
-    each.filter_map(|(told, (of, key))| {
-        let freedom = found.degrees_of_freedom * told.rows / rows;
-        // Of one quantity alone the fit has said it, with what robust losses leave out.
-        let ratio = match told.rows == rows {
+    let each = quantities.iter().zip(QUANTITIES);
+    each.filter_map(|(own, (of, key))| {
+        let freedom = found.degrees_of_freedom * own.rows / rows;
+        // Where all readings are of one quantity the fit's own ratio, which counts a robust loss's weights.
+        let ratio = match own.rows == rows {
             true => found.noise_ratio,
-            false => (told.squares / freedom).sqrt(),
+            false => (own.squares / freedom).sqrt(),
         };
         if freedom < limits.noise_freedom || (least..=most).contains(&ratio) || !ratio.is_finite() {
             return None;
@@ -52,11 +52,11 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
 }
 
 /// Of each quantity, and the number of all rows.
-fn told(evidence: &Evidence, found: &Calibration) -> ([Told; 3], f64) {
+fn by_quantity(evidence: &Evidence, found: &Calibration) -> ([Residuals; 3], f64) {
     let campaign = evidence.campaign;
     let sigmas = row_sigmas(campaign);
     let weighted: Vec<f64> = found.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
-    let (mut all, mut rows) = ([Told::default(); 3], 0.0);
+    let (mut all, mut rows) = ([Residuals::default(); 3], 0.0);
     let fitted = campaign.by_reading(&weighted, 1).zip(&found.held_out).filter(|(_, held_out)| !**held_out);
     for ((reading, own), _) in fitted {
         for (left, kind) in own.iter().zip(row_kinds(reading)) {
