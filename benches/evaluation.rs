@@ -9,7 +9,9 @@ use std::time::Instant;
 
 use elastogeo::kinematics::{By, ErrorColumns, Geometry, Placements, Rates, rotation_vector};
 use elastogeo::model::Model;
+use elastogeo::simulation::generator;
 use nalgebra::{DMatrix, Matrix3, Rotation3};
+use rand::RngExt;
 
 fn main() {
     let (serial, ir663) = (Case::new("universal-ur5"), Case::new("kuka-ir663"));
@@ -25,6 +27,7 @@ fn main() {
     row("forward+error-jacobian/serial-6", serial.time_jacobian(), serial.time_naive_jacobian());
     row("forward/ir663", ir663.time_forward(), ir663.time_naive_forward());
     row("forward+error-jacobian/ir663", ir663.time_jacobian(), ir663.time_naive_jacobian());
+    println!("{:<36}{:>12.3}   of {MANY} drawn configurations, each", "poses/serial-6", serial.time_poses());
     println!(
         "\n{:<36}{:>12}{:>14}{:>18}{:>10}",
         "every bundled robot", "forward, us", "errors, us", "differences, us", "ratio"
@@ -52,6 +55,9 @@ fn bundled() -> Vec<String> {
 fn row(name: &str, here: f64, naive: f64) {
     println!("{name:<36}{here:>12.3}{naive:>14.3}{:>10.1}", naive / here);
 }
+
+/// Configurations of an array, as many as `python/benches/calls.py` has.
+const MANY: u32 = 5_000;
 
 /// A bundled robot, its free slots and a configuration.
 struct Case {
@@ -155,6 +161,24 @@ impl Case {
 
     fn time_forward(&self) -> f64 {
         time(self.forward())
+    }
+    /// Of a configuration where each is another, with its pose written as a matrix: what the Python package does for an array.
+    fn time_poses(&self) -> f64 {
+        let (geometry, mut placements) = (self.geometry(), Placements::default());
+        let mut random = generator(1);
+        let variables = self.q.len();
+        let drawn = (0..MANY as usize * variables).map(|k| self.q[k % variables] + random.random_range(-1.0..1.0));
+        let (drawn, tool) = (drawn.collect::<Vec<f64>>(), geometry.tool());
+        let mut poses = vec![0.0; 16 * MANY as usize];
+        let all = time(|| {
+            for (q, out) in black_box(&drawn).chunks(variables).zip(poses.chunks_mut(16)) {
+                geometry.place(q, &mut placements).expect("placed");
+                let pose = (placements.frames[self.model.tool.0] * tool).to_homogeneous();
+                out.copy_from_slice(pose.transpose().as_slice());
+            }
+            poses[3]
+        });
+        all / f64::from(MANY)
     }
     fn time_jacobian(&self) -> f64 {
         time(self.jacobian())

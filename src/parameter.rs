@@ -116,6 +116,11 @@ impl Parameter {
         if self.inverted { width / (value * value) } else { width }
     }
 
+    /// Whether a value is a bound that the description wants: of a spring neither rigid nor free.
+    pub fn is_own_bound(&self, value: f64) -> bool {
+        self.bounds.contains(&value) && (self.group != Group::Elastic || value != 0.0)
+    }
+
     /// What reported values measure.
     pub fn shown_kind(&self) -> Kind {
         if self.inverted { self.kind.inverse() } else { self.kind }

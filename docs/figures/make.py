@@ -149,6 +149,12 @@ def evidence(program):
             record(f"sockets-{arm}", "identify", campaign)
             free = SOCKETS.replace("socket0-socket1: 0.05", "socket0-socket1: unknown")
             record(f"sockets-{arm}-free", "identify", save(f"{arm}-free.yaml", free, arm=arm, file=file), "--tolerance", "noise")
+            # With masses and springs, of the joints that carry weight.
+            with open(os.path.join(ROOT, "tests", "data", "sockets", urdf.replace("urdf", "yaml")), encoding="utf-8") as masses:
+                save(f"{arm}-weight-arm.yaml", ARM + masses.read().replace("{", "{{").replace("}", "}}"), urdf=urdf)
+            for name, text in [("weight", SOCKETS), ("weight-free", free)]:
+                campaign = save(f"{arm}-{name}.yaml", text, arm=f"{arm}-weight", file=file)
+                record(f"sockets-{arm}-{name}", "identify", campaign, "--what", "geometric,elastic")
         with open(os.path.join(data, "iiwa7-payload", "robot.yaml"), encoding="utf-8") as file:
             description = file.read() + "joint_stiffness:\n"
         springs = "".join(f"  {k}: {{kar: {{compliance: 5.0e-5, identifiable: true}}}}\n" for k in range(2, 7))

@@ -133,31 +133,53 @@ class Robot:
         given = flags(joints=self._joints(q), wrench=self._wrench(wrench), at=at, weight=weight, **options)
         return Stiffness(*run(["stiffness", self.source, *given], effects=self.effects))
 
-    def solve(self, target: npt.ArrayLike, *, start: Joints | None = None, **options: object) -> Array:
-        """Joints that bring the tool to a target; ``compensate`` follows a path of many.
+    def solve(
+        self,
+        target: npt.ArrayLike,
+        *,
+        start: Joints | None = None,
+        weight: bool = False,
+        restarts: int = 192,
+        seed: int = 1,
+        unreachable: Literal["raise", "nan"] = "raise",
+    ) -> Array:
+        """Joints that bring the tool to a target, or to each of many.
 
-        :param target: a homogeneous matrix (4, 4), or a position (3,), m, base frame
-        :param start: joints from which the nearest solution is sought; without it all branches are found
-        :return: solutions, shape (n, joints), rad and m
+        :param target: homogeneous matrices (n, 4, 4) or (4, 4), or positions (n, 3) or (3,), m, base frame
+        :param start: joints from which the nearest solution is sought, shape (joints,), or (n, joints) for many targets; without
+            it all branches of a single target are found
+        :param weight: bring the tool there as own weight, preloads and the effects switched on deflect it
+        :param restarts: starts without a new branch after which the search ends; 0 tries ``start`` alone, which is faster
+        :param seed: of the starts that are drawn
+        :param unreachable: whether a target of many that is out of reach raises an error or gets joints that are NaN
+        :return: the nearest solution of each target, shape (n, joints), rad and m; for a single target with ``start`` n is 1, and
+            without it the number of solutions found, nearest to 0 first
 
         >>> robot = Robot("universal-ur5")
-        >>> q = [0.3, -1.0, 1.2, 0.2, 0.5, 0.1]
-        >>> np.allclose(robot.solve(robot.forward(q), start=q)[0], q)
+        >>> q = np.array([[0.3, -1.0, 1.2, 0.2, 0.5, 0.1], [0.4, -1.0, 1.2, 0.2, 0.5, 0.1]])
+        >>> np.allclose(robot.solve(robot.forward(q), start=q[0]), q)
         True
+        >>> len(robot.solve(robot.forward(q[0])))
+        8
         """
         pose = np.asarray(target, dtype=np.float64)
-        length, angle, _, _ = self._native.units
-        if pose.shape == (4, 4):
-            (position,), (turned,) = placed(pose, "target")
-            given = np.concatenate([position / length, turned / angle])
-        elif pose.shape == (3,):
-            given = pose / length
+        if pose.shape[-2:] == (4, 4) and pose.ndim in (2, 3):
+            positions, turned = placed(pose, "target")
+            is_single = pose.ndim == 2
+        elif pose.shape[-1:] == (3,) and pose.ndim in (1, 2):
+            positions, turned = pose.reshape(-1, 3), None
+            is_single = pose.ndim == 1
         else:
-            raise ValueError(f"target: an array of shape {pose.shape}; expected one pose (4, 4) or one position (3,)")
-        found, _, _ = run(
-            ["solve", self.source, "--target=" + numbers(given), *flags(**{"from": self._joints(start)}, **options)],
-            effects=self.effects,
-        )
+            raise ValueError(f"target: an array of shape {pose.shape}; expected (n, 4, 4) or (4, 4), (n, 3) or (3,)")
+        if not is_single:
+            if start is None or isinstance(start, Mapping):
+                raise ValueError("start: many targets need an array of shape (joints,), or one of (n, joints)")
+            search = dict(weight=weight, restarts=restarts, seed=seed, leaves_gaps=unreachable == "nan")
+            return self._native.solve(positions, turned, start, search)
+        length, angle, _, _ = self._native.units
+        given = np.concatenate([each[0] / size for each, size in ((positions, length), (turned, angle)) if each is not None])
+        options = flags(**{"from": self._joints(start)}, weight=weight, restarts=restarts, seed=seed)
+        found, _, _ = run(["solve", self.source, "--target=" + numbers(given), *options], effects=self.effects)
         solutions = [[each["joints"][name] for name in self.variables] for each in found["solutions"]]
         return np.array(solutions, dtype=np.float64).reshape(-1, len(self.variables))
 

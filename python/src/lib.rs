@@ -6,6 +6,7 @@ mod campaign;
 mod command;
 mod effect;
 mod error;
+mod inverse;
 mod observation;
 mod pool;
 mod problem;

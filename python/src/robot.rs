@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::arrays::{Rows, of_rows, rows};
 use crate::effect::{Faults, Own, catalogue, look_for_sites};
 use crate::error::{fault, raised};
+use crate::inverse::{Search, Targets};
 use crate::pool::Pool;
 use crate::work::brief;
 
@@ -186,6 +187,24 @@ impl Robot {
         let found = self.compliances(py, &q.values, point)?;
         of_rows(py, found, q.is_single, &[6, 6])
     }
+
+    /// Joints (n, variables) nearest a start, of positions (n, 3) and rotation vectors (n, 3) of the tool, base frame.
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        positions: &Bound<'py, PyAny>,
+        rotations: Option<&Bound<'py, PyAny>>,
+        starts: &Bound<'py, PyAny>,
+        search: Search,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let positions = rows(py, positions, 3, "target")?;
+        let rotations = rotations.map(|rotations| rows(py, rotations, 3, "target")).transpose()?;
+        let starts = rows(py, starts, self.model().variables.len(), "start")?;
+        let predictor = if search.weight { Some(self.predictor(py)?) } else { None };
+        let targets = Targets { positions: &positions, rotations: rotations.as_ref(), starts: &starts };
+        let found = self.faults.first(targets.solve(py, self.geometry(), predictor, &search))?;
+        of_rows(py, found, positions.is_single, &[self.model().variables.len()])
+    }
 }
 
 impl Robot {
@@ -203,6 +222,10 @@ impl Robot {
 
     fn nominal(&self) -> &Nominal<'_> {
         self.placed.borrow_dependent()
+    }
+
+    fn predictor(&self, py: Python<'_>) -> PyResult<&SinglePredictor<'_>> {
+        self.nominal().predictor.as_ref().map_err(|error| raised(py, &error.clone().into()))
     }
 
     fn joints(&self, py: Python<'_>, q: &Bound<'_, PyAny>) -> PyResult<Rows> {
@@ -299,7 +322,7 @@ impl Robot {
             let one = loads.first().copied().unwrap_or_default();
             loads.resize(count, one);
         }
-        let predictor = self.nominal().predictor.as_ref().map_err(|error| raised(py, &error.clone().into()))?;
+        let predictor = self.predictor(py)?;
         let failed = elastogeo::compensation::Refusal::from;
         let own = (&self.workspaces.loaded, ());
         self.each(

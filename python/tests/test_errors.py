@@ -85,8 +85,27 @@ def test_matrices_that_are_no_poses() -> None:
             robot.solve(wrong)
         with pytest.raises(ValueError, match="path: the matrix of row 1 is no pose"):
             elastogeo.compensate(robot, np.array([np.eye(4), wrong]))
-    with pytest.raises(ValueError, match=r"one pose \(4, 4\)"):
-        robot.solve(np.zeros((2, 4, 4)))
+    with pytest.raises(ValueError, match=r"expected \(n, 4, 4\)"):
+        robot.solve(np.zeros((2, 4)))
+
+
+def test_wrong_targets_and_starts() -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    poses = robot.forward(np.full((3, 6), 0.5))
+    for start in (None, {"q1": 0.0}):
+        with pytest.raises(ValueError, match="start: many targets need an array"):
+            robot.solve(poses, start=start)
+    with pytest.raises(elastogeo.Error, match="start: 2 rows, and 3 targets"):
+        robot.solve(poses, start=np.zeros((2, 6)))
+    with pytest.raises(ValueError, match=r"start: .*expected \(n, 6\)"):
+        robot.solve(poses, start=np.zeros(5))
+    with pytest.raises(elastogeo.Error, match="row 1 .*not finite"):
+        robot.solve([[0.5, 0, 0.2], [np.nan, 0, 0]], start=np.zeros(6))
+    poses[1, 0, 3] = 9.0
+    with pytest.raises(elastogeo.Error, match="row 1.*out of reach"):
+        robot.solve(poses, start=np.full(6, 0.4), restarts=8)
+    joints = robot.solve(poses, start=np.full(6, 0.4), restarts=8, unreachable="nan")
+    assert np.isnan(joints).all(axis=1).tolist() == [False, True, False]
 
 
 def test_robots_without_springs() -> None:

@@ -216,3 +216,18 @@ def test_solve() -> None:
     every = robot.solve(robot.forward(q))
     assert len(every) == 8 and np.allclose(robot.forward(every), robot.forward(q), atol=1e-9)
     assert any(np.allclose(each, q) for each in every)
+
+
+@pytest.mark.parametrize("name", ["kuka-kr270", "kuka-ir663"])
+def test_solve_many_as_one_by_one(name: str) -> None:
+    robot = elastogeo.Robot(name)
+    middle = robot.limits.mean(axis=1)
+    q = middle + 0.1 * (robot.limits[:, 1] - middle) * np.random.default_rng(3).uniform(-1, 1, (70, len(middle)))
+    for weight in (False, True):
+        poses = robot.forward(q, weight=weight)
+        many = robot.solve(poses, start=q + 0.01, restarts=0, weight=weight)
+        assert np.abs(robot.forward(many, weight=weight) - poses).max() < 1e-9
+        one = robot.solve(poses[5], start=q[5] + 0.01, restarts=0, weight=weight)
+        assert one.tolist() == [many[5].tolist()]
+    places = robot.solve(poses[:, :3, 3], start=q, restarts=0)
+    assert np.abs(robot.forward(places)[:, :3, 3] - poses[:, :3, 3]).max() < 1e-9

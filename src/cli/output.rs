@@ -84,9 +84,11 @@ impl Output {
         Ok(self)
     }
 
-    /// The first doubt for which fitted values are not to be written into a description; none where that is forced.
-    pub fn doubt_in_values(&self, force: bool) -> Option<Code> {
-        self.diagnostics.iter().map(|diagnostic| diagnostic.code).find(|code| !force && code.forbids_saving())
+    /// The first doubt for which fitted values are not to be written into a description, but for those that are `borne`; none
+    /// where that is forced.
+    pub fn doubt_in_values(&self, force: bool, borne: impl Fn(&Diagnostic) -> bool) -> Option<Code> {
+        let forbids = |found: &&Diagnostic| !force && found.code.forbids_saving() && !borne(found);
+        self.diagnostics.iter().find(forbids).map(|found| found.code)
     }
 
     /// Says that a file which was asked for is not written, and why; the result is then not to be used as it is.

@@ -7,12 +7,14 @@
 
 mod correct;
 mod coupling;
+mod deflected;
 mod desired;
 mod path;
 mod pushed;
 
 pub use correct::{Corrected, correct};
 pub use coupling::{Balance, settle};
+pub use deflected::deflected;
 pub use desired::{Asked, Controller, desire, six};
 pub use path::{Outcome, Point, Sides, compensate, predict_path};
 pub use pushed::pushed;

@@ -7,6 +7,29 @@ use crate::diagnostic::{Code, Diagnostic};
 /// Share of a range by which a value may lie outside before it counts: readings never reach the ends exactly.
 const MARGIN: f64 = 0.05;
 
+/// 0 deg C in kelvin.
+const KELVIN: f64 = 273.15;
+
+/// Where and how a robot is used.
+#[derive(Debug, Clone, Copy)]
+pub struct State<'a> {
+    /// Variables, rad or m.
+    pub q: &'a [f64],
+    /// On the tool, N and N.m.
+    pub wrench: &'a [f64; 6],
+    /// Mass of the payload, kg, where it is known.
+    pub payload: Option<f64>,
+    /// As the campaign had it, where it is known.
+    pub temperature: Option<f64>,
+}
+
+impl<'a> State<'a> {
+    /// Of unknown payload and temperature.
+    pub fn new(q: &'a [f64], wrench: &'a [f64; 6]) -> Self {
+        Self { q, wrench, payload: None, temperature: None }
+    }
+}
+
 impl RawValidity {
     /// The range that the readings of a campaign cover, `variables` being the names of the actuated variables.
     pub fn of(campaign: &Campaign, variables: &[&str]) -> Self {
@@ -34,20 +57,16 @@ impl RawValidity {
     /// A warning where readings of a campaign lie outside.
     pub fn outside_of(&self, variables: &[&str], campaign: &Campaign) -> Option<Diagnostic> {
         let readings = campaign.readings.iter().enumerate();
-        let states = readings.map(|(index, reading)| {
-            let payload = reading.payload.map_or(0.0, |payload| payload.mass);
-            (campaign.configuration(index), &reading.wrench, Some(payload))
+        let states = readings.map(|(index, reading)| State {
+            payload: Some(reading.payload.map_or(0.0, |payload| payload.mass)),
+            temperature: campaign.conditions.temperature_of(index),
+            ..State::new(campaign.configuration(index), &reading.wrench)
         });
         self.outside(variables, states)
     }
 
-    /// A warning where configurations, wrenches (N, N.m) or masses of payloads (kg, where they are known) lie outside: what was
-    /// found is extrapolated there.
-    pub fn outside<'a>(
-        &self,
-        variables: &[&str],
-        states: impl Iterator<Item = (&'a [f64], &'a [f64; 6], Option<f64>)>,
-    ) -> Option<Diagnostic> {
+    /// A warning where a state lies outside: what was found is extrapolated there.
+    pub fn outside<'a>(&self, variables: &[&str], states: impl Iterator<Item = State<'a>>) -> Option<Diagnostic> {
         let mut found: Vec<String> = Vec::new();
         let mut note = |what: String| {
             if !found.contains(&what) {
@@ -58,7 +77,8 @@ impl RawValidity {
             let margin = MARGIN * (high - low);
             value < low - margin || value > high + margin
         };
-        for (q, wrench, payload) in states {
+        let mut is_kelvin = false;
+        for State { q, wrench, payload, temperature } in states {
             for (name, value) in variables.iter().zip(q) {
                 if self.joints.get(*name).is_some_and(|range| is_outside(*range, *value)) {
                     note((*name).to_string());
@@ -73,11 +93,23 @@ impl RawValidity {
             if range.zip(payload).is_some_and(|(range, mass)| is_outside(*range, mass)) {
                 note("payload".to_string());
             }
+            if let Some((range, value)) =
+                self.temperature.zip(temperature).filter(|(range, value)| is_outside(*range, *value))
+            {
+                is_kelvin |= !is_outside(range, value - KELVIN);
+                note("temperature".to_string());
+            }
         }
+        let remedy = match is_kelvin {
+            true => "give temperatures in the unit of the campaign, deg C: these look like kelvin",
+            false => {
+                "trust the prediction less there, or measure there and diagnose again; see `validity` in the description"
+            }
+        };
         (!found.is_empty()).then(|| {
             Diagnostic::warning(format!("outside the range in which the effects were found: {}", found.join(", ")))
                 .code(Code::OutsideValidity)
-                .remedy("trust the prediction less there, or measure there and diagnose again; see `validity` in the description")
+                .remedy(remedy)
         })
     }
 }

@@ -10,6 +10,7 @@ use super::determined::calibrate_determined;
 use super::problem::row_sigmas;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
+use super::shared::SharedError;
 use crate::description::campaign::Campaign;
 use crate::identifiability::Why;
 use crate::least_squares::Progress;
@@ -77,7 +78,7 @@ const MANY: f64 = 1e6;
 fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot, f64)> {
     let of = |own: &Estimate| {
         let parameter = &model.registry[own.slot];
-        let is_end = own.at_bound && parameter.bounds.contains(&own.value);
+        let is_end = own.at_bound && parameter.is_own_bound(own.value);
         let is_declared = own.nominal > 0.0 && parameter.kind != Kind::Length;
         let is_spring = parameter.group == Group::Elastic && is_declared && own.ci95.is_some() && !is_end;
         let apart = (own.value / own.nominal).ln().abs() / SPREAD.ln();
@@ -89,7 +90,6 @@ fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot
 }
 
 /// Probability that the squares of the fitted readings rise as they do where so many springs are held, if these are as declared.
-/// Readings of one configuration that share an error count once.
 fn rise_by_chance(campaign: &Campaign, free: &Calibration, held: &Calibration, count: usize) -> f64 {
     let sigmas = row_sigmas(campaign);
     let squares = |found: &Calibration| -> f64 {
@@ -98,7 +98,19 @@ fn rise_by_chance(campaign: &Campaign, free: &Calibration, held: &Calibration, c
         own.flat_map(|((_, own), _)| own).map(|left| left * left).sum()
     };
     let (before, freedom) = (squares(free), free.degrees_of_freedom.max(1.0));
-    let shared = free.shared.map_or(1.0, |error| error.ratio.max(1.0));
+    let shared = free.shared.map_or(1.0, |error| design_effect(campaign, &free.held_out, &error));
     let ratio = (squares(held) - before) / (count as f64 * shared * before / freedom);
     f_tail(ratio, count as f64, freedom)
+}
+
+/// How many times as far as independent readings would let it, a mean scatters whose readings share errors with others of their
+/// configuration: the design effect of groups of unequal size (Kish, *Survey Sampling*, 1965, sec. 5.4), 1 where each stands alone.
+fn design_effect(campaign: &Campaign, held_out: &[bool], error: &SharedError) -> f64 {
+    let first = campaign.configurations();
+    let mut counts = vec![0.0; campaign.poses.len()];
+    let fitted = campaign.readings.iter().zip(held_out).filter(|(_, held_out)| !**held_out);
+    fitted.for_each(|(reading, _)| counts[first[reading.pose]] += 1.0);
+    let [all, squares] = [1, 2].map(|power| counts.iter().map(|count: &f64| count.powi(power)).sum::<f64>());
+    let (own, shared) = (error.own.powi(2), error.shared.powi(2));
+    (own + squares / f64::max(all, 1.0) * shared) / (own + shared).max(f64::MIN_POSITIVE)
 }

@@ -12,6 +12,7 @@ use crate::description::raw::{Convention, RawFuzzy, RawRobot};
 use crate::description::resolve::{doubtful_sizes, resolve_explained};
 use crate::description::robot::Robot;
 use crate::description::ur_kinematics::{self, is_ur_kinematics};
+use crate::description::validity::State;
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place as Location, nearest};
 use crate::kinematics::{AssemblyError, Geometry};
@@ -37,10 +38,8 @@ impl LoadedRobot {
         self.raw.calibration.fit.as_ref().map(|fit| FittedUncertainty::new(&self.model, fit))
     }
 
-    /// A warning where configurations (rad, m) or wrenches (N, N.m) lie outside the range in which the effects of the
-    /// description were found.
-    pub fn outside<'a>(&self, states: impl Iterator<Item = (&'a [f64], &'a [f64; 6])>) -> Option<Diagnostic> {
-        let states = states.map(|(q, wrench)| (q, wrench, None));
+    /// A warning where a state lies outside the range in which the effects of the description were found.
+    pub fn outside<'a>(&self, states: impl Iterator<Item = State<'a>>) -> Option<Diagnostic> {
         self.raw.validity.as_ref()?.outside(&self.model.variable_names(), states)
     }
 }

@@ -90,6 +90,12 @@ pub const CHECKS: &[Check] = &[
         find: placement::as_placed,
     },
     Check {
+        codes: &[Code::UnlikeDescription],
+        of_result: true,
+        about: "calibration explains most of what registration leaves, where that is more than tolerances allow",
+        find: readings::describes_the_readings,
+    },
+    Check {
         codes: &[Code::OutlyingReadings],
         of_result: true,
         about: "no reading is far from what all others say",

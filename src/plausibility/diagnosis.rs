@@ -27,7 +27,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     // What calibration leaves above the noise is the gap itself, of which the answer speaks.
     let is_gap = |diagnostic: &Diagnostic| {
         let ratio = diagnostic.figures.get("ratio").copied().unwrap_or(0.0);
-        diagnostic.code == Code::NoiseUnlikeStated && ratio > 1.0
+        diagnostic.code == Code::NoiseUnlikeStated && (1.0..limits.noise_wrong).contains(&ratio)
     };
     let about_figures = |diagnostic: &Diagnostic| {
         diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData && !is_gap(diagnostic)

@@ -3,6 +3,7 @@
 use crate::description::campaign::Campaign;
 use crate::estimation::Calibration;
 use crate::model::Model;
+use crate::parameter::Group;
 
 /// What a check may look at.
 #[derive(Clone, Copy)]
@@ -27,6 +28,15 @@ impl<'a> Evidence<'a> {
     /// A campaign and its calibration.
     pub fn with(model: &'a Model, campaign: &'a Campaign, found: &'a Calibration) -> Self {
         Self { model, campaign, found: Some(found), registered: Some(&found.registered) }
+    }
+
+    /// A calibration that fitted more than where things stand.
+    pub fn calibrated(&self) -> Option<&'a Calibration> {
+        self.found.filter(|found| {
+            let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column));
+            kept.map(|&slot| self.model.registry[slot].group)
+                .any(|group| matches!(group, Group::Geometry | Group::Elastic | Group::Effect))
+        })
     }
 }
 
@@ -84,6 +94,9 @@ pub struct Limits {
     pub stiffness_factor: f64,
     /// Least and greatest residuals over the stated noise. Instruments are stated up to five times too poor, or too good.
     pub noise: [f64; 2],
+    /// Residuals over the stated noise from which a diagnosis doubts that statement, although it is the gap that it looks for: noise
+    /// stated in rad for deg, or in m for mm, is 57 or 1000 times too small. A gap may be as great; then the doubt is needless.
+    pub noise_wrong: f64,
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
     pub deflection_factor: f64,
@@ -142,6 +155,7 @@ impl Default for Limits {
             stiffest: 5e7,
             stiffness_factor: 100.0,
             noise: [0.2, 5.0],
+            noise_wrong: 40.0,
             deflection_factor: 5.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],

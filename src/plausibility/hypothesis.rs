@@ -34,6 +34,8 @@ pub enum Hypothesis {
     Exchanged(usize, usize, bool),
     /// The wrench is that of the robot on its surroundings, not on the robot.
     Reaction,
+    /// Moments of the wrench times a factor, its forces as they are.
+    Moments(f64),
     /// Rows of joints belong to readings one further up (-1) or down (+1); whole configurations, or single rows.
     Shifted(isize, bool),
     /// Two markers are exchanged.
@@ -61,6 +63,9 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 pub const LENGTH_FACTORS: [f64; 12] =
     [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254, 304.8, 1.0 / 304.8];
 
+/// Of moments about the other sense, or recorded in N.mm, or in kN.m, where N.m are declared, and the reverse.
+const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
+
 impl Hypothesis {
     /// All that a campaign of a robot admits. Of deflections only what reverses them: a spring that is missing in the description
     /// can look like two axes exchanged, but nothing passive gives way against its load.
@@ -70,7 +75,14 @@ impl Hypothesis {
         }
         if campaign.is_difference() {
             let mirrored = handedness(campaign).into_iter().filter(|way| matches!(way, Self::Mirrored(..)));
-            return std::iter::once(Self::Reaction).chain(mirrored).collect();
+            let any = |part: std::ops::Range<usize>| {
+                let mut readings = campaign.readings.iter();
+                readings.any(|reading| reading.wrench[part.clone()].iter().any(|component| *component != 0.0))
+            };
+            // Moments alone are reversed, and scaled, with all else.
+            let moments = if any(0..3) && any(3..6) { &MOMENT_FACTORS[..] } else { &[] };
+            let moments = moments.iter().map(|&factor| Self::Moments(factor));
+            return std::iter::once(Self::Reaction).chain(moments).chain(mirrored).collect();
         }
         let mut all = Self::of_joints(model, campaign);
         if model.variables.iter().any(|variable| variable.is_angle) {
@@ -140,6 +152,10 @@ impl Hypothesis {
             Self::Reaction => {
                 let wrenches = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench);
                 wrenches.for_each(|component| *component = -*component);
+            }
+            Self::Moments(factor) => {
+                let moments = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[3..]);
+                moments.for_each(|component| *component *= factor);
             }
             Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
             Self::Markers(a, b) => campaign.readings.iter_mut().for_each(|reading| {

@@ -7,6 +7,7 @@
 
 mod amount;
 mod checks;
+mod compensator;
 mod deflections;
 mod diagnosis;
 mod evidence;
@@ -26,6 +27,7 @@ mod trial;
 mod words;
 
 pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, why_not_computed};
+pub use compensator::{of_compliances, of_elasticity, of_mounting};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};
 pub use springs::as_stiff_as_arms;

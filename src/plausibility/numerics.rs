@@ -73,15 +73,22 @@ pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic
     vec![Diagnostic::warning(message).figure("held", names.len() as f64).remedy(remedy)]
 }
 
+/// Shared over own errors from which readings are copies of each other: an instrument resolves a millionth of what it reads at best.
+const COPIED: f64 = 1e6;
+
 pub(super) fn dependent(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let is_told = |error: &SharedError| error.p < limits.chance && error.shared > limits.shared_least;
     let Some(error) = evidence.found.and_then(|found| found.shared).filter(is_told) else { return Vec::new() };
     let SharedError { shared, own, ratio, between, within, p } = error;
-    let message = format!(
-        "readings of one configuration share an error, {:.1} times as large as what each has for itself: intervals count \
-         it, and repeats narrow them little (F = {ratio:.1} with {between:.0} and {within:.0} degrees of freedom)",
-        shared / own
-    );
+    let message = match shared / own {
+        times if times < COPIED => format!(
+            "readings of one configuration share an error, {times:.1} times as large as what each has for itself: intervals count \
+             it, and repeats narrow them little (F = {ratio:.1} with {between:.0} and {within:.0} degrees of freedom)"
+        ),
+        _ => {
+            "readings of one configuration share their errors to the last digit: no instrument repeats itself so".into()
+        }
+    };
     let figures = [("shared_in_stated_noise", shared), ("own_in_stated_noise", own), ("ratio", ratio), ("p", p)];
     let warning =
         figures.into_iter().fold(Diagnostic::warning(message), |said, (name, value)| said.figure(name, value));

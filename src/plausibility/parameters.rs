@@ -161,7 +161,7 @@ pub(super) fn springs_within_their_range(evidence: &Evidence, _: &Limits) -> Vec
     let registry = &evidence.model.registry;
     let is_end = |own: &&Estimate| {
         let parameter = &registry[own.slot];
-        own.at_bound && parameter.group == Group::Elastic && !parameter.bounds.contains(&own.value)
+        own.at_bound && parameter.group == Group::Elastic && !parameter.is_own_bound(own.value)
     };
     let named: Vec<String> = found
         .estimates

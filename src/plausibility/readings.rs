@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
-use super::trial::{Trials, typical};
+use super::trial::{Trials, errors, typical};
 use super::words::{Words, mm, unit_of, words_of};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::math::median;
 
 /// A way to read the files, and what a fit then leaves, m.
 pub(super) type Trial = (Vec<Hypothesis>, f64);
@@ -214,4 +215,38 @@ fn unlike(
             .figure("registration_mm", 1e3 * before)
             .figure("allowed_mm", 1e3 * allowed),
     )
+}
+
+/// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong.
+const LITTLE: f64 = 0.5;
+
+/// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted.
+/// Readings of which some are of another robot, as one wrong column of one session makes them, pull it to where it fits none.
+pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.calibrated() else { return Vec::new() };
+    let campaign = evidence.campaign;
+    if campaign.is_difference() {
+        return Vec::new();
+    }
+    let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
+    let left = |residual: &[f64]| {
+        let own = errors(campaign, residual, limits).enumerate().filter(|(index, _)| is_fitted(*index));
+        median(&mut own.map(|(_, error)| error).collect::<Vec<f64>>())
+    };
+    let (Some(after), Some(before)) = (left(&found.residual), left(&found.registered)) else { return Vec::new() };
+    if after <= LITTLE * before {
+        return Vec::new();
+    }
+    let Some(allowed) = Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed)
+    else {
+        return Vec::new();
+    };
+    let (scale, unit) = unit_of(campaign);
+    let [before, after, allowed] = [before, after, allowed].map(|metres| mm(scale * metres));
+    let message = format!(
+        "calibration leaves {after} of {before} {unit} (medians), where the description's tolerances and the noise allow {allowed} {unit} \
+         before it: no constants describe these readings together"
+    );
+    let remedy = "compare figures by session and file: a column of one of them may be wrong; look at some configurations by hand (`residuals`)";
+    vec![Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy)]
 }

@@ -76,6 +76,16 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             "are they those of the robot on the load cell?",
             "give the force and torque that act on the robot: negate their columns".into(),
         ),
+        Hypothesis::Moments(factor) if factor < 0.0 => say(
+            "the moments of the wrenches reversed".into(),
+            "of the robot on the load cell, or about another point?",
+            "give the moments that act on the robot at the tool: negate their columns".into(),
+        ),
+        Hypothesis::Moments(factor) => unit(
+            format!("moments times {factor}"),
+            format!("are they in another unit than forces, by {factor}?"),
+            "state `torque` under `units:` as the file has it",
+        ),
         Hypothesis::Mirrored(..) if campaign.estimate_base && !campaign.is_difference() => say(
             "one axis of the readings mirrored".into(),
             "a left-handed frame, or two axes exchanged?",

@@ -51,7 +51,7 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
             mm(found.after.max)
         )
     };
-    if let Some(uncertainty) = &found.uncertainty {
+    if let Some(uncertainty) = found.uncertainty.as_ref().filter(|_| met > 0) {
         let _ = writeln!(
             out,
             "standard uncertainty of the points, by the fit that the description states: {:.4} mm rms, {:.4} mm at most",

@@ -228,3 +228,81 @@ fn the_command_finds_the_compensator_and_refuses_what_it_cannot_use() {
         assert!(ran.err.contains(message), "{arguments:?}: {}", ran.err);
     }
 }
+
+/// Tables in other units, angles in rad or of another order: refused, unless forced.
+#[test]
+fn compensators_of_no_machine_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("written");
+    let (points, arcs) = measured(20e-6, 7);
+    let circle = |angle: fn(f64) -> f64, size: f64| {
+        let rows = points.iter().map(|(q, p)| format!("{},{},{},{}\n", angle(*q), p.x * size, p.y * size, p.z * size));
+        std::iter::once("q,x,y,z\n".into()).chain(rows).collect::<String>()
+    };
+    let anchor = |size: f64| {
+        let rows = arcs.iter().enumerate().flat_map(|(k, arc)| {
+            arc.iter().map(move |p| format!("R{k},{},{},{}\n", p.x * size, p.y * size, p.z * size))
+        });
+        std::iter::once("point,x,y,z\n".into()).chain(rows).collect::<String>()
+    };
+    let table = |angle: fn(f64) -> f64, compliance: fn(f64) -> f64| {
+        let row = |q: f64| {
+            let q = q.to_radians();
+            format!("{},{}\n", angle(q), compliance(printed().compliance(&TABLE_V, q)))
+        };
+        std::iter::once("q,k2\n".into()).chain(ANGLES.map(row)).collect::<String>()
+    };
+    write("p.csv", circle(f64::to_degrees, 1e3));
+    write("p-rad.csv", circle(|q| q, 1e3));
+    write("p-m.csv", circle(f64::to_degrees, 1.0));
+    write("a.csv", anchor(1e3));
+    write("a-m.csv", anchor(1.0));
+    write("p-order.csv", {
+        let mut rows: Vec<String> = circle(f64::to_degrees, 1e3).lines().map(str::to_string).collect();
+        // Angles of two rows exchanged.
+        let [one, other] = [2, 5].map(|row| rows[row].split_once(',').expect("columns").0.to_string());
+        rows[2] = rows[2].replacen(&one, &other, 1);
+        rows[5] = rows[5].replacen(&other, &one, 1);
+        rows.join("\n")
+    });
+    write("k.csv", table(f64::to_degrees, |k| k * 1e6));
+    write("k-rad.csv", table(|q| q, |k| k * 1e6));
+    write("k-si.csv", table(f64::to_degrees, |k| k));
+    write("k-stiffness.csv", table(f64::to_degrees, |k| 1.0 / k));
+    write("k-sign.csv", table(|q| -q.to_degrees(), |k| k * 1e6));
+    let mounting = ["--mounting", "184.72,685.93,123.3"];
+    let right: [&[&str]; 2] = [
+        &["--circle", "p.csv", "--anchor", "a.csv", "--compliances", "k.csv"],
+        &[&mounting[..], &["--compliances", "k.csv"]].concat(),
+    ];
+    for arguments in right {
+        let ran = run(folder.path(), &[&["compensator"], arguments].concat());
+        assert!(ran.status == 0 && ran.err.is_empty(), "{arguments:?}: {}", ran.err);
+    }
+    let wrong: &[(&[&str], &str)] = &[
+        (&["--circle", "p-m.csv", "--anchor", "a-m.csv"], "give coordinates in mm"),
+        (&["--circle", "p-rad.csv", "--anchor", "a.csv"], "with q read in rad they agree"),
+        (&["--circle", "p-order.csv", "--anchor", "a.csv"], "from where their angles q put them"),
+        (&["--mounting", "0.18472,0.68593,0.1233", "--compliances", "k.csv"], "the lever L is 0.1847 mm"),
+        (&["--mounting", "184.72,685.93,123.3", "--compliances", "k-rad.csv"], "span 2.44 deg"),
+        (&["--mounting", "184.72,685.93,123.3", "--compliances", "k-si.csv"], "not stiffnesses"),
+        (&["--mounting", "184.72,685.93,123.3", "--compliances", "k-stiffness.csv"], "not stiffnesses"),
+    ];
+    for (arguments, said) in wrong {
+        let ran = run(folder.path(), &[&["compensator"], *arguments].concat());
+        assert!(ran.status == 2 && ran.err.contains(said), "{arguments:?}: {} {}", ran.status, ran.err);
+    }
+    let k6 = table(f64::to_degrees, |k| k * 1e6).lines().map(|line| format!("{line},0.001\n")).collect::<String>();
+    let k6 = k6.replacen("k2,0.001", "k2,ci95", 1);
+    let value = k6.lines().nth(2).and_then(|line| line.split(',').nth(1)).expect("a value").to_string();
+    write("k-wrong.csv", k6.replacen(&value, "0.35", 1));
+    write("k-same.csv", table(f64::to_degrees, |_| 0.3));
+    let doubted = run(folder.path(), &[&["compensator"], &mounting[..], &["--compliances", "k-wrong.csv"]].concat());
+    assert!(doubted.out.contains("times as far from the compliances"), "{}{}", doubted.out, doubted.err);
+    let same = run(folder.path(), &[&["compensator"], &mounting[..], &["--compliances", "k-same.csv"]].concat());
+    assert!(same.status != 0, "{}", same.out);
+    let forced = run(folder.path(), &["compensator", "--force", "--circle", "p-m.csv", "--anchor", "a-m.csv"]);
+    assert!(forced.status == 0 && forced.out.starts_with("DOUBTFUL (wrong-units)"), "{}{}", forced.out, forced.err);
+    let sign = run(folder.path(), &[&["compensator"], &mounting[..], &["--compliances", "k-sign.csv"]].concat());
+    assert!(sign.status != 0, "{}", sign.out);
+}

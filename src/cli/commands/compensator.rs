@@ -13,6 +13,7 @@ use crate::cli::values::numbers;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::description::units::{Angle, Length, Unit};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, from_deflections, mounting};
+use crate::plausibility::{Evidence, Limits, judge, of_compliances, of_elasticity, of_mounting, refusing};
 use crate::render::compensator as render;
 use crate::results::Compensator as Found;
 
@@ -27,12 +28,11 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
         ));
     }
     let (mut mounted, mut compliances, mut spring) = (None, Vec::new(), None);
-    let mut triangle = None;
+    let (mut triangle, mut points) = (None, Vec::new());
     if let Some(path) = &command.circle {
-        let points = read(session, path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
-        let angles = points.numbers("q").unwrap_or_default();
-        let points: Vec<(f64, Vector3<f64>)> =
-            angles.iter().zip(positions(&points)).map(|(q, p)| (q.to_radians(), p)).collect();
+        let table = read(session, path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
+        let angles = table.numbers("q").unwrap_or_default();
+        points = angles.iter().zip(positions(&table)).map(|(q, p)| (q.to_radians(), p)).collect();
         let arcs = command.anchor.as_deref().map(|path| arcs(session, path)).transpose()?.unwrap_or_default();
         let found = mounting(&points, &arcs)?;
         triangle = found.anchor.map(|[ax, ay]| Triangle { lever: found.lever.value, ax: ax.value, ay: ay.value });
@@ -70,10 +70,22 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
                 "give compliances in 1e-6 rad/(N.m)",
             ));
         }
+        let force = session.arguments.force;
+        let mut misread = of_mounting(&points, mounted.as_ref(), Some(&triangle));
+        misread.extend(of_compliances(&compliances));
+        if let Some(refused) = refusing(misread, force) {
+            return Err(refused.into());
+        }
         spring = Some(elasticity(&triangle, &compliances)?);
     }
+    let mut judged = of_mounting(&points, mounted.as_ref(), triangle.as_ref());
+    judged.extend(of_compliances(&compliances));
+    if let Some((triangle, spring)) = triangle.as_ref().zip(spring.as_ref()) {
+        judged.extend(of_elasticity(triangle, &compliances, spring));
+    }
     let found = Found::new(mounted.as_ref(), triangle.as_ref(), &compliances, spring.as_ref());
-    Output::new(render::compensator(&found, session.terminal.screen), &found)
+    let output = Output::new(render::compensator(&found, session.terminal.screen), &found)?;
+    output.judged(judged, session.arguments.force)
 }
 
 /// Joint and spring from deflections, in two steps and in one.
@@ -104,11 +116,19 @@ fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Resu
         let message = format!("--deflections: the campaign observes `{}`", loaded.campaign.observes.name());
         return Err(Error::input(message, "give a campaign with `observes: deflection`"));
     }
+    let force = session.arguments.force;
+    let mut judged = judge(&Evidence::of(model, &loaded.campaign), &Limits::default());
+    if let Some(refused) = refusing(judged.clone(), force) {
+        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
+    }
     let found = from_deflections(model, &loaded.campaign, spring, command.within.to_radians())?;
+    let given: Vec<JointCompliance> =
+        found.angles.iter().map(|at| JointCompliance { ci95: None, ..at.compliance }).collect();
+    judged.extend(of_elasticity(&found.triangle, &given, &found.two_steps.elasticity));
     let found = Found::from_deflections(model, &found);
     let mut output = Output::new(render::compensator(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
-    Ok(output)
+    output.judged(judged, force)
 }
 
 /// Reads columns of numbers (and of the points' names) with whether each must be there.

@@ -8,6 +8,7 @@ use crate::cli::values::markers;
 use crate::description::campaign::raw::{Measurements, RawCampaign, RawCsv, RawEntry};
 use crate::description::campaign::{WRENCH, kinds};
 use crate::description::table::Sheet;
+use crate::diagnostic::Code;
 use crate::files::{Design, LoadedCampaign};
 
 /// The cells of a row, by column.
@@ -79,7 +80,10 @@ pub fn blank(
         poses += configurations.len();
         tables.push(sheet(&rows).csv(0..rows.len())?);
     }
-    Ok(design.measured(raw, &tables)?)
+    let mut found = design.measured(raw, &tables)?;
+    // Repeats are copies of each other until they are measured.
+    found.diagnostics.retain(|diagnostic| diagnostic.code != Code::SuspectReadings);
+    Ok(found)
 }
 
 /// Rows of a CSV that name joints, and what is touched or carried with them.

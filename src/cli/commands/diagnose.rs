@@ -59,9 +59,12 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         if !raw.effects.is_empty() {
             raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
         }
-        // Readings that are far off are borne where they were set aside.
-        let is_borne = |code: &Code| *code == Code::OutlyingReadings && !found.outliers.is_empty();
-        let doubt = output.doubt_in_values(session.arguments.force).filter(|code| !is_borne(code));
+        // Readings that are far off are borne where all of them were set aside.
+        let is_borne = |told: &Diagnostic| {
+            let count = told.figures.get("readings").copied().unwrap_or(f64::INFINITY);
+            told.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
+        };
+        let doubt = output.doubt_in_values(session.arguments.force, is_borne);
         if doubt.is_some() {
             output.text.push('\n');
             output.not_written(path, doubt);

@@ -173,6 +173,11 @@ pub(super) fn calibrated(
     };
     let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
+    // What registration leaves is the robot's own error.
+    let is_own = |diagnostic: &Diagnostic| {
+        diagnostic.code == Code::NoiseUnlikeStated && diagnostic.figures.get("ratio").is_some_and(|ratio| *ratio > 1.0)
+    };
+    judged.retain(|diagnostic| !is_own(diagnostic) || settings.only != Some(Vec::new()));
     judged.extend(unusable(
         &saved,
         session,
@@ -207,8 +212,8 @@ pub(super) fn calibrated(
     }
     // A robust loss is there for readings that are far off.
     let is_robust = settings.loss != Loss::Squares;
-    let is_borne = |code: &Code| *code == Code::OutlyingReadings && is_robust;
-    let doubt = output.doubt_in_values(session.arguments.force).filter(|code| !is_borne(code));
+    let is_borne = |told: &Diagnostic| told.code == Code::OutlyingReadings && is_robust;
+    let doubt = output.doubt_in_values(session.arguments.force, is_borne);
     match asked.save {
         Some(path) if output.failed || doubt.is_some() => output.not_written(path, doubt),
         Some(path) => {

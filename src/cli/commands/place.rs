@@ -11,6 +11,7 @@ use crate::cli::session::Session;
 use crate::cli::values::{hold, joints, movement, units_with, wrench};
 use crate::compensation::{Desired, Hold, Refusal};
 use crate::description::path::Path;
+use crate::description::validity::State;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable_table};
 use crate::kinematics::{AssemblyError, Transform};
@@ -86,7 +87,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     let placed = place(&predictor, &work, &wanted, &mut |share| bar.set_position((100.0 * share) as u64));
     bar.finish_and_clear();
     let placed = placed.map_err(refused)?;
-    let reached = placed.best.postures.iter().map(|posture| (posture.joints.as_slice(), &posture.wrench));
+    let reached = placed.best.postures.iter().map(|posture| State::new(&posture.joints, &posture.wrench));
     diagnostics.extend(loaded.outside(reached));
     let readings = &path.campaign.readings;
     let names: Vec<String> = readings.iter().map(|reading| path.campaign.poses[reading.pose].clone()).collect();

@@ -12,6 +12,7 @@ use crate::compensation::Refusal;
 use crate::description::campaign::WRENCH;
 use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
+use crate::description::validity::State;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::files::LoadedRobot;
 use crate::kinematics::{Geometry, Limited, Placements, Transform, limited};
@@ -39,7 +40,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     };
     linear(&loaded.model, command.equilibrium)?;
     let wrench = load.unwrap_or_default();
-    let outside = loaded.outside(configurations.iter().map(|q| (q.as_slice(), &wrench)));
+    let outside = loaded.outside(configurations.iter().map(|q| State::new(q, &wrench)));
     loaded.diagnostics.extend(outside);
     if command.equilibrium && load.is_none() && !command.weight {
         return Err(Error::input("--equilibrium: nothing loads the robot", "give --wrench or --weight"));

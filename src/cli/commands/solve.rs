@@ -8,10 +8,10 @@ use crate::cli::args::Solve;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, numbers};
-use crate::compensation::{Desired, Settings, correct};
+use crate::compensation::deflected;
 use crate::diagnostic::Diagnostic;
 use crate::files::LoadedRobot;
-use crate::kinematics::{Geometry, Hold, InverseSettings, Solution, Target, Transform, solve};
+use crate::kinematics::{Geometry, Hold, InverseSettings, Solution, Target, solve};
 use crate::prediction::SinglePredictor;
 use crate::render::solve as render;
 use crate::results::InverseSolutions;
@@ -49,9 +49,6 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
-/// Residual up to which the loaded tool is brought to the target, m, and rad on a lever of 1 m: rounding.
-const RESIDUAL: f64 = 2e-13;
-
 /// The solutions of the rigid robot moved to where the tool is at the target under own weight, preloads and effects; a
 /// solution that cannot be moved there is left out with a warning.
 ///
@@ -61,21 +58,10 @@ fn under_weight(loaded: &mut LoadedRobot, target: &Target, rigid: Vec<Solution>)
     let (model, points) = (&loaded.model, all_points(&loaded.model));
     let predictor = SinglePredictor::new(model, &model.registry.nominal(), &points)?;
     let mut work = predictor.workspace();
-    let most = std::f64::consts::PI;
-    let settings =
-        Settings { hold: target.hold, residual: RESIDUAL, largest: most, ..Settings::new(model.variables.len()) };
     let (mut found, mut why) = (Vec::new(), None);
     for solution in rigid {
-        let rotation = target.rotation.unwrap_or_default();
-        let pose = Transform::from_parts(target.position.coords.into(), rotation);
-        let desired = Desired { nominal: solution.joints.clone(), target: pose };
-        match correct(&predictor, 0, &desired, &[0.0; 6], &settings, &mut work) {
-            Ok(corrected) => found.push(Solution {
-                joints: corrected.joints,
-                position_error: corrected.position,
-                orientation_error: corrected.orientation,
-                self_motions: solution.self_motions,
-            }),
+        match deflected(&predictor, target, &solution, &mut work) {
+            Ok(moved) => found.push(moved),
             Err(refusal) => {
                 let text = format!("a solution of the rigid robot is none under own weight: {refusal}");
                 loaded.diagnostics.push(Diagnostic::warning(text));

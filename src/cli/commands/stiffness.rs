@@ -8,6 +8,7 @@ use crate::cli::args::Stiffness;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
+use crate::description::validity::State;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{
     Elastics, PointLoad, Response, Statics, at_point, equilibrium, fuzzy_doubts, put_fuzzy, shares, spatial,
@@ -22,7 +23,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let model = &loaded.model;
     let q = joints(model, &loaded.raw.units, &command.joints)?;
     let load = command.wrench.as_deref().map(|text| wrench(&loaded.raw.units, text)).transpose()?;
-    let outside = loaded.outside(std::iter::once((q.as_slice(), &load.unwrap_or_default())));
+    let outside = loaded.outside(std::iter::once(State::new(&q, &load.unwrap_or_default())));
     let geometry = Geometry::nominal(model)?;
     let mut placements = Placements::default();
     geometry.place(&q, &mut placements)?;

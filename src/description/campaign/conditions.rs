@@ -100,6 +100,11 @@ impl Conditions {
         given.chain(self.site_temperatures.values_mut()).chain(joints).chain(&mut self.session_time)
     }
 
+    /// Temperature at a reading, as given; none where it is not.
+    pub fn temperature_of(&self, reading: usize) -> Option<f64> {
+        self.temperature.as_ref().and_then(|all| all.get(reading)).copied().filter(|value| value.is_finite())
+    }
+
     /// Whether any temperature is given.
     pub fn has_temperature(&self) -> bool {
         self.temperature.is_some() || !self.site_temperatures.is_empty()

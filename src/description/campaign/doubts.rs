@@ -1,6 +1,6 @@
 //! What a campaign's readings say that can hardly be meant.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use indexmap::IndexMap;
 
@@ -33,9 +33,14 @@ pub fn doubts(
         let configurations = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
         diagnostics.extend(beyond(&robot.variables, units, READINGS, configurations, place));
     }
-    let suspect =
-        [one_name_for_two(campaign, units, robot, &place), back_in_time(campaign, &place), copies(campaign, sources)];
+    let suspect = [
+        one_name_for_two(campaign, units, robot, &place),
+        back_in_time(campaign, &place),
+        copies(campaign, sources),
+        two_temperatures(campaign, &place),
+    ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
+    diagnostics.extend(two_points_in_one_place(campaign, robot, &place));
     diagnostics.extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, locate)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
@@ -150,6 +155,71 @@ fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
             .at(place)
             .remedy("list each file once: copies count twice and make intervals too narrow"),
     )
+}
+
+/// Readings of two points of the robot that agree to the last digit: one was pasted in place of the other.
+fn two_points_in_one_place(
+    campaign: &Campaign,
+    robot: &Robot,
+    place: &impl Fn(usize, &str) -> Option<Place>,
+) -> Option<Diagnostic> {
+    let mut seen: HashMap<_, usize> = HashMap::new();
+    let mut copied: Vec<(usize, usize)> = Vec::new();
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let measured = &reading.measured[..reading.observes.columns().len()];
+        let bits: Vec<u64> = measured.iter().map(|value| value.to_bits()).collect();
+        let first = *seen.entry((reading.pose, reading.observes.name(), reading.target, bits)).or_insert(index);
+        let other = campaign.readings[first].marker;
+        // Few digits, as of torques or angles, agree by chance.
+        if reading.observes.length_rows() > 1 && other != reading.marker {
+            copied.push((first, index));
+        }
+    }
+    if copied.is_empty() || (copied.len() as f64) < COPIED * campaign.readings.len() as f64 {
+        return None;
+    }
+    let &(first, index) = copied.first()?;
+    let name = |reading: usize| {
+        let marker = campaign.readings[reading].marker.and_then(|marker| robot.markers.get(marker));
+        marker.map_or("the tool", |marker| marker.name.as_str())
+    };
+    let (count, all) = (copied.len(), campaign.readings.len());
+    let message = format!(
+        "{count} of {all} readings are those of another point to the last digit: `{}` in place of `{}`",
+        name(first),
+        name(index)
+    );
+    let diagnostic = Diagnostic::warning(message).code(Code::Implausible).at(place(index, "x"));
+    Some(diagnostic.remedy("give each point its own readings; two points do not stand in one place"))
+}
+
+/// Widest range of the temperatures of one campaign, K: twice what a hall has between winter and summer.
+const TEMPERATURES: f64 = 60.0;
+/// Temperatures beside which cells that are exactly 0 are missing values, not temperatures.
+const WARM: f64 = 5.0;
+
+/// Temperatures of which some are missing values written as 0, or in another unit.
+fn two_temperatures(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+    let all = campaign.conditions.temperature.as_ref()?;
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values
+            .filter(|value| value.is_finite())
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+    };
+    let zeros = all.iter().filter(|value| **value == 0.0).count();
+    let [low, high] = range(&mut all.iter().copied().filter(|value| *value != 0.0));
+    let (message, wrong) = if zeros > 0 && low > WARM {
+        let message =
+            format!("`temperature` is 0 in {zeros} of {} readings, and {low:.1} to {high:.1} in the others", all.len());
+        (message, all.iter().position(|value| *value == 0.0)?)
+    } else if high - low > TEMPERATURES {
+        let message = format!("`temperature` goes from {low:.1} to {high:.1}");
+        (message, all.iter().position(|value| *value == high)?)
+    } else {
+        return None;
+    };
+    let diagnostic = Diagnostic::warning(message).at(place(wrong, "temperature"));
+    Some(diagnostic.remedy("give all of them in one unit, and leave out readings without one"))
 }
 
 /// Where the column of a row stands, rows counted from 1 through all tables.

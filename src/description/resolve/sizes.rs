@@ -2,7 +2,7 @@
 
 use crate::description::raw::{JointKind, RawRobot};
 use crate::description::units::{Angle, Length};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 
 use crate::diagnostic::Locate;
 
@@ -199,6 +199,7 @@ fn other_gravity(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     let is_usual = (GRAVITY[0]..=GRAVITY[1]).contains(&size);
     (size > 0.0 && size.is_finite() && !is_usual).then(|| {
         Diagnostic::warning(format!("gravity is {size} m/s2"))
+            .code(Code::WrongUnits)
             .at(locate(&["gravity"]))
             .remedy("give it in m/s2, whatever the units of the description: [0, 0, -9.81] of a standing arm")
     })

@@ -20,6 +20,7 @@ use crate::cli::values::{hold, joints, units_with};
 use crate::compensation::{Deflects, Desired, Hold, Refusal, Settings, compensate};
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
+use crate::description::validity::State;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, fuzzy_doubts};
 use crate::files::writable_table;
@@ -84,9 +85,11 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let values = model.registry.nominal();
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
-    let corrected = outcome.points.iter().zip(&path.campaign.readings);
-    let corrected = corrected.filter_map(|(point, reading)| Some((point.as_ref().ok()?, reading)));
-    let states = corrected.map(|(point, reading)| (point.corrected.joints.as_slice(), &reading.wrench));
+    let corrected = outcome.points.iter().zip(&path.campaign.readings).enumerate();
+    let states = corrected.filter_map(|(index, (point, reading))| {
+        let temperature = path.campaign.conditions.temperature_of(index);
+        Some(State { temperature, ..State::new(&point.as_ref().ok()?.corrected.joints, &reading.wrench) })
+    });
     diagnostics.extend(loaded.outside(states));
     let mut found = found(&loaded, &path, &shown, &desired, &outcome, settings.hold)?;
     found.process = process.map(|process| process.name);
