@@ -2,7 +2,7 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, deflections, instrument, midway, numerics, outlying, parameters, placement, readings, sessions,
+    amount, deflections, instrument, midway, numerics, outlying, parameters, placement, points, readings, sessions,
     stated_noise,
 };
 use crate::description::campaign::Campaign;
@@ -40,6 +40,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "deflections are of the order of those of the declared springs",
         find: deflections::as_large_as_declared,
+    },
+    Check {
+        codes: &[Code::Implausible],
+        of_result: false,
+        about: "no two points of the robot were read in one place",
+        find: points::apart,
     },
     Check {
         codes: &[Code::ReferencesMoved, Code::NoiseDisagrees],

@@ -45,32 +45,40 @@ pub fn of_mounting(
         );
         Some(Diagnostic::error(message).code(Code::WrongUnits).figure("metres", value).remedy("give coordinates in mm"))
     });
-    far.chain(mounting.and_then(|found| turned(points, &found.circle))).collect()
+    let far: Vec<Diagnostic> = far.collect();
+    let turned = mounting.and_then(|found| turned(points, &found.circle, !far.is_empty()));
+    match turned {
+        Some(turned) => vec![turned],
+        None => far,
+    }
 }
 
-/// Points that do not turn by the angles given with them.
-fn turned(points: &[(f64, Vector3<f64>)], found: &Circle) -> Option<Diagnostic> {
+/// Points that do not turn by the angles given with them; where their lengths are far off, only with what explains it.
+fn turned(points: &[(f64, Vector3<f64>)], found: &Circle, is_far: bool) -> Option<Diagnostic> {
     let off = off(points, found);
-    if off <= OFF_CIRCLE {
-        return None;
-    }
+    let share = off / found.radius.abs().max(f64::MIN_POSITIVE);
     let read = |factor: f64| {
         let points: Vec<_> = points.iter().map(|(q, p)| (q * factor, *p)).collect();
         circle(&points).is_ok_and(|other| self::off(&points, &other) * FALL < off)
     };
+    if share <= OFF_CIRCLE && !is_far {
+        return None;
+    }
     let message = format!(
-        "the points of --circle are {:.1} % of the lever from where their angles q put them, most the one at {:.2} deg",
-        1e2 * off,
+        "the points of --circle are {:.3} mm ({:.1} % of the lever) from where their angles q put them, most the one at {:.2} deg",
+        1e3 * off,
+        1e2 * share,
         farthest(points, found).to_degrees()
     );
-    let found = Diagnostic::error(message).figure("share", off);
-    Some(match (read(1f64.to_degrees()), read(1f64.to_radians())) {
-        (true, _) => found.code(Code::WrongUnits).remedy("with q read in rad they agree: give deg"),
-        (_, true) => {
-            found.code(Code::WrongUnits).remedy("q is in deg, and they agree if it is divided by 57.3: convert once")
+    let found = Diagnostic::error(message).figure("metres", off);
+    match (read(1f64.to_degrees()), read(1f64.to_radians())) {
+        (true, _) => Some(found.code(Code::WrongUnits).remedy("with q read in rad they agree: give deg")),
+        (_, true) => Some(found.code(Code::WrongUnits).remedy("they agree with q divided by 57.3: convert it once")),
+        _ if share <= OFF_CIRCLE => None,
+        _ => {
+            Some(found.code(Code::Misread).remedy("look at the order of the rows, and whether q is the joint's angle"))
         }
-        _ => found.code(Code::Misread).remedy("look at the order of the rows, and whether q is the joint's angle"),
-    })
+    }
 }
 
 /// Angle (rad) of the point without which the others agree best.
@@ -84,14 +92,14 @@ fn farthest(points: &[(f64, Vector3<f64>)], all: &Circle) -> f64 {
     best.and_then(|k| points.get(k)).map_or(0.0, |(q, _)| *q)
 }
 
-/// Root mean square distance of points from their places on the circle, over its radius.
+/// Root mean square distance of points from their places on the circle, m.
 fn off(points: &[(f64, Vector3<f64>)], circle: &Circle) -> f64 {
     let square = |(q, p): &(f64, Vector3<f64>)| {
         let place = circle.centre + circle.axes * Vector3::new(q.cos(), q.sin(), 0.0) * circle.radius;
         (p - place).norm_squared()
     };
     let mean = points.iter().map(square).sum::<f64>() / points.len().max(1) as f64;
-    mean.sqrt() / circle.radius.abs().max(f64::MIN_POSITIVE)
+    mean.sqrt()
 }
 
 /// Compliances of the joint as of machines, at angles (rad) in deg: before a spring is fitted to them.

@@ -19,6 +19,7 @@ mod numerics;
 mod outlying;
 mod parameters;
 mod placement;
+mod points;
 mod readings;
 mod sessions;
 mod springs;

@@ -1,6 +1,6 @@
 //! What a campaign's readings say that can hardly be meant.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use indexmap::IndexMap;
 
@@ -40,7 +40,6 @@ pub fn doubts(
         two_temperatures(campaign, &place),
     ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
-    diagnostics.extend(two_points_in_one_place(campaign, robot, &place));
     diagnostics.extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, locate)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
@@ -155,42 +154,6 @@ fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
             .at(place)
             .remedy("list each file once: copies count twice and make intervals too narrow"),
     )
-}
-
-/// Readings of two points of the robot that agree to the last digit: one was pasted in place of the other.
-fn two_points_in_one_place(
-    campaign: &Campaign,
-    robot: &Robot,
-    place: &impl Fn(usize, &str) -> Option<Place>,
-) -> Option<Diagnostic> {
-    let mut seen: HashMap<_, usize> = HashMap::new();
-    let mut copied: Vec<(usize, usize)> = Vec::new();
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        let measured = &reading.measured[..reading.observes.columns().len()];
-        let bits: Vec<u64> = measured.iter().map(|value| value.to_bits()).collect();
-        let first = *seen.entry((reading.pose, reading.observes.name(), reading.target, bits)).or_insert(index);
-        let other = campaign.readings[first].marker;
-        // Few digits, as of torques or angles, agree by chance.
-        if reading.observes.length_rows() > 1 && other != reading.marker {
-            copied.push((first, index));
-        }
-    }
-    if copied.is_empty() || (copied.len() as f64) < COPIED * campaign.readings.len() as f64 {
-        return None;
-    }
-    let &(first, index) = copied.first()?;
-    let name = |reading: usize| {
-        let marker = campaign.readings[reading].marker.and_then(|marker| robot.markers.get(marker));
-        marker.map_or("the tool", |marker| marker.name.as_str())
-    };
-    let (count, all) = (copied.len(), campaign.readings.len());
-    let message = format!(
-        "{count} of {all} readings are those of another point to the last digit: `{}` in place of `{}`",
-        name(first),
-        name(index)
-    );
-    let diagnostic = Diagnostic::warning(message).code(Code::Implausible).at(place(index, "x"));
-    Some(diagnostic.remedy("give each point its own readings; two points do not stand in one place"))
 }
 
 /// Widest range of the temperatures of one campaign, K: twice what a hall has between winter and summer.
