@@ -11,6 +11,7 @@ mod deflected;
 mod desired;
 mod path;
 mod pushed;
+mod straight;
 
 pub use correct::{Corrected, correct};
 pub use coupling::{Balance, settle};
@@ -18,6 +19,7 @@ pub use deflected::deflected;
 pub use desired::{Asked, Controller, desire, six};
 pub use path::{Outcome, Point, Sides, compensate, predict_path};
 pub use pushed::pushed;
+pub use straight::astray;
 
 use nalgebra::Vector3;
 

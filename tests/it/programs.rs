@@ -242,6 +242,10 @@ fn a_stream_answers_what_it_cannot_read_and_goes_on() {
     assert!(status == 1 && lines.len() == 4, "{status} {out} {err}");
     assert!(lines[1].starts_with("a,ok,") && lines[2].contains("refused") && lines[2].contains("ten"), "{out}");
     assert!(lines[3].starts_with("c,ok,") && err.contains("3 points, 1 refused"), "{out} {err}");
+    // The place of a refusal is that in the stream, and the point keeps its name; a header is answered before any point.
+    assert!(lines[2].starts_with("b,") && lines[2].contains("line 3, column 3:"), "{out}");
+    let (status, out, _) = streamed(at, &[], "q1,q2,q3,q4,q5,q6\n");
+    assert!(status == 0 && out.lines().count() == 1 && out.starts_with("pose,"), "{out}");
     // Bytes that are no text, and points without names.
     let (status, out, _) =
         streamed(at, &[], b"q1,q2,q3,q4,q5,q6\n10,20,30,5,30,0\n\xff\xfe,20,30,5,30,0\n11,20,30,5,30,0\n");
@@ -257,10 +261,45 @@ fn a_stream_answers_what_it_cannot_read_and_goes_on() {
     for (arguments, input, said) in [
         (&[][..], "", "standard input is empty"),
         (&[], "pose,q1,q2\na,1,2\n", "joints"),
+        (&[], "foo,bar\n", "unknown column `foo`"),
+        (&[], "q1,q2,q3\n", "q4, q5, q6"),
+        (&[], "{\"q1\":10,\"q2\":20}\n", "unknown column"),
         (&["--program", "krl"], PATH, "--program"),
         (&["--output", "x.csv"], PATH, "redirect"),
     ] {
         let (status, _, err) = streamed(at, arguments, input);
         assert!(status == 2 && err.contains(said), "{arguments:?} {status} {err}");
     }
+}
+
+/// Straight moves between points at which the wrist stands on other sides, and a program that stands where refused points would be written.
+#[test]
+fn straight_moves_through_a_turned_wrist_are_told() {
+    let folder = folder();
+    let at = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
+    write("flip.csv", "q1,q2,q3,q4,q5,q6\n10,20,30,5,-30,0\n10,20,30,5,30,0\n");
+    write("same.csv", "q1,q2,q3,q4,q5,q6\n10,20,30,5,30,0\n12,20,32,5,35,0\n");
+    let program = |path: &str, language: &str, moves: &str| {
+        let of = ["compensate", "fitted.yaml", path, "--nominal", "c/robot.yaml", "--program", language];
+        run(at, &[&of[..], &["--moves", moves]].concat())
+    };
+    for language in ["krl", "rapid", "urscript", "fanuc-ls"] {
+        let told = program("flip.csv", language, "poses");
+        assert!(told.status == 0 && told.err.contains("1 of 1 straight moves do not lead"), "{language}: {}", told.err);
+        for (path, moves) in [("flip.csv", "joints"), ("same.csv", "poses")] {
+            let ran = program(path, language, moves);
+            assert!(ran.status == 0 && ran.err.is_empty(), "{language} {path} {moves}: {}", ran.err);
+        }
+    }
+    // The first point is reached by its joints.
+    let fanuc = program("same.csv", "fanuc-ls", "poses").out;
+    assert!(fanuc.contains(":J P[3] 10% FINE ;") && fanuc.contains("P[3:\"start\"]"), "{fanuc}");
+
+    write("far.csv", "x,y,z,rx,ry,rz\n9000,0,0,0,0,0\n");
+    write("keep.src", "an old program");
+    let of = ["compensate", "fitted.yaml", "far.csv", "--nominal", "c/robot.yaml", "--program", "krl"];
+    let ran = run(at, &[&of[..], &["--output", "keep.src"]].concat());
+    assert!(ran.status == 1 && ran.out.contains("no program is written"), "{}{}", ran.out, ran.err);
+    assert_eq!(std::fs::read_to_string(at.join("keep.src")).expect("read"), "an old program");
 }

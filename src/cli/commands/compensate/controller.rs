@@ -107,6 +107,11 @@ fn exchanged(name: &str, nominal: &LoadedRobot, robot: &LoadedRobot) -> Option<D
 }
 
 impl Shown<'_> {
+    /// The controller's own.
+    pub fn geometry(&self) -> &Geometry<'_> {
+        &self.geometry
+    }
+
     /// Pose of commands by the controller's geometry.
     pub fn pose(&self, q: &[f64], marker: Option<usize>) -> Option<[f64; 6]> {
         self.controller().pose(q, marker, &mut Placements::default()).ok().map(|pose| six(&pose))

@@ -94,6 +94,7 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut found = found(&loaded, &path, &shown, &desired, &outcome, settings.hold)?;
     found.process = process.map(|process| process.name);
     diagnostics.extend(linear_doubt(command, &found));
+    diagnostics.extend(program.as_ref().and_then(|program| program.doubt(&found, shown.geometry())));
     let all_met = found.refused.is_empty();
     let is_written = all_met || command.keep_going;
     let mut text = render::compensation(&found, session.terminal.screen);
@@ -116,6 +117,8 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         Some(program) if is_written => program.output(&found, file, output),
         Some(_) => {
             output.text += "no program is written, since points are refused; --keep-going writes the others\n";
+            // A program that stands there is not replaced by these words.
+            output.written = true;
             Ok(output)
         }
         None => Ok(output),

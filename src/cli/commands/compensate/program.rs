@@ -8,8 +8,11 @@ use crate::Error;
 use crate::cli::args::Compensate;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::compensation::astray;
+use crate::diagnostic::Diagnostic;
+use crate::kinematics::Geometry;
 use crate::render::program::{LANGUAGES, Language, Moves, Wanted, by_template, program};
-use crate::results::Compensation;
+use crate::results::{Compensation, CorrectedPoint};
 
 /// A program that is asked for.
 pub struct Program<'a> {
@@ -56,6 +59,35 @@ impl<'a> Program<'a> {
         Ok(Some(Self { source, command }))
     }
 
+    fn moves(&self) -> Moves {
+        let poses_alone = matches!(self.source, Source::Language(language) if !language.joints);
+        self.command.moves.map_or(if poses_alone { Moves::Poses } else { Moves::Joints }, Moves::from)
+    }
+
+    /// A warning where the tool is to be moved on lines along which the robot does not come to the joints found.
+    pub fn doubt(&self, found: &Compensation, geometry: &Geometry) -> Option<Diagnostic> {
+        if self.moves() != Moves::Poses {
+            return None;
+        }
+        let points: Vec<&CorrectedPoint> = found.met().collect();
+        let joints = |point: &CorrectedPoint| point.joints.values().copied().collect::<Vec<f64>>();
+        let strays = |pair: &&[&CorrectedPoint]| astray(geometry, &joints(pair[0]), &joints(pair[1])).is_some();
+        let wrong: Vec<&[&CorrectedPoint]> = points.windows(2).filter(strays).collect();
+        let first = wrong.first()?;
+        let message = format!(
+            "{} of {} straight moves do not lead to the joints found, the first from `{}` to `{}`: the wrist or the arm would have \
+             to turn over on the way",
+            wrong.len(),
+            points.len() - 1,
+            first[0].name,
+            first[1].name
+        );
+        Some(
+            Diagnostic::warning(message)
+                .remedy("move by joints (`--moves joints`), or give points of one configuration"),
+        )
+    }
+
     /// The program in the place of the text, and in the JSON.
     ///
     /// # Errors
@@ -63,10 +95,9 @@ impl<'a> Program<'a> {
     pub fn output(&self, found: &Compensation, path: &str, mut output: Output) -> Result<Output, Error> {
         let command = self.command;
         let stem = Path::new(path).file_stem().map_or_else(|| "path".into(), |stem| stem.to_string_lossy());
-        let poses_alone = matches!(self.source, Source::Language(language) if !language.joints);
         let wanted = Wanted {
             name: command.program_name.as_deref().unwrap_or(&stem),
-            moves: command.moves.map_or(if poses_alone { Moves::Poses } else { Moves::Joints }, Moves::from),
+            moves: self.moves(),
             speed: command.speed,
         };
         let (text, language) = match &self.source {

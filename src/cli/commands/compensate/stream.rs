@@ -12,6 +12,7 @@ use crate::cli::session::Session;
 use crate::compensation::{Settings, compensate};
 use crate::description::path::Path;
 use crate::description::units::Units;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::LoadedRobot;
 use crate::model::Condition;
 use crate::render::compensation::{header, row_of};
@@ -47,49 +48,37 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
             "call `compensate` with a path",
         ));
     }
-    let mut input = std::io::stdin().lock();
-    let mut head = String::new();
-    while head.trim().is_empty() {
-        if next_line(&mut input, &mut head)? == 0 {
-            return Err(Error::input(
-                "the standard input is empty",
-                "give a line with the names of the columns, and then a line for each point",
-            ));
-        }
-    }
+    let mut input = Lines { from: std::io::stdin().lock(), number: 0 };
+    let Some(head) = input.next()? else {
+        return Err(Error::input(
+            "the standard input is empty",
+            "give a line with the names of the columns, and then a line for each point",
+        ));
+    };
+    stream.check_head(&head)?;
     let is_json = stream.session.arguments.format == Format::Json;
     let mut out = std::io::stdout().lock();
+    if !is_json {
+        writeln!(out, "{}", header(&stream.loaded.model.variables)).and_then(|()| out.flush())?;
+    }
     let mut state =
         State { nominal: stream.from.clone(), corrected: None, sides: vec![0.0; stream.loaded.model.variables.len()] };
-    let mut controller: Option<ControllerFile> = None;
     let (mut latencies, mut refused) = (Vec::new(), 0);
-    let mut line = String::new();
+    let Some(mut line) = input.next()? else { return Ok(Output::nothing()) };
     // The controller's file is read with the first point, whose columns say what it is needed for.
-    let first = loop {
-        line.clear();
-        if next_line(&mut input, &mut line)? == 0 {
-            break None;
-        }
-        if !line.trim().is_empty() {
-            let path = stream.read(&head, &line, 1)?;
-            let file = ControllerFile::new(stream.command.nominal.as_deref(), stream.loaded, &path, stream.session)?;
-            let doubts = file.diagnostics.iter().cloned().chain(condition_doubts(&stream.loaded.model, &path));
-            let doubts: Vec<_> = doubts.chain(stream.loaded.diagnostics.iter().cloned()).collect();
-            stream.session.terminal.warn(&doubts);
-            break Some(controller.insert(file));
-        }
-    };
-    let Some(file) = first else { return Ok(Output::nothing()) };
+    let path = stream.read(&head, &line)?;
+    let file = ControllerFile::new(stream.command.nominal.as_deref(), stream.loaded, &path, stream.session)?;
+    let doubts = file.diagnostics.iter().cloned().chain(condition_doubts(&stream.loaded.model, &path));
+    let doubts: Vec<_> = doubts.chain(stream.loaded.diagnostics.iter().cloned()).collect();
+    stream.session.terminal.warn(&doubts);
     let shown = file.geometry(stream.loaded)?;
-    if !is_json {
-        writeln!(out, "{}", header(&stream.loaded.model.variables))?;
-    }
     let mut number = 1;
     loop {
         let started = Instant::now();
         // A line that cannot be read is answered, and the stream goes on.
         let point = stream.answer(&head, &line, number, &shown, &mut state).unwrap_or_else(|error| {
-            CompensatedPoint::Refused(RefusedPoint::new(number - 1, nameless(number), error.to_string()))
+            let name = name_in(&head, &line).map_or_else(|| nameless(number), str::to_string);
+            CompensatedPoint::Refused(RefusedPoint::new(number - 1, name, reason(&error)))
         });
         refused += usize::from(matches!(point, CompensatedPoint::Refused(_)));
         let text = match is_json {
@@ -102,16 +91,8 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
         }
         latencies.push(started.elapsed().as_secs_f64());
         number += 1;
-        line.clear();
-        while line.trim().is_empty() {
-            line.clear();
-            if next_line(&mut input, &mut line)? == 0 {
-                break;
-            }
-        }
-        if line.trim().is_empty() {
-            break;
-        }
+        let Some(next) = input.next()? else { break };
+        line = next;
     }
     if !stream.session.arguments.quiet {
         latencies.sort_by(f64::total_cmp);
@@ -132,33 +113,105 @@ fn nameless(number: usize) -> String {
     format!("row {number}")
 }
 
-/// Appends a line; bytes that are no UTF-8 are replaced, so that no number or name is read from them. How many bytes there were.
-fn next_line(input: &mut impl BufRead, line: &mut String) -> std::io::Result<usize> {
-    let mut bytes = Vec::new();
-    let count = input.read_until(b'\n', &mut bytes)?;
-    *line += &String::from_utf8_lossy(&bytes);
-    Ok(count)
+/// A line and its number, from 1.
+#[derive(Clone)]
+struct Line {
+    text: String,
+    number: usize,
+}
+
+/// Lines that are not blank.
+struct Lines<R> {
+    from: R,
+    number: usize,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// The next one; bytes that are no UTF-8 are replaced, so that no number or name is read from them.
+    fn next(&mut self) -> std::io::Result<Option<Line>> {
+        loop {
+            let mut bytes = Vec::new();
+            if self.from.read_until(b'\n', &mut bytes)? == 0 {
+                return Ok(None);
+            }
+            self.number += 1;
+            let text = String::from_utf8_lossy(&bytes).trim_end().to_string();
+            if !text.is_empty() {
+                return Ok(Some(Line { text, number: self.number }));
+            }
+        }
+    }
+}
+
+/// What separates the columns of a table.
+const SEPARATORS: [char; 3] = [',', ';', '\t'];
+
+/// The name that a line gives its point.
+fn name_in<'l>(head: &Line, line: &'l Line) -> Option<&'l str> {
+    let at = head.text.split(SEPARATORS).position(|column| column.trim() == "pose")?;
+    line.text.split(SEPARATORS).nth(at).map(str::trim).filter(|name| !name.is_empty())
+}
+
+/// Why a line is refused, with its place.
+fn reason(error: &Error) -> String {
+    let Some(first) = error.diagnostics().and_then(|all| all.iter().find(|found| found.is_error())) else {
+        return error.to_string();
+    };
+    match &first.place {
+        Some(at) => format!("line {}, column {}: {}", at.line, at.column, first.message),
+        None => first.message.clone(),
+    }
 }
 
 impl Stream<'_> {
+    /// Refuses a header that no point can follow.
+    fn check_head(&self, head: &Line) -> Result<(), Error> {
+        let zeros: String = head
+            .text
+            .split_inclusive(SEPARATORS)
+            .map(|cell| match cell.chars().next_back() {
+                Some(last) if SEPARATORS.contains(&last) => format!("0{last}"),
+                _ => "0".into(),
+            })
+            .collect();
+        let Err(found) = self.parsed(head, &Line { text: zeros, number: 0 }) else { return Ok(()) };
+        // What is said of the row of zeros is not said of the header.
+        let is_own = |fault: &Diagnostic| fault.is_error() && fault.place.as_ref().is_none_or(|at| at.line > 0);
+        let own: Vec<Diagnostic> = found.iter().filter(|fault| is_own(fault)).cloned().collect();
+        if own.is_empty() { Ok(()) } else { Err(own.into()) }
+    }
+
+    /// A line as a table of one row; faults have the line's place.
+    fn parsed(&self, head: &Line, line: &Line) -> Result<Path, Diagnostics> {
+        let text = format!("{}\n{}\n", head.text, line.text);
+        let parsed = self.session.reader.path_text("standard input", text.as_bytes(), self.loaded, self.units);
+        parsed.map_err(|found| {
+            let placed = |mut fault: Diagnostic| {
+                if let Some(at) = &mut fault.place {
+                    at.line = if at.line == 1 { head.number } else { line.number };
+                }
+                fault
+            };
+            Vec::from(found).into_iter().map(placed).collect()
+        })
+    }
+
     /// A line as a path of one point.
-    fn read(&self, head: &str, line: &str, number: usize) -> Result<Path, Error> {
-        let text = format!("{}\n{}\n", head.trim_end(), line.trim_end());
-        let mut path =
-            self.session.reader.path_text(&format!("line {number}"), text.as_bytes(), self.loaded, self.units)?;
+    fn read(&self, head: &Line, line: &Line) -> Result<Path, Error> {
+        let mut path = self.parsed(head, line)?;
         load(self.command, self.loaded, &mut path)?;
         Ok(path)
     }
 
     fn answer(
         &self,
-        head: &str,
-        line: &str,
+        head: &Line,
+        line: &Line,
         number: usize,
         shown: &Shown,
         state: &mut State,
     ) -> Result<CompensatedPoint, Error> {
-        let mut path = self.read(head, line, number)?;
+        let mut path = self.read(head, line)?;
         // Each line is a table of one row.
         path.campaign.poses.iter_mut().filter(|name| **name == nameless(1)).for_each(|name| *name = nameless(number));
         let model = &self.loaded.model;
