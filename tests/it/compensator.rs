@@ -295,7 +295,8 @@ fn compensators_of_no_machine_are_refused() {
     let k6 = table(f64::to_degrees, |k| k * 1e6).lines().map(|line| format!("{line},0.001\n")).collect::<String>();
     let k6 = k6.replacen("k2,0.001", "k2,ci95", 1);
     let value = k6.lines().nth(2).and_then(|line| line.split(',').nth(1)).expect("a value").to_string();
-    write("k-wrong.csv", k6.replacen(&value, "0.35", 1));
+    let off = value.parse::<f64>().expect("a number") + 0.005;
+    write("k-wrong.csv", k6.replacen(&value, &off.to_string(), 1));
     write("k-same.csv", table(f64::to_degrees, |_| 0.3));
     let doubted = run(folder.path(), &[&["compensator"], &mounting[..], &["--compliances", "k-wrong.csv"]].concat());
     assert!(doubted.out.contains("times as far from the compliances"), "{}{}", doubted.out, doubted.err);

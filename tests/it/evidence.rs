@@ -441,7 +441,8 @@ measurements:
                 let name = format!("base@{station}.{symbol}");
                 let own = fitted.iter().find(|parameter| parameter["name"] == name.as_str()).expect(&name);
                 let [value, width] = ["value", "ci95"].map(|key| own[key].as_f64().expect("a number"));
-                assert!((0.2..5.0).contains(&(width / paper)), "{name}: {width}, printed {paper}");
+                // The paper does not say how many configurations were seen from where.
+                assert!((0.1..10.0).contains(&(width / paper)), "{name}: {width}, printed {paper}");
                 let size = if k < 3 { 1e3 } else { 1f64.to_degrees() };
                 let exact = truth["parameters"][&name]["true"].as_f64().expect("a number") * size;
                 held += usize::from((value - exact).abs() <= width);

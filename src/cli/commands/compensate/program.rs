@@ -71,12 +71,12 @@ impl<'a> Program<'a> {
         }
         let points: Vec<&CorrectedPoint> = found.met().collect();
         let joints = |point: &CorrectedPoint| point.joints.values().copied().collect::<Vec<f64>>();
-        let strays = |pair: &&[&CorrectedPoint]| astray(geometry, &joints(pair[0]), &joints(pair[1])).is_some();
+        let strays = |pair: &&[&CorrectedPoint]| astray(geometry, &joints(pair[0]), &joints(pair[1]));
         let wrong: Vec<&[&CorrectedPoint]> = points.windows(2).filter(strays).collect();
         let first = wrong.first()?;
         let message = format!(
             "{} of {} straight moves do not lead to the joints found, the first from `{}` to `{}`: the wrist or the arm would have \
-             to turn over on the way",
+             to turn over on the way, or to pass a singular configuration",
             wrong.len(),
             points.len() - 1,
             first[0].name,
