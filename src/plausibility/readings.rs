@@ -244,8 +244,8 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let (scale, unit) = unit_of(campaign);
     let [before, after, allowed] = [before, after, allowed].map(|metres| mm(scale * metres));
     let message = format!(
-        "calibration leaves {after} of {before} {unit} (medians), where the description's tolerances and the noise allow {allowed} {unit} \
-         before it: no constants describe these readings together"
+        "calibration leaves {after} {unit} (median; registration {before}), where the description's tolerances and the noise \
+         allow {allowed} {unit} before it: no constants describe these readings together"
     );
     let remedy = "compare figures by session and file: a column of one of them may be wrong; look at some configurations by hand (`residuals`)";
     vec![Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy)]

@@ -65,6 +65,7 @@ mod placing;
 mod planning;
 mod plausibility;
 mod plausible_loads;
+mod plausible_rows;
 mod process;
 mod programs;
 mod questions;

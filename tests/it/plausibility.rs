@@ -9,12 +9,12 @@ use super::cli::{Ran, run};
 
 /// A table of readings: its columns, and its cells by row.
 pub(super) struct Table {
-    names: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub(super) names: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    fn column(&self, name: &str) -> usize {
+    pub(super) fn column(&self, name: &str) -> usize {
         self.names.iter().position(|known| known == name).unwrap_or_else(|| panic!("a column {name}"))
     }
 
