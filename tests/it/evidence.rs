@@ -18,7 +18,6 @@ use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, m
 use nalgebra::{Point3, Vector3};
 
 use super::cli::run;
-use super::figures::recorded;
 
 fn blank(
     robot: &LoadedRobot,
@@ -421,7 +420,8 @@ measurements:
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     std::fs::write(at.join("campaign.yaml"), CAMPAIGN).expect("written");
-    let points = ["--markers", "m1,m2,m3", "--repeats", "3", "--poses", "18", "--noise", "0.1"];
+    // Without errors of its first joint, which a base cannot be told from.
+    let points = ["--markers", "m1,m2,m3", "--repeats", "3", "--poses", "18", "--noise", "0.1", "--errors", "0"];
     // Half widths of 95 % intervals as printed: mm and deg, both placements.
     let printed = [("x", 0.045, 0.122), ("y", 0.032, 0.053), ("z", 0.044, 0.121)];
     let turned = [("rx", 0.001, 0.004), ("ry", 0.002, 0.004), ("rz", 0.001, 0.003)];
@@ -456,5 +456,4 @@ measurements:
     println!("{held} of {all} intervals hold the truth\n{}", lines.join("\n"));
     // 48 intervals of 95 %: fewer than 40 come by chance once in a thousand times.
     assert!(held >= 40, "{held} of {all}");
-    recorded("two-stations", "cargo test two_stations_as_in_table_i", &lines);
 }
