@@ -13,6 +13,10 @@ from . import plots
 from ._arrays import Array
 
 
+#: Rows of a table that a notebook shows.
+SHOWN = 50
+
+
 class Result:
     """What a command found: :meth:`to_dict` is its JSON, ``print`` shows its text."""
 
@@ -200,18 +204,22 @@ class Configurations(Result):
     @property
     def joints(self) -> Array:
         """Shape (n, joints), rad and m; nan where a point was refused."""
-        rows = [[each.get("joints", {}).get(name, np.nan) for name in self.variables] for each in self._rows]
+        rows = [[_joints(each).get(name, np.nan) for name in self.variables] for each in self._rows]
         return np.array(rows, dtype=np.float64).reshape(-1, len(self.variables))
 
     @property
     def table(self) -> Any:
-        """A row for each configuration; a pandas data frame."""
-        plain = [{k: v for k, v in each.items() if _is_plain(v)} | each.get("joints", {}) for each in self._rows]
+        """A row for each configuration, its joints in columns (rad and m, nan where it was refused); of ``compensate`` the
+        column ``status`` says ``ok`` or why a point was refused. A pandas data frame."""
+        plain = [{k: v for k, v in each.items() if k != "joints" and _is_plain(v)} | _joints(each) for each in self._rows]
         return data_frame(plain)
 
     def _tables(self) -> list[str]:
-        joints = [dict(zip(self.variables, row)) for row in self.joints.tolist()]
-        return [plots.table(joints[:50])]
+        shown = [
+            {key: each[key] for key in ("pose", "name", "status") if key in each} | dict(zip(self.variables, row))
+            for each, row in zip(self._rows[:SHOWN], self.joints.tolist())
+        ]
+        return [plots.table(shown)]
 
 
 class Simulated(Result):
@@ -237,6 +245,11 @@ class Report(Result):
 
     def _repr_html_(self) -> str:
         return f'<iframe style="width:100%;height:40em;border:0" srcdoc="{html.escape(self.html)}"></iframe>'
+
+
+def _joints(row: Mapping[str, Any]) -> dict[str, float]:
+    """Joints of a configuration by name; none of a point that was refused."""
+    return row.get("joints") or {}
 
 
 def _is_plain(value: object) -> bool:

@@ -210,6 +210,18 @@ def test_plan_compensate_simulate_report(tmp_path: Any, command: Command) -> Non
     assert page.html == (tmp_path / "page.html").read_text() and "srcdoc" in page._repr_html_()
 
 
+def test_a_refused_point_leaves_the_others() -> None:
+    robot = elastogeo.Robot("universal-ur5")
+    path = robot.forward(np.full((3, 6), 0.5))
+    path[1, :3, 3] = [5, 0, 0]
+    found = elastogeo.compensate(robot, path, start=[0.5] * 6)
+    assert not found.usable and np.isnan(found.joints).all(axis=1).tolist() == [False, True, False]
+    assert np.allclose(found.joints[::2], 0.5)
+    assert found.table["q1"].isna().tolist() == [False, True, False] and "joints" not in found.table
+    assert found.table["status"][0] == "ok" and "out of reach" in found.table["status"][1]
+    assert "out of reach" in found._repr_html_()
+
+
 def test_solve() -> None:
     robot = elastogeo.Robot("universal-ur5")
     q = np.array([0.3, -1.0, 1.2, 0.2, 0.5, 0.1])
