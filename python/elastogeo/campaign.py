@@ -19,7 +19,7 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import Array
 from ._run import named
-from .effects import Effect
+from .effects import Effect, instances
 from .results import Identification
 from .robot import RobotLike
 
@@ -36,7 +36,7 @@ class Campaign:
         self, source: str | os.PathLike[str], *, robot: RobotLike | None = None, effects: Sequence[Effect] = ()
     ) -> None:
         self.source = os.fspath(source)
-        self.effects = list(effects)
+        self.effects = instances(effects)
         self._given_robot = None if robot is None else named(robot)
         self._native = _native.Campaign(self.source, self._given_robot, self.effects)
         self._folder: tempfile.TemporaryDirectory[str] | None = None

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ._arrays import Array, finite, rows
 from ._run import Progress, flags, named, numbers, run
 from .campaign import CampaignLike, columns_of, write_csv
-from .effects import Effect
+from .effects import Effect, instances
 from .results import Configurations, Diagnosis, Identification, Report, Residuals, Result, Simulated, Stiffness
 from .robot import Joints, Robot, RobotLike, placed
 
@@ -245,7 +245,7 @@ def _named(robot: RobotLike | None) -> str | None:
 
 def _effects(of: object, robot: object = None, more: Sequence[Effect] = ()) -> list[Effect]:
     """Effects of a campaign, of its robot and of a call; of one name the last."""
-    every: list[Effect] = [*getattr(robot, "effects", ()), *getattr(of, "effects", ()), *more]
+    every = [*getattr(robot, "effects", ()), *getattr(of, "effects", ()), *instances(more)]
     return list({effect.name: effect for effect in every}.values())
 
 

@@ -23,6 +23,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ._native import Reading, Site
 
+__all__ = ["Change", "Changes", "Effect", "Reading", "Site", "deflection", "joint", "parameter", "point"]
+
 #: What changes in a reading: its kind, the variable or parameter, by how much for one unit of the effect's parameter.
 Change = tuple[str, str, list[float]]
 Changes = Mapping[str, "Change | Sequence[Change]"]
@@ -57,6 +59,26 @@ class Effect:
             if not re.fullmatch(r"[A-Za-z_]\w*", name) or not 0 < scale < math.inf:
                 raise ValueError(f"parameter {name!r} of {self.name!r}: a word, and a common size above 0")
         return declared
+
+
+def instances(effects: object) -> list[Effect]:
+    """Effects as a list, if that is what they are.
+
+    :raises TypeError: what else it is, as a class where an instance is expected
+    """
+    if isinstance(effects, (str, bytes)) or not isinstance(effects, Iterable):
+        raise TypeError(f"`effects` is a list of instances of `elastogeo.Effect`; here {_told(effects)}")
+    given = list(effects)
+    for each in given:
+        if not isinstance(each, Effect):
+            raise TypeError(f"`effects` holds instances of `elastogeo.Effect`; here {_told(each)}")
+    return given
+
+
+def _told(given: object) -> str:
+    if isinstance(given, type):
+        return f"the class {given.__name__}: give an instance, `{given.__name__}()`"
+    return f"{given!r}, a single one: put it into a list" if isinstance(given, Effect) else repr(given)
 
 
 def joint(variable: str, by: float) -> Change:

@@ -22,6 +22,8 @@ from typing import Literal
 from . import _native
 from ._native import Point
 
+__all__ = ["MOST_VALUES", "Observation", "Point", "add_observation"]
+
 #: Greatest number of values of a reading.
 MOST_VALUES = 6
 
@@ -62,7 +64,13 @@ class Observation:
 
 def add_observation(kind: Observation) -> None:
     """Makes a kind of readings known: campaign files and commands may name it from then on. Adding another of the same name
-    replaces it."""
+    replaces it.
+
+    :raises TypeError: what is no instance of :class:`Observation`
+    """
+    if not isinstance(kind, Observation):
+        given = f"the class {kind.__name__}: give an instance, `{kind.__name__}()`" if isinstance(kind, type) else repr(kind)
+        raise TypeError(f"`add_observation` takes an instance of `elastogeo.Observation`; here {given}")
     _native.add_observation(kind)
 
 

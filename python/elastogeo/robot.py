@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import Array, rows
 from ._run import flags, numbers, run
-from .effects import Effect
+from .effects import Effect, instances
 from .results import Result, Stiffness, data_frame
 
 Joints = npt.ArrayLike | Mapping[str, float]
@@ -33,7 +33,7 @@ class Robot:
 
     def __init__(self, source: str | os.PathLike[str], *, effects: Sequence[Effect] = ()) -> None:
         self.source = os.fspath(source)
-        self.effects = list(effects)
+        self.effects = instances(effects)
         self._native = _native.Robot(self.source, self.effects)
 
     def __repr__(self) -> str:

@@ -1,12 +1,12 @@
 """An effect of a program's own, in Python."""
 
 from pathlib import Path
+from typing import Any
 
 import elastogeo
 import numpy as np
 import pytest
-from elastogeo.effects import Changes, Effect, joint
-from elastogeo._native import Reading, Site
+from elastogeo.effects import Changes, Effect, Reading, Site, joint
 
 
 class HosePull(Effect):
@@ -130,6 +130,20 @@ def test_what_it_lacks_is_said() -> None:
 
     with pytest.raises(elastogeo.Error, match="elbow"):
         elastogeo.Robot("universal-ur5", effects=[Misplaced()])
+
+
+@pytest.mark.parametrize(
+    ("effects", "words"),
+    [([HosePull], r"the class HosePull: .*HosePull\(\)"), ([3], "here 3"), (HosePull(), "put it into a list"), ("hose-pull", "list of")],
+)
+def test_what_is_no_effect(effects: Any, words: str) -> None:
+    for call in (
+        lambda: elastogeo.diagnose("kr270-simulated", effects=effects),
+        lambda: elastogeo.Robot("universal-ur5", effects=effects),
+        lambda: elastogeo.Campaign("kr270-simulated", effects=effects),
+    ):
+        with pytest.raises(TypeError, match=words):
+            call()
 
 
 def test_point_is_in_order() -> None:

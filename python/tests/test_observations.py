@@ -6,8 +6,7 @@ from typing import Any
 import elastogeo
 import numpy as np
 import pytest
-from elastogeo._native import Point
-from elastogeo.observations import Observation, add_observation
+from elastogeo.observations import Observation, Point, add_observation
 
 #: Stations of a theodolite, m, measurement frame.
 STATIONS = {"left": (2.0, -1.5, 0.4), "right": (1.8, 1.7, 0.9), "behind": (-2.2, 0.3, 1.4)}
@@ -130,6 +129,12 @@ def test_what_it_lacks_is_said() -> None:
     for kind, words in [(Nameless(), "small letters"), (Angles(), "lengths first"), (Known(), "another name")]:
         with pytest.raises(ValueError, match=words):
             add_observation(kind)
+
+
+@pytest.mark.parametrize(("kind", "words"), [(3, "here 3"), (Bearing, r"the class Bearing: .*Bearing\(\)")])
+def test_what_is_no_kind(kind: Any, words: str) -> None:
+    with pytest.raises(TypeError, match=words):
+        add_observation(kind)
 
 
 def test_a_kind_that_nobody_added(positions: dict[str, list[Any]]) -> None:
