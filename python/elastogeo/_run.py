@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import logging
 import os
+import re
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -13,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .effects import Effect
+from ._native import Error
+from .effects import Effect, instances
 
 Progress = Callable[[str], object]
 
@@ -62,10 +65,13 @@ def run(
         progress = LOGGER.debug
     started = time.perf_counter()
     try:
-        json_text, text, failed = _native.command(list(arguments), progress, list(effects))
+        json_text, text, failed = _native.command(list(arguments), progress, instances(effects))
     except BaseException as error:
-        LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, str(error) or type(error).__name__)
-        raise
+        raised = in_keywords(error, arguments[0]) if isinstance(error, Error) else error
+        LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, str(raised) or type(raised).__name__)
+        if raised is error:
+            raise
+        raise raised from None
     found: dict[str, Any] = json.loads(json_text)
     for each in found.get("diagnostics", []):
         level = logging.WARNING if each.get("severity") in ("warning", "error") else logging.INFO
@@ -73,3 +79,45 @@ def run(
     usable = "its result is not to be used" if failed else "done"
     LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, usable)
     return found, text, failed
+
+
+#: How the command line ends its words on options that it does not take.
+HELP = "For more information, try '--help'."
+#: Keywords that are no options of the command line.
+NO_OPTIONS = ("effects", "progress")
+#: Keywords whose options have another name.
+RENAMED = {"from": "start", "joints": "q", "as": "format"}
+
+
+def keyword(option: str) -> str:
+    """The keyword of an option.
+
+    >>> keyword("--loss-scale")
+    'loss_scale='
+    """
+    name = option.lstrip("-").replace("-", "_")
+    return RENAMED.get(name, name) + "="
+
+
+def in_keywords(error: Error, command: str) -> Error:
+    """What the command line refuses in its options, in the words of a call; any other error as it is."""
+    first = error.diagnostics[0] if error.diagnostics else {}
+    message, remedy = str(first.get("message")), str(first.get("remedy"))
+    if not remedy.endswith(HELP):
+        return error
+    unknown = re.match(r"unexpected argument '--([\w-]+)", message)
+    close = difflib.get_close_matches(unknown[1], NO_OPTIONS, 1, 0.8) if unknown else []
+
+    def said(text: str) -> str:
+        return re.sub(r"'?(--[a-z][\w-]*)(?:[= ]<[^>]*>)?'?", lambda found: f"`{keyword(found[1])}`", text)
+
+    message = f"`{command}` has no argument `{keyword(unknown[1])}`" if unknown else said(message)
+    parts = [part.strip("[]") for part in remedy.split("; ") if not part.startswith(("Usage:", "tip: to pass", HELP))]
+    remedy = re.sub(r"tip: (?:a|some) similar \w+ exists?: (.*)", r"did you mean \1?", said("; ".join(parts)))
+    if close:
+        remedy = f"did you mean `{keyword(close[0])}`?"
+    elif unknown and not remedy:
+        remedy = f"`elastogeo {command} --help` lists its options, which are keywords with `_` for `-`"
+    raised = Error(f"error: {message}" + (f" ({remedy})" if remedy else ""))
+    raised.diagnostics = [first | {"message": message, "remedy": remedy or None}, *error.diagnostics[1:]]
+    return raised

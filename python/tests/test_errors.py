@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import elastogeo
 import numpy as np
@@ -36,8 +37,20 @@ def test_names_that_are_not_there() -> None:
 
 
 def test_options_that_are_not_there() -> None:
-    with pytest.raises(elastogeo.Error, match="--losss"):
+    with pytest.raises(elastogeo.Error, match="`identify` has no argument `losss=`.*did you mean `loss=`") as raised:
         elastogeo.identify("kr270-simulated", losss="huber")
+    assert raised.value.diagnostics[0]["remedy"] == "did you mean `loss=`?"
+    wrong: list[tuple[Any, dict[str, Any], str]] = [
+        (elastogeo.identify, {"loss_skale": 2}, "no argument `loss_skale=`.*did you mean `loss_scale=`"),
+        (elastogeo.identify, {"zz": 2}, "no argument `zz=`.*elastogeo identify --help"),
+        (elastogeo.diagnose, {"progres": print}, "no argument `progres=`.*did you mean `progress=`"),
+        (elastogeo.identify, {"against": "x", "compare": True}, "`against=` cannot be used with `compare=`"),
+        (elastogeo.identify, {"loss_scale": "two"}, "invalid value 'two' for `loss_scale=`"),
+    ]
+    for function, given, words in wrong:
+        with pytest.raises(elastogeo.Error, match=words) as raised:
+            function("kr270-simulated", **given)
+        assert "Usage" not in str(raised.value)
     with pytest.raises(elastogeo.Error, match="huuber"):
         elastogeo.identify("kr270-simulated", loss="huuber")
 
