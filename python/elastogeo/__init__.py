@@ -12,15 +12,20 @@ from ._native import Error, __version__
 from .campaign import Campaign, Problem
 from .commands import (
     compensate,
+    compensator,
     diagnose,
     identifiability,
     identify,
+    place,
     plan,
     register,
     report,
     residuals,
+    sensitivity,
     simulate,
     stiffness,
+    track,
+    view,
 )
 from .effects import Effect
 from .observations import Observation, add_observation
@@ -37,14 +42,19 @@ __all__ = [
     "add_observation",
     "bundled_robots",
     "compensate",
+    "compensator",
     "diagnose",
     "identifiability",
     "identify",
+    "place",
     "plan",
     "register",
     "report",
     "residuals",
     "rotation_vector",
+    "sensitivity",
     "simulate",
     "stiffness",
+    "track",
+    "view",
 ]

@@ -18,9 +18,9 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import Array
-from ._run import named
+from ._run import Progress, flags, named, run
 from .effects import Effect, instances
-from .results import Identification
+from .results import Identification, Result
 from .robot import RobotLike
 
 
@@ -36,7 +36,7 @@ class Campaign:
         self, source: str | os.PathLike[str], *, robot: RobotLike | None = None, effects: Sequence[Effect] = ()
     ) -> None:
         self.source = os.fspath(source)
-        self.effects = instances(effects)
+        self.effects = [*getattr(robot, "effects", ()), *instances(effects)]
         self._given_robot = None if robot is None else named(robot)
         self._native = _native.Campaign(self.source, self._given_robot, self.effects)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
@@ -131,6 +131,10 @@ class Campaign:
     def warnings(self) -> list[str]:
         """What is doubtful in its files, one line each."""
         return self._native.warnings
+
+    def check(self, *, progress: Progress | None = None, **options: object) -> Result:
+        """What its files say, as the command ``check`` has it: readings, joint ranges, noise, what will be estimated."""
+        return Result(*run(["check", self.source, *flags(**options)], progress=progress, effects=self.effects))
 
     def to_dict(self) -> dict[str, list[Any]]:
         """The readings by column, as :meth:`from_table` takes them: SI (m, rad, N, N.m, s), to a nanometre."""

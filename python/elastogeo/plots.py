@@ -84,6 +84,29 @@ def histogram(title: str, values: Sequence[float], count: int = 20) -> str:
     return _svg(title, body, 148)
 
 
+def decades(title: str, values: Sequence[float]) -> str:
+    """Values above 0 one after another, on a logarithmic scale.
+
+    >>> decades("singular values", [3.0, 0.5, 2e-4]).count("<circle")
+    3
+    """
+    known = [value for value in values if 0 < value < math.inf]
+    if not known:
+        return ""
+    high = math.ceil(math.log10(max(known)))
+    low = min(high - 1, math.floor(math.log10(min(known))))
+    tall, step = 140 / (high - low), _WIDTH / len(known)
+    body = ""
+    for power in range(low, high + 1):
+        y = 28 + (high - power) * tall
+        body += f'<line x1="{_LEFT}" x2="{_LEFT + _WIDTH}" y1="{y:.1f}" y2="{y:.1f}" stroke="currentColor" stroke-opacity=".2"/>'
+        body += f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">1e{power}</text>'
+    for k, value in enumerate(known):
+        y = 28 + (high - math.log10(value)) * tall
+        body += f'<circle cx="{_LEFT + (k + 0.5) * step:.1f}" cy="{y:.1f}" r="3" fill="{_INK}"/>'
+    return _svg(title, body, 184)
+
+
 def table(rows: Sequence[dict[str, Any]]) -> str:
     """Rows as an HTML table.
 

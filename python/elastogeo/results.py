@@ -193,8 +193,116 @@ class Residuals(Result):
         return plots.histogram(f"error of the readings, {self._found['unit']}", sizes)
 
 
+class Sensitivity(Result):
+    """What ``sensitivity`` finds, SI: how far the tool moves for one unit of each parameter."""
+
+    @property
+    def parameters(self) -> Any:
+        """A row for each parameter of the geometry: name, ``position_mean`` and ``position_max`` (m for one m or rad),
+        ``rotation_mean`` and ``rotation_max`` (rad for one m or rad); a pandas data frame."""
+        return data_frame([{"name": each["name"]} | _moved(each) for each in self._found["parameters"]])
+
+    @property
+    def elastic(self) -> Any:
+        """A row for each compliance under the campaign's loads: name, its unit and declared value, the same for one unit of
+        it, and for its declared value (``position_mean_of_value`` in m, ..); a pandas data frame, empty where nothing is elastic."""
+        return data_frame([
+            {key: each[key] for key in ("name", "unit", "value")} | _moved(each) | _moved(each, "_of_value")
+            for each in self._found.get("elastic") or []
+        ])  # fmt: skip
+
+    def _tables(self) -> list[str]:
+        names = ("name", "position_mean", "position_max", "rotation_mean", "rotation_max")
+        tables = [plots.table([{"name": each["name"]} | _moved(each) for each in self._found["parameters"]])]
+        own = [{"name": each["name"]} | _moved(each, "_of_value") for each in self._found.get("elastic") or []]
+        return [*tables, plots.table([dict(zip(names, each.values())) for each in own])]
+
+
+class Identifiability(Result):
+    """What ``identifiability`` finds; columns are scaled, so that its numbers have no unit."""
+
+    @property
+    def rank(self) -> int:
+        """Rank of the matrix of derivatives."""
+        return int(self._found["rank"])
+
+    @property
+    def kept(self) -> list[str]:
+        """Names of the parameters that the campaign tells."""
+        kept: list[str] = self._found["kept_parameters"]
+        return kept
+
+    @property
+    def dropped(self) -> Any:
+        """A row for each parameter that it does not tell: name, why, and ``into``, the parameters that take its effect over
+        with their factors; a pandas data frame."""
+        return data_frame(self._dropped())
+
+    @property
+    def singular_values(self) -> Array:
+        """Shape (kept,), from the greatest."""
+        return np.array(self._found["singular_values"], dtype=np.float64)
+
+    @property
+    def condition(self) -> float:
+        """Greatest singular value by the least; infinite where nothing is kept."""
+        return _number(self._found["condition"])
+
+    @property
+    def observability(self) -> dict[str, float | None]:
+        """The indices ``O1`` to ``O5``."""
+        found: dict[str, float | None] = self._found["observability"]
+        return found
+
+    def _dropped(self) -> list[dict[str, Any]]:
+        combinations: dict[str, dict[str, float]] = self._found["combinations"]
+        return [
+            each | {"into": {name: factors[each["name"]] for name, factors in combinations.items() if each["name"] in factors}}
+            for each in self._found["dropped"]
+        ]
+
+    def _plot(self) -> str:
+        return plots.decades("singular values", self.singular_values.tolist())
+
+    def _tables(self) -> list[str]:
+        numbers = {"columns": self._found["columns"], "rank": self.rank, "kept": len(self.kept), "condition": self.condition}
+        dropped = [
+            {"dropped": each["name"], "why": each["why"], "into": ", ".join(f"{to} {by:.3g}" for to, by in each["into"].items())}
+            for each in self._dropped()
+        ]
+        return [plots.table([numbers | self.observability]), plots.table(dropped)]
+
+
+class Compensator(Result):
+    """What ``compensator`` finds: mm, deg, 1e-6 m/N and 1e-6 rad/(N.m)."""
+
+    @property
+    def parameters(self) -> Any:
+        """A row for each: name (``L``, ``ax``, ``ay`` of the mounting; ``k2_0``, ``kc``, ``s0`` of joint and spring; ``a`` and
+        ``phi``), value, ci95, unit; a pandas data frame."""
+        return data_frame(self._rows())
+
+    @property
+    def compliances(self) -> Any:
+        """A row for each angle: q (deg), compliance of the joint and ci95, and what is fitted, 1e-6 rad/(N.m); a pandas data
+        frame, empty where the mounting alone was asked for."""
+        return data_frame(self._by_angle())
+
+    def _rows(self) -> list[dict[str, Any]]:
+        named = {name: each for name, each in self._found.items() if isinstance(each, dict) and {"value", "unit"} <= set(each)}
+        rows = {name: {"value": each["value"], "ci95": each.get("ci95"), "unit": each["unit"]} for name, each in named.items()}
+        return [{"name": name} | row for name, row in rows.items() if name != "rms"]
+
+    def _by_angle(self) -> list[dict[str, Any]]:
+        rows: list[dict[str, Any]] = (self._found.get("compliances") or {}).get("rows", [])
+        return rows
+
+    def _tables(self) -> list[str]:
+        return [plots.table(self._rows()), plots.table(self._by_angle())]
+
+
 class Configurations(Result):
-    """Configurations chosen by ``plan``, or commands corrected by ``compensate``."""
+    """Configurations of a robot, one after another."""
 
     def __init__(self, found: dict[str, Any], text: str, failed: bool, key: str, variables: list[str]) -> None:
         super().__init__(found, text, failed)
@@ -222,6 +330,64 @@ class Configurations(Result):
         return [plots.table(shown)]
 
 
+class Compensation(Configurations):
+    """Commands corrected by ``compensate``."""
+
+
+class Plan(Configurations):
+    """Configurations chosen by ``plan``."""
+
+    @property
+    def error(self) -> float | None:
+        """Error after compensation to expect at the test poses, mm, rms."""
+        error: float | None = self._found["error"]["planned"]
+        return error
+
+    @property
+    def bought(self) -> Any:
+        """A row for each number of configurations: the error to expect of planned and of random ones, mm; a pandas data
+        frame."""
+        return data_frame(self._found.get("bought") or [])
+
+    @property
+    def parameters(self) -> Any:
+        """A row for each parameter: name, unit, and the ci95 to expect, half a 95 % interval; a pandas data frame."""
+        return data_frame(self._found.get("parameters") or [])
+
+    def _plot(self) -> str:
+        bought = [(f"{each['poses']} poses", each["planned"]) for each in self._found.get("bought") or [] if each.get("planned")]
+        return plots.bars(f"error to expect, {self._found.get('unit', 'mm')}", bought)
+
+    def _tables(self) -> list[str]:
+        return [*super()._tables(), plots.table((self._found.get("parameters") or [])[:SHOWN])]
+
+
+class Placement(Configurations):
+    """What ``place`` finds: m and rad, base axes."""
+
+    @property
+    def motion(self) -> Array:
+        """Shape (6,): displacement (m) and rotation vector (rad, about the origin of the base) that bring the path where it is
+        best."""
+        return np.array(self._found["moved"]["motion"], dtype=np.float64)
+
+    @property
+    def deflections(self) -> Any:
+        """Rows ``given``, ``posture`` (where the path is, with the best posture) and ``best``: rms and max along the path, m; a
+        pandas data frame."""
+        return data_frame(self._stages())
+
+    def _stages(self) -> list[dict[str, Any]]:
+        return [{"stage": stage} | self._found[stage] for stage in ("given", "posture", "best") if self._found.get(stage)]
+
+    def _plot(self) -> str:
+        unit = self._found.get("unit", "m")
+        return plots.bars(f"deflection, rms, {unit}", [(each["stage"], each["rms"]) for each in self._stages() if each["rms"]])
+
+    def _tables(self) -> list[str]:
+        return [plots.table(self._stages()), *super()._tables()]
+
+
 class Simulated(Result):
     """What ``simulate`` wrote: its folder, and the truth."""
 
@@ -235,8 +401,8 @@ class Simulated(Result):
         return data_frame([{"name": name} | each for name, each in self._found["truth"]["parameters"].items()])
 
 
-class Report(Result):
-    """The page that ``report`` wrote."""
+class Page(Result):
+    """What a command that writes a page finds."""
 
     def __init__(self, found: dict[str, Any], text: str, failed: bool, html: str) -> None:
         super().__init__(found, text, failed)
@@ -247,9 +413,60 @@ class Report(Result):
         return f'<iframe style="width:100%;height:40em;border:0" srcdoc="{html.escape(self.html)}"></iframe>'
 
 
+class Report(Page):
+    """The page that ``report`` wrote."""
+
+
+class View(Page):
+    """The page that ``view`` wrote."""
+
+
+class Track(Page):
+    """What ``track`` finds, and its page with the control charts."""
+
+    @property
+    def answer(self) -> str:
+        """What has changed, in a sentence."""
+        return str(self._found["answer"])
+
+    @property
+    def changed(self) -> bool:
+        """Whether any check shows a change of the robot."""
+        return any(each["alarm"] for each in self._found["checks"])
+
+    @property
+    def checks(self) -> Any:
+        """A row for each campaign: name, date, number of poses, statistic and its limit, p, alarm, errors held out (mm), what
+        happened (``event``), ..; a pandas data frame."""
+        return data_frame(self._found["checks"])
+
+    @property
+    def parameters(self) -> Any:
+        """A row for each parameter and check: name, unit, changed, check, and the difference from the reference with its
+        ci95; a pandas data frame."""
+        names = [each["name"] for each in self._found["checks"]]
+        return data_frame([
+            {key: each[key] for key in ("name", "unit", "changed")} | {"check": check} | (value or {})
+            for each in self._found["parameters"]
+            for check, value in zip(names, each["values"])
+        ])  # fmt: skip
+
+    @property
+    def next(self) -> Any:
+        """A row for each change that the next check is to show: name, unit, change, and the poses that it needs, none where
+        they would not do; a pandas data frame."""
+        return data_frame(self._found["next"])
+
+
 def _joints(row: Mapping[str, Any]) -> dict[str, float]:
     """Joints of a configuration by name; none of a point that was refused."""
     return row.get("joints") or {}
+
+
+def _moved(row: Mapping[str, Any], of: str = "") -> dict[str, float]:
+    """How far the tool moves: mean and greatest displacement and rotation."""
+    kinds = (("position", row["mu_P" + of]), ("rotation", row["mu_Phi" + of]))
+    return {f"{kind}_{each}{of}": by[each] for kind, by in kinds for each in ("mean", "max")}
 
 
 def _is_plain(value: object) -> bool:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import Array, rows
-from ._run import flags, numbers, run
+from ._run import Progress, flags, numbers, run
 from .effects import Effect, instances
 from .results import Result, Stiffness, data_frame
 
@@ -113,10 +113,18 @@ class Robot:
         """
         return self._native.compliance(q, at)
 
-    def pose(self, q: Joints, *, wrench: npt.ArrayLike | None = None, weight: bool = False, **options: object) -> Result:
+    def pose(
+        self,
+        q: Joints,
+        *,
+        wrench: npt.ArrayLike | None = None,
+        weight: bool = False,
+        progress: Progress | None = None,
+        **options: object,
+    ) -> Result:
         """Frames, markers and tool at one configuration, as the command ``pose`` has them (SI)."""
         given = flags(joints=self._joints(q), wrench=self._wrench(wrench), weight=weight, **options)
-        return Result(*run(["pose", self.source, *given], effects=self.effects))
+        return Result(*run(["pose", self.source, *given], progress=progress, effects=self.effects))
 
     def stiffness(
         self,
@@ -125,13 +133,14 @@ class Robot:
         wrench: npt.ArrayLike | None = None,
         at: str | None = None,
         weight: bool = False,
+        progress: Progress | None = None,
         **options: object,
     ) -> Stiffness:
         """Stiffness at one configuration, deflection under a wrench (N, N.m, base axes), and the share of each element.
 
         :meth:`compliance` takes many configurations; where it is regular ``np.linalg.inv`` of it is the stiffness."""
         given = flags(joints=self._joints(q), wrench=self._wrench(wrench), at=at, weight=weight, **options)
-        return Stiffness(*run(["stiffness", self.source, *given], effects=self.effects))
+        return Stiffness(*run(["stiffness", self.source, *given], progress=progress, effects=self.effects))
 
     def solve(
         self,
@@ -183,7 +192,14 @@ class Robot:
         solutions = [[each["joints"][name] for name in self.variables] for each in found["solutions"]]
         return np.array(solutions, dtype=np.float64).reshape(-1, len(self.variables))
 
-    def convert(self, to: str | os.PathLike[str], *, format: Format | None = None, **options: object) -> Result:
+    def convert(
+        self,
+        to: str | os.PathLike[str],
+        *,
+        format: Format | None = None,
+        progress: Progress | None = None,
+        **options: object,
+    ) -> Result:
         """Writes the robot as a file for this or other programs.
 
         :param to: the file; without ``format`` its ending says which: ``.yaml`` a description, ``.urdf`` a URDF
@@ -192,11 +208,11 @@ class Robot:
             ``"mastering"`` write tables (``.csv``, ``.xlsx``) of a controller's terms, beside those of ``nominal=``
         """
         given = flags(**({"as": format} if format else {}), **options)
-        return Result(*run(["convert", self.source, os.fspath(to), *given], effects=self.effects))
+        return Result(*run(["convert", self.source, os.fspath(to), *given], progress=progress, effects=self.effects))
 
-    def check(self) -> Result:
+    def check(self, *, progress: Progress | None = None, **options: object) -> Result:
         """What the description says: frames, loops, degrees of freedom, parameters, what is elastic."""
-        return Result(*run(["check", self.source], effects=self.effects))
+        return Result(*run(["check", self.source, *flags(**options)], progress=progress, effects=self.effects))
 
     def _joints(self, q: Joints | None) -> str | None:
         """Joints (SI) as the command line has them: in the description's units."""
