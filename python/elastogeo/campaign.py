@@ -9,6 +9,7 @@ import json
 import math
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Union
@@ -18,6 +19,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import Array
+from ._native import Error
 from ._run import Progress, flags, named, run
 from .effects import Effect, instances
 from .results import Identification, Result
@@ -52,7 +54,7 @@ class Campaign:
         sigma: float | Mapping[str, float] | None = None,
         estimate: Mapping[str, object] | None = None,
         calibrate: Sequence[str] = (),
-        markers: Sequence[str] = (),
+        markers: str | Sequence[str] = (),
         name: str = "from a table",
         folder: str | os.PathLike[str] | None = None,
         force: bool = False,
@@ -71,7 +73,10 @@ class Campaign:
         :param folder: where the campaign's files are written, to stay; by default they go with the object
         :param force: replaces files in the folder that something else wrote, or that were edited since
         :param more: further keys of the campaign file
+        :raises Error: faults of the table, with the row (from 0, as of the columns given), or of the other arguments
         """
+        if isinstance(markers, str):
+            markers = [markers]
         kept = tempfile.TemporaryDirectory(prefix="elastogeo-") if folder is None else None
         place = Path(folder if folder is not None else kept.name if kept else ".")
         place.mkdir(parents=True, exist_ok=True)
@@ -97,7 +102,13 @@ class Campaign:
         write_csv(place / "measurements.csv", columns)
         (place / "campaign.yaml").write_text(_digest(about, place) + about, encoding="utf-8")
         own = getattr(robot, "effects", ())
-        campaign = cls(place / "campaign.yaml", effects=[*own, *effects])
+        try:
+            campaign = cls(place / "campaign.yaml", effects=[*own, *instances(effects)])
+        except Error as error:
+            if kept is None:
+                raise
+            with kept:
+                raise _of_table(error, kept.name) from None
         campaign._folder = kept
         return campaign
 
@@ -174,7 +185,7 @@ class Campaign:
 
     def problem(
         self,
-        parameters: Sequence[str],
+        parameters: str | Sequence[str],
         start: Identification | Mapping[str, float] | None = None,
         *,
         check: float = 0.25,
@@ -185,9 +196,15 @@ class Campaign:
         :param parameters: names, as ``Identification.kept``
         :param start: values of all parameters as results report them (mm, deg, stiffnesses); by default the description's
         :param check: share of the configurations held out where the campaign does not say, as of ``identify``
+        :raises ValueError: a name given twice
+        :raises Error: a name that the campaign does not have
         """
+        asked = [parameters] if isinstance(parameters, str) else list(parameters)
+        twice = next((name for name, often in Counter(asked).items() if often > 1), None)
+        if twice is not None:
+            raise ValueError(f"parameters: `{twice}` is given twice")
         given = dict(start) if isinstance(start, Mapping) else {} if start is None else start.values
-        return Problem(self, list(parameters), given, check, seed)
+        return Problem(self, asked, given, check, seed)
 
 
 class Problem:
@@ -269,6 +286,25 @@ def _digest(about: str, place: Path) -> str:
     """First line of a campaign's file: what shows later that nobody edited what `from_table` wrote."""
     whole = hashlib.sha256(about.encode() + (place / "measurements.csv").read_bytes()).hexdigest()
     return f"# written by from_table of a Python program; SHA-256 of what follows and of measurements.csv: {whole}\n"
+
+
+def _of_table(error: Error, folder: str) -> Error:
+    """An error of files that go with it, in terms of the table that they were written from."""
+    told: list[str] = []
+    every: list[dict[str, Any]] = []
+    for given in error.diagnostics:
+        each, message = dict(given), str(given["message"]).replace(folder + os.sep, "")
+        of, row = os.path.split(given.get("file") or ""), (given.get("line") or 0) - 2
+        if of[0] == folder:
+            each |= {"file": None, "line": None, "column": None, "excerpt": None}
+            if of[1] == "measurements.csv":
+                message = f"row {row} of the table: {message}" if row >= 0 else f"the table: {message}"
+                each |= {"row": row} if row >= 0 else {}
+        every.append(each | {"message": message})
+        told.append(f"{given['severity']}: {message}" + (f" ({given['remedy']})" if given.get("remedy") else ""))
+    raised = Error("\n".join(told))
+    raised.diagnostics = every
+    return raised
 
 
 def _spare(place: Path) -> None:

@@ -34,6 +34,9 @@ def test_names_that_are_not_there() -> None:
         elastogeo.Robot("universal-ur5").forward(np.zeros(6), at="33")
     with pytest.raises(elastogeo.Error, match="unknown parameter"):
         elastogeo.Campaign("kr270-simulated").problem(["3.dd"])
+    with pytest.raises(ValueError, match="`3.d` is given twice"):
+        elastogeo.Campaign("kr270-simulated").problem(["3.d", "4.d", "3.d"])
+    assert elastogeo.Campaign("kr270-simulated").problem("3.d").names == ["3.d"]
 
 
 def test_options_that_are_not_there() -> None:

@@ -134,6 +134,35 @@ def test_numbers_of_numpy() -> None:
         elastogeo.Campaign.from_table(frame, **(ABOUT | {"estimate": {"base": object()}}))
 
 
+def test_a_single_marker_is_one_name() -> None:
+    frame = elastogeo.Campaign("kr270-simulated").to_pandas().query("marker == 'm1'").drop_duplicates("pose")
+    frame = frame.drop(columns="marker").rename(columns={axis: f"ball_{axis}" for axis in "xyz"})
+    with pytest.raises(elastogeo.Error, match="`ball`"):  # the robot has no such marker
+        elastogeo.Campaign.from_table(frame, markers="ball", **ABOUT)
+    frame = frame.rename(columns={f"ball_{axis}": f"m1_{axis}" for axis in "xyz"})
+    assert len(elastogeo.Campaign.from_table(frame, markers="m1", **ABOUT)) == 30
+
+
+def test_faults_of_a_table_name_its_rows(tmp_path: Path) -> None:
+    frame = elastogeo.Campaign("kr270-simulated").to_pandas().astype({"x": object})
+    frame.loc[3, "x"], frame.loc[5, "q1"] = "one", float("nan")
+    with pytest.raises(elastogeo.Error) as raised:
+        elastogeo.Campaign.from_table(frame, **ABOUT)
+    first, second = raised.value.diagnostics
+    assert "row 3 of the table: column `x`" in first["message"] and (first["row"], second["row"]) == (3, 5)
+    assert "row 5 of the table: empty cell in column `q1`" in str(raised.value) and "measurements.csv" not in str(raised.value)
+    for table, more, words in [
+        (frame.drop(columns="x"), {}, "the table: the column `x` is missing"),
+        (frame, {"observes": "posititon"}, "error: `observes`: unknown variant `posititon`"),
+    ]:
+        with pytest.raises(elastogeo.Error, match=words) as raised:
+            elastogeo.Campaign.from_table(table, **(ABOUT | more))
+        assert "elastogeo-" not in str(raised.value) + str(raised.value.diagnostics)
+    # Files that stay are named.
+    with pytest.raises(elastogeo.Error, match=r"measurements.csv:5"):
+        elastogeo.Campaign.from_table(frame, folder=tmp_path, **ABOUT)
+
+
 def test_what_is_no_table() -> None:
     with pytest.raises(TypeError, match="Arrow"):
         elastogeo.Campaign.from_table(3, robot="universal-ur5")
