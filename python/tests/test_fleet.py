@@ -362,3 +362,17 @@ def test_one_run_at_a_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert main(["identify", "kr270-simulated", "--into", str(tmp_path), "--sequential"]) == 2
     assert "another run writes there" in capsys.readouterr().err
     held.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [(["--hold=zz"], "unknown parameter `zz`"), (["--against=zz"], "there is no bundled robot `zz`"), (["--robot=zz"], "error: there is no")],
+)
+def test_why_a_campaign_has_no_result_is_said(
+    options: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make(tmp_path / "trial", 1)
+    for _ in range(2):  # of a result that was there before, too
+        ended = main(["identify", str(tmp_path / "trial"), "--into", str(tmp_path / "into"), "--sequential", "--", *options])
+        told = capsys.readouterr().err
+        assert ended in (1, 2) and words in told and "error: error" not in told

@@ -7,7 +7,7 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import FrameType
 
 from . import engine
@@ -56,7 +56,7 @@ def main(given: Sequence[str] | None = None) -> int:
             finally:
                 progress.end()
                 dataset.write_all()
-            return conclude(every, [dataset.status(job, version()) for job in every], progress)
+            return conclude(every, [dataset.status(job, version()) for job in every], progress, dataset.errors(every))
     except ImportError as error:
         return refuse(f"{error}; `pip install '.[fleet]'` in a clone of elastogeo installs what fleets need")
     except BadInput as error:
@@ -129,14 +129,14 @@ def running(arguments: argparse.Namespace, todo: Sequence[Job]) -> Iterator[Iter
             signal.signal(number, handler)
 
 
-def conclude(every: Sequence[Job], status: Sequence[str | None], progress: Progress) -> int:
+def conclude(every: Sequence[Job], status: Sequence[str | None], progress: Progress, why: Mapping[Job, str]) -> int:
     """What was found, in a few lines: the exit status."""
     failed = [(job, each or "lost") for job, each in zip(every, status) if each != "done"]
     there = len(every) - progress.done
     ran = f"{progress.done} run in {progress.seconds:.1f} s"
     print(f"{len(every)} campaigns: {there} there before, {ran}, {len(failed)} failed")
     for job, each in failed[:10]:
-        print(f"{each}: {job.path}", file=sys.stderr)
+        print(f"{each}: {job.path}" + (f": {why[job]}" if job in why else ""), file=sys.stderr)
     if len(failed) > 10:
         print(f".. and {len(failed) - 10} more; the columns `status` and `error` of the dataset tell", file=sys.stderr)
     return 1 if failed else 0

@@ -70,23 +70,27 @@ class Dataset:
             raise BadInput(f"results cannot be written into `{folder}`: {error.strerror or error}") from None
         self._there = self._read()
 
-    def _read(self) -> dict[tuple[str, str, str], tuple[str, str, str]]:
-        there: dict[tuple[str, str, str], tuple[str, str, str]] = {}
+    def _read(self) -> dict[tuple[str, str, str], tuple[str, str, str, str | None]]:
+        there: dict[tuple[str, str, str], tuple[str, str, str, str | None]] = {}
         for file in sorted(self.folder.glob("part-*.parquet")):
             try:
-                table = pq.read_table(file, columns=[*KEY, "version", "hash", "status"])
+                table = pq.read_table(file, columns=[*KEY, "version", "hash", "status", "error"])
             except (OSError, pa.ArrowException, KeyError) as error:
                 raise BadInput(f"`{file}` holds no results of a fleet: {error}") from None
-            for path, command, settings, version, hash_, status in zip(
-                *(column.to_pylist() for column in table.columns)
-            ):
-                there[(path, command, settings)] = (version, hash_, status)
+            for path, command, settings, *rest in zip(*(column.to_pylist() for column in table.columns)):
+                version, hash_, status, error = rest
+                there[(path, command, settings)] = (version, hash_, status, error)
         return there
 
     def status(self, job: Job, version: str) -> str | None:
         """How the job ended, if its result is here: of the same files, settings and version, and not lost."""
         held = self._there.get(job.key)
         return held[2] if held is not None and held[:2] == (version, job.hash) and held[2] != "lost" else None
+
+    def errors(self, jobs: Iterable[Job]) -> dict[Job, str]:
+        """What was wrong with those whose result tells."""
+        held = {job: self._there[job.key][3] for job in jobs if job.key in self._there}
+        return {job: error for job, error in held.items() if error}
 
     def add(self, row: Row) -> None:
         """Takes a result; it is written with others of its file."""
@@ -126,7 +130,7 @@ class Dataset:
             os.fsync(out.fileno())
         os.replace(temporary, file)
         for key, row in self._rows.pop(number).items():
-            self._there[key] = (row["version"], row["hash"], row["status"])
+            self._there[key] = (row["version"], row["hash"], row["status"], row.get("error"))
 
     def close(self) -> None:
         """Lets others write."""

@@ -131,7 +131,7 @@ def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], li
             try:
                 Robot(value)
             except Error as error:
-                raise BadInput(str(error)) from None
+                raise BadInput(_reason(error)) from None
         out.append(f"{name}{equals}{value}")
     nothing = os.path.abspath("no-such-campaign")
     words = {"track": ["track", nothing, nothing], "blind": ["blind", "score", nothing]}.get(
@@ -144,8 +144,14 @@ def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], li
         if "unrecognized subcommand" in first["message"]:
             raise BadInput(f"this elastogeo {_native.__version__} has no command `{command}`") from None
         if "no-such-campaign" not in str(error):
-            raise BadInput(f"{first['message']} ({first['remedy']})") from None
+            raise BadInput(_reason(error)) from None
     return tuple(out), named
+
+
+def _reason(error: Error) -> str:
+    """What is wrong, and what to do about it, in one line."""
+    told = [each["message"] + (f" ({each['remedy']})" if each.get("remedy") else "") for each in error.diagnostics]
+    return "; ".join(told) or str(error)
 
 
 def _track(folder: str, found: list[str], settings: tuple[str, ...], named: list[Path]) -> Job:
