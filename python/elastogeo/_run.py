@@ -111,7 +111,8 @@ def in_keywords(error: Error, command: str) -> Error:
     def said(text: str) -> str:
         return re.sub(r"'?(--[a-z][\w-]*)(?:[= ]<[^>]*>)?'?", lambda found: f"`{keyword(found[1])}`", text)
 
-    message = f"`{command}` has no argument `{keyword(unknown[1])}`" if unknown else said(message)
+    name = unknown[1].replace("-", "_") if unknown else ""
+    message = f"`{command}` has no argument `{name}=`" if unknown else said(message)
     parts = [part.strip("[]") for part in remedy.split("; ") if not part.startswith(("Usage:", "tip: to pass", HELP))]
     remedy = re.sub(r"tip: (?:a|some) similar \w+ exists?: (.*)", r"did you mean \1?", said("; ".join(parts)))
     if close:

@@ -38,7 +38,8 @@ class Campaign:
         self, source: str | os.PathLike[str], *, robot: RobotLike | None = None, effects: Sequence[Effect] = ()
     ) -> None:
         self.source = os.fspath(source)
-        self.effects = [*getattr(robot, "effects", ()), *instances(effects)]
+        every = [*getattr(robot, "effects", ()), *instances(effects)]
+        self.effects = list({effect.name: effect for effect in every}.values())
         self._given_robot = None if robot is None else named(robot)
         self._native = _native.Campaign(self.source, self._given_robot, self.effects)
         self._folder: tempfile.TemporaryDirectory[str] | None = None

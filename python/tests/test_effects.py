@@ -146,5 +146,11 @@ def test_what_is_no_effect(effects: Any, words: str) -> None:
             call()
 
 
+def test_a_campaign_has_the_effects_of_its_robot() -> None:
+    robot, own = elastogeo.Robot("kuka-kr270", effects=[HosePull()]), HosePull()
+    assert elastogeo.Campaign("kr270-simulated", robot=robot).effects == robot.effects
+    assert elastogeo.Campaign("kr270-simulated", robot=robot, effects=[own]).effects == [own]
+
+
 def test_point_is_in_order() -> None:
     assert elastogeo.effects.point(np.ones(3)) == ("point", "", [1.0, 1.0, 1.0, 0.0, 0.0, 0.0])

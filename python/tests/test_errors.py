@@ -46,6 +46,7 @@ def test_options_that_are_not_there() -> None:
     wrong: list[tuple[Any, dict[str, Any], str]] = [
         (elastogeo.identify, {"loss_skale": 2}, "no argument `loss_skale=`.*did you mean `loss_scale=`"),
         (elastogeo.identify, {"zz": 2}, "no argument `zz=`.*elastogeo identify --help"),
+        (elastogeo.identify, {"joints": 2}, "no argument `joints=`"),
         (elastogeo.diagnose, {"progres": print}, "no argument `progres=`.*did you mean `progress=`"),
         (elastogeo.identify, {"against": "x", "compare": True}, "`against=` cannot be used with `compare=`"),
         (elastogeo.identify, {"loss_scale": "two"}, "invalid value 'two' for `loss_scale=`"),

@@ -78,8 +78,8 @@ class Dataset:
             except (OSError, pa.ArrowException, KeyError) as error:
                 raise BadInput(f"`{file}` holds no results of a fleet: {error}") from None
             for path, command, settings, *rest in zip(*(column.to_pylist() for column in table.columns)):
-                version, hash_, status, error = rest
-                there[(path, command, settings)] = (version, hash_, status, error)
+                version, hash_, status, why = rest
+                there[(path, command, settings)] = (version, hash_, status, why)
         return there
 
     def status(self, job: Job, version: str) -> str | None:
