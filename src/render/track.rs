@@ -39,7 +39,10 @@ fn row(check: &TrackedCheck) -> Vec<String> {
         Some(true) => "moved",
         Some(false) => "as before",
     };
-    let shows = check.event.as_ref().map_or("", |event| event.kind);
+    let shows = check.event.as_ref().map_or(String::new(), |event| match &event.part_of {
+        Some(_) => format!("{}, part of growth", event.kind),
+        None => event.kind.into(),
+    });
     vec![
         check.name.clone(),
         check.date.clone().unwrap_or_default(),
@@ -49,7 +52,7 @@ fn row(check: &TrackedCheck) -> Vec<String> {
         moved(check.base_moved).into(),
         moved(check.tool_moved).into(),
         some(check.check_rms, 4),
-        shows.into(),
+        shows,
     ]
 }
 

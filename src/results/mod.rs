@@ -84,6 +84,8 @@ pub use since::{MovedParameter, Since};
 pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
 pub use stiffness::Stiffness;
-pub use track::{Told, Track, TrackedChange, TrackedCheck, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue};
+pub use track::{
+    Told, Track, TrackedChange, TrackedCheck, TrackedCourse, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue,
+};
 pub use variation::{PathDeviations, Variation, Varied};
 pub use view::{ScenePart, ToolDeflection, View};

@@ -17,6 +17,33 @@ pub struct TrackedValue {
     pub ci95: f64,
 }
 
+/// What the changes that were told make of a parameter from one check on: a level, or a line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrackedCourse {
+    /// First check, counted from 0.
+    pub from: usize,
+    /// Difference from the first check, at the checks from there on.
+    pub values: Vec<f64>,
+}
+
+impl TrackedCourse {
+    /// The level, or the line by time, of values, each with the weight of its interval.
+    fn fitted(from: usize, grows: bool, times: &[f64], values: &[TrackedValue]) -> Self {
+        let weight = |value: &TrackedValue| if value.ci95 > 0.0 { value.ci95.powi(-2) } else { 1.0 };
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            times.iter().zip(values).map(|(time, value)| weight(value) * of(*time, value.difference)).sum()
+        };
+        let all = sum(&|_, _| 1.0);
+        let (middle, mean) = (sum(&|time, _| time) / all, sum(&|_, value| value) / all);
+        let spread = sum(&|time, _| (time - middle).powi(2));
+        let slope = match grows && spread > 0.0 {
+            true => sum(&|time, value| (time - middle) * (value - mean)) / spread,
+            false => 0.0,
+        };
+        Self { from, values: times.iter().map(|time| mean + slope * (time - middle)).collect() }
+    }
+}
+
 /// A parameter over all checks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedParameter {
@@ -28,6 +55,8 @@ pub struct TrackedParameter {
     pub changed: bool,
     /// At the checks in order.
     pub values: Vec<TrackedValue>,
+    /// What they are by the changes that were told, in order.
+    pub courses: Vec<TrackedCourse>,
 }
 
 /// The change of a parameter.
@@ -52,6 +81,10 @@ pub struct TrackedEvent {
     pub words: String,
     /// First check after a step, or of the line.
     pub since: String,
+    /// Of growth: checks that showed it as a jump.
+    pub revises: Vec<String>,
+    /// Of a jump: the check that shows it to be part of growth.
+    pub part_of: Option<String>,
     pub changes: Vec<TrackedChange>,
     /// Parameters any of which alone would explain it nearly as well.
     pub indistinguishable_from: Vec<String>,
@@ -99,7 +132,10 @@ pub struct TrackedNext {
 /// A robot over time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Track {
+    /// The description as it was given.
     pub robot: String,
+    /// The robot's name.
+    pub name: String,
     /// What the first comparison is with.
     pub reference: String,
     /// The finding in a sentence or two.
@@ -148,6 +184,7 @@ impl Track {
         let next = next.iter().filter_map(|next| shown.next(next)).collect();
         let mut track = Self {
             robot: told.robot.clone(),
+            name: model.name.clone(),
             reference: match (all.with_description, checks.first()) {
                 (true, _) => format!("the description `{}`", told.robot),
                 (false, first) => format!("the first check, `{}`", first.map_or("", |check| check.name.as_str())),
@@ -171,17 +208,20 @@ impl Track {
         let events: Vec<String> = self
             .checks
             .iter()
-            .filter_map(|check| Some(format!("{}: {}.", check.name, check.event.as_ref()?.words)))
+            .filter_map(|check| Some((check, check.event.as_ref().filter(|event| event.part_of.is_none())?)))
+            .map(|(check, event)| format!("{}: {}.", check.name, event.words))
             .collect();
-        let count = self.checks.len();
+        // A description is no check.
+        let count = self.checks.iter().filter(|check| check.poses > 0).count();
         let base = self.checks.iter().filter(|check| check.base_moved == Some(true)).count();
         let base = match base {
             0 => String::new(),
             _ => format!(" The base stood elsewhere at {base} of them, which is no change of the robot."),
         };
-        match events.is_empty() {
-            true => format!("No change of the robot over {count} checks.{base}"),
-            false => format!("{}{base}", events.join(" ")),
+        match (events.is_empty(), count) {
+            (true, 1) => format!("No change of the robot: one check compared with the description.{base}"),
+            (true, _) => format!("No change of the robot over {count} checks.{base}"),
+            (false, _) => format!("{}{base}", events.join(" ")),
         }
     }
 
@@ -235,14 +275,40 @@ impl<'a> Shown<'a> {
                 ci95: Self::width(parameter, *now, width),
             })
         };
+        let values: Vec<TrackedValue> = self.checks.iter().filter_map(value).collect();
         let events = history.findings.iter().filter_map(|finding| finding.event.as_ref());
         Some(TrackedParameter {
             name: name.into(),
             unit: unit(parameter.shown_kind()).0,
             meaning: meaning(self.model, name),
             changed: events.flat_map(|event| &event.changes).any(|change| change.parameter == index),
-            values: self.checks.iter().filter_map(value).collect(),
+            courses: self.courses(index, history, &values),
+            values,
         })
+    }
+
+    /// Levels and lines of a parameter, from change to change as they were told.
+    fn courses(&self, index: usize, history: &History, values: &[TrackedValue]) -> Vec<TrackedCourse> {
+        let mut starts = vec![(0, false)];
+        let events = history.findings.iter().filter_map(|finding| finding.event.as_ref());
+        let own = events.filter(|event| event.changes.iter().any(|change| change.parameter == index));
+        for event in own.filter(|event| event.part_of.is_none()) {
+            match event.shape {
+                // What grew before a jump grows after it.
+                Shape::Step { at } => starts.push((at, starts.last().is_some_and(|(_, grows)| *grows))),
+                Shape::Line { from } => {
+                    starts.retain(|(start, _)| *start < from);
+                    starts.push((from, true));
+                }
+                Shape::Residuals => {}
+            }
+        }
+        let times: Vec<f64> = self.checks.iter().map(|check| check.time).collect();
+        let ends = starts.iter().skip(1).map(|(start, _)| *start).chain([values.len()]);
+        let course = |((from, grows), end): (&(usize, bool), usize)| {
+            Some(TrackedCourse::fitted(*from, *grows, times.get(*from..end)?, values.get(*from..end)?))
+        };
+        starts.iter().zip(ends).filter_map(course).collect()
     }
 
     fn check(&self, check: &Check, finding: &Finding, date: Option<String>, level: f64) -> TrackedCheck {
@@ -279,6 +345,17 @@ impl<'a> Shown<'a> {
         let changes: Vec<TrackedChange> = event.changes.iter().filter_map(change).collect();
         let names: Vec<&str> = changes.iter().map(|change| change.name.as_str()).collect();
         let (kind, words) = likely(self.model, &names, event);
+        let named = |k: &usize| self.checks.get(*k).map(|check| check.name.clone());
+        let revises: Vec<String> = event.revises.iter().filter_map(named).collect();
+        let part_of = event.part_of.as_ref().and_then(named);
+        let words = match (&part_of, revises.is_empty()) {
+            (Some(growth), _) => format!("{words} (as it looked then; it is part of the growth that `{growth}` shows)"),
+            (None, true) => words,
+            (None, false) => {
+                let jumps: Vec<String> = revises.iter().map(|name| format!("`{name}`")).collect();
+                format!("{words}; what looked like a jump at {} was part of it", jumps.join(", "))
+            }
+        };
         let since = match event.shape {
             Shape::Step { at } | Shape::Line { from: at } => self.checks.get(at).unwrap_or(check),
             Shape::Residuals => check,
@@ -287,6 +364,8 @@ impl<'a> Shown<'a> {
             kind,
             words,
             since: since.name.clone(),
+            revises,
+            part_of,
             changes,
             indistinguishable_from: event.rivals.iter().filter_map(|&k| self.names.get(k).cloned()).collect(),
             p: event.p,

@@ -1,8 +1,15 @@
 //! A difference between checks with its covariance, and its tests.
 //!
-//! Estimates `x_k` of the checks are independent, with covariances `C_k`. What is compared is linear in them, `d = sum A_k x_k`:
-//! for a step the mean of the checks after it less that of those before it, each check with the weight of its information
-//! `C_k^-1`; for a line the slope of generalised least squares. Then `C = sum A_k C_k A_k'`, and
+//! Estimates `x_k` of the checks are independent, with covariances `C_k`. They are taken as
+//!
+//! ```text
+//!   x_k = N_k a + g_k d + noise
+//! ```
+//!
+//! with what is known to go on (`N_k a`: a level, and the slopes of the constants that grow) and the change `d` with its course
+//! `g_k`: 0 before and 1 after a step, the time of a line. Generalised least squares, each check with the weight of its information
+//! `C_k^-1`, gives `d = sum A_k x_k`: for a step from level to level the mean after it less the mean before.
+//! Then `C = sum A_k C_k A_k'`, and
 //!
 //! ```text
 //!   all together   T2 = d' C^-1 d,  T2 / p of F(p, v)     (Hotelling's T2, each C_k estimated with v_k degrees of freedom)
@@ -32,8 +39,13 @@ pub struct Scaled {
     pub freedom: f64,
 }
 
-/// A difference between checks.
+/// What a check is expected to show: `N_k` of the text above.
+pub type Design = DMatrix<f64>;
+
+/// A difference between checks. Parameters are named by their place among all, also where it has only some of them.
 pub struct Contrast {
+    /// The parameters compared.
+    of: Vec<usize>,
     difference: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
     inverse: DMatrix<f64>,
@@ -55,49 +67,46 @@ pub struct Amount {
 }
 
 impl Contrast {
-    /// The mean of `after` less that of `before`; `None` where one is empty or a covariance is singular.
-    pub fn step(before: &[Scaled], after: &[Scaled]) -> Option<Self> {
-        let mut terms = Vec::new();
-        for (checks, sign) in [(before, -1.0), (after, 1.0)] {
-            let mean = inverse(&information(checks)?)?;
-            terms.extend(checks.iter().map(|check| (check, &mean * &check.information * sign)));
-        }
-        Self::of(&terms)
-    }
-
-    /// The slope through `checks`, by their times.
-    pub fn line(checks: &[Scaled]) -> Option<Self> {
-        let all = information(checks)?;
-        let size = all.nrows();
-        let zero = || DMatrix::zeros(size, size);
-        let first = checks.iter().fold(zero(), |sum, check| sum + &check.information * check.time);
-        let second = checks.iter().fold(zero(), |sum, check| sum + &check.information * check.time.powi(2));
-        let middle = &first * inverse(&all)?;
-        let of_slope = inverse(&(second - &middle * &first))?;
-        let term = |check: &Scaled| &of_slope * (&check.information * check.time - &middle * &check.information);
-        Self::of(&checks.iter().map(|check| (check, term(check))).collect::<Vec<_>>())
-    }
-
-    fn of(terms: &[(&Scaled, DMatrix<f64>)]) -> Option<Self> {
-        let (first, _) = terms.first()?;
-        let size = first.values.len();
-        let mut difference = DVector::zeros(size);
-        let mut covariance = DMatrix::zeros(size, size);
-        let mut parts = Vec::with_capacity(terms.len());
-        for (check, weight) in terms {
-            difference += weight * &check.values;
-            let part = weight * &check.covariance * weight.transpose();
-            covariance += &part;
+    /// The change of the parameters `of` with the course `g` (one of each check) beside what the checks are expected to show;
+    /// `None` where they do not determine it.
+    pub fn new(checks: &[Scaled], expected: &[Design], of: &[usize], course: &[f64]) -> Option<Self> {
+        let size = checks.first()?.values.len();
+        let pick = DMatrix::from_fn(size, of.len(), |row, column| f64::from(u8::from(of.get(column) == Some(&row))));
+        let own: Vec<DMatrix<f64>> = course.iter().map(|g| &pick * *g).collect();
+        let rows = || checks.iter().zip(expected).zip(&own);
+        let known = rows().map(|((check, n), _)| n.transpose() * &check.information * n).reduce(|a, b| a + b)?;
+        let both = rows().map(|((check, n), g)| g.transpose() * &check.information * n).reduce(|a, b| a + b)?;
+        let change = rows().map(|((check, _), g)| g.transpose() * &check.information * g).reduce(|a, b| a + b)?;
+        let along = &both * inverse(&known)?;
+        let covariance = inverse(&(change - &along * both.transpose()))?;
+        let mut difference = DVector::zeros(of.len());
+        let mut sum = DMatrix::zeros(of.len(), of.len());
+        let mut parts = Vec::with_capacity(checks.len());
+        for ((check, n), g) in rows() {
+            let weight = &covariance * (g.transpose() - &along * n.transpose()) * &check.information;
+            difference += &weight * &check.values;
+            let part = &weight * &check.covariance * weight.transpose();
+            sum += &part;
             parts.push((part, check.freedom));
         }
-        let factor = symmetric(covariance).cholesky()?;
+        let factor = symmetric(sum).cholesky()?;
         let inverse = factor.inverse();
-        Some(Self { difference, factor, inverse, parts })
+        Some(Self { of: of.to_vec(), difference, factor, inverse, parts })
+    }
+
+    /// The parameters compared.
+    pub fn of(&self) -> &[usize] {
+        &self.of
     }
 
     /// Number of parameters.
     pub fn parameters(&self) -> usize {
-        self.difference.len()
+        self.of.len()
+    }
+
+    /// Places of parameters in this comparison; `None` where one is not in it.
+    fn own(&self, parameters: &[usize]) -> Option<Vec<usize>> {
+        parameters.iter().map(|wanted| self.of.iter().position(|known| known == wanted)).collect()
     }
 
     /// T2 of all parameters.
@@ -116,19 +125,17 @@ impl Contrast {
         p_of_t2(self.t2(), self.parameters(), self.freedom())
     }
 
-    /// Probability, of each parameter alone, of a change as great by chance, where those `chosen` change too.
-    pub fn p_of_each(&self, chosen: &[usize]) -> Option<Vec<f64>> {
+    /// Probability, of each parameter but those `chosen`, of a change of it alone as great by chance, where those `chosen` change too.
+    pub fn p_of_each(&self, chosen: &[usize]) -> Option<Vec<(usize, f64)>> {
         let rest = self.without(chosen)?;
-        let of = |parameter: usize| {
-            if chosen.contains(&parameter) {
-                return 1.0;
-            }
-            let u = rest.column(parameter).into_owned();
-            let own = u.get(parameter).copied().unwrap_or(0.0);
+        let p = |place: usize| {
+            let u = rest.column(place).into_owned();
+            let own = u.get(place).copied().unwrap_or(0.0);
             let z = u.dot(&self.difference) / own.max(f64::MIN_POSITIVE).sqrt();
             if own > 0.0 { two_sided_t(z, self.freedom_of(&u)) } else { 1.0 }
         };
-        Some((0..self.parameters()).map(of).collect())
+        let left = self.of.iter().enumerate().filter(|(_, parameter)| !chosen.contains(parameter));
+        Some(left.map(|(place, parameter)| (*parameter, p(place))).collect())
     }
 
     /// Probability of what `chosen` leave of T2.
@@ -147,7 +154,7 @@ impl Contrast {
     pub fn amounts(&self, chosen: &[usize]) -> Option<Vec<Amount>> {
         let (score, solved) = self.solved(chosen)?;
         let found = &solved * score;
-        let columns = self.inverse.select_columns(chosen) * &solved;
+        let columns = self.inverse.select_columns(&self.own(chosen)?) * &solved;
         let amount = |(k, &parameter): (usize, &usize)| Amount {
             parameter,
             change: found[k],
@@ -159,6 +166,7 @@ impl Contrast {
 
     /// `E' C^-1 d` and `(E' C^-1 E)^-1` of the columns `E` chosen.
     fn solved(&self, chosen: &[usize]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let chosen = &self.own(chosen)?;
         let score = (&self.inverse * &self.difference).select_rows(chosen);
         let own = self.inverse.select_columns(chosen).select_rows(chosen);
         Some((score, inverse(&own)?))
@@ -170,7 +178,7 @@ impl Contrast {
             return Some(self.inverse.clone());
         }
         let (_, solved) = self.solved(chosen)?;
-        let columns = self.inverse.select_columns(chosen);
+        let columns = self.inverse.select_columns(&self.own(chosen)?);
         Some(&self.inverse - &columns * solved * columns.transpose())
     }
 
@@ -197,10 +205,17 @@ fn freedom(shares: impl Iterator<Item = (f64, f64)>) -> f64 {
     (1.0 / sum.max(f64::MIN_POSITIVE)).clamp(1.0, KNOWN)
 }
 
-/// Sum of the information of checks; `None` of none.
-fn information(checks: &[Scaled]) -> Option<DMatrix<f64>> {
-    let (first, others) = checks.split_first()?;
-    Some(others.iter().fold(first.information.clone(), |sum, check| sum + &check.information))
+/// What the checks' squares are beside the best fit of what they are expected to show; `None` where they do not determine it.
+pub fn misfit(checks: &[Scaled], expected: &[Design]) -> Option<f64> {
+    let rows = || checks.iter().zip(expected);
+    let known = rows().map(|(check, n)| n.transpose() * &check.information * n).reduce(|a, b| a + b)?;
+    let score = rows().map(|(check, n)| n.transpose() * &check.information * &check.values).reduce(|a, b| a + b)?;
+    let found = inverse(&known)? * score;
+    let left = |(check, n): (&Scaled, &Design)| {
+        let left = &check.values - n * &found;
+        left.dot(&(&check.information * &left))
+    };
+    Some(rows().map(left).sum())
 }
 
 fn symmetric(matrix: DMatrix<f64>) -> DMatrix<f64> {

@@ -11,6 +11,7 @@ mod error;
 mod monitor;
 mod next_check;
 mod settings;
+mod stretch;
 mod words;
 
 pub use calibrated::{Calibrated, Measured, calibrated};

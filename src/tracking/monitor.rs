@@ -5,14 +5,18 @@
 //! together; and does this fit leave more than the earlier ones. The part is divided by the number of these tests (Bonferroni),
 //! so that a robot that stands still raises an alarm in a year with at most that level, whatever the correlations.
 //!
-//! After a change comparison starts anew at it, so that each change is told once.
+//! After a jump comparison starts anew at it, so that each change is told once. After growth the next checks are compared with the
+//! line as it goes on. When growth was first told as jumps, which two or three checks cannot tell from it, a later check that shows
+//! more of it tells the growth in their place, if a line explains the checks since as well as the jumps do: by Schwarz's criterion
+//! (*Ann. Stat.* 6, 1978) `chi2 + q ln n` of `n` checks, in which each size, slope and time of a change counts in `q`.
 
 use nalgebra::DVector;
 
 use super::check::Check;
-use super::contrast::{Amount, Contrast, Scaled, inverse, p_of_t2};
+use super::contrast::{Amount, Contrast, Scaled, inverse, misfit, p_of_t2};
 use super::error::TrackingError;
 use super::settings::Settings;
+use super::stretch::{Stretch, Term};
 use crate::math::quantiles::f_tail;
 
 /// How a change goes with time.
@@ -45,6 +49,30 @@ pub struct Event {
     pub worse: bool,
     /// Smallest probability among the tests, to be compared with [`Settings::of_test`].
     pub p: f64,
+    /// Of growth: whether it is a new rate of what grew before.
+    pub bent: bool,
+    /// Of growth: checks at which it was told as jumps.
+    pub revises: Vec<usize>,
+    /// Of a jump: the check at which it turns out to be part of growth.
+    pub part_of: Option<usize>,
+}
+
+impl Event {
+    /// Parameters that changed or cannot be told from the one that did.
+    fn suspects(&self) -> impl Iterator<Item = usize> {
+        self.changes.iter().map(|change| change.parameter).chain(self.rivals.iter().copied())
+    }
+
+    /// How a parameter changes.
+    fn change(&self, parameter: usize) -> Option<f64> {
+        self.changes.iter().find(|change| change.parameter == parameter).map(|change| change.change)
+    }
+
+    /// Whether a jump may be part of this growth: of a constant that grows or cannot be told from it, and not the other way.
+    fn has_part(&self, jump: &Event) -> bool {
+        let is_against = |change: &Amount| self.change(change.parameter).is_some_and(|own| own * change.change < 0.0);
+        self.suspects().any(|own| jump.suspects().any(|theirs| own == theirs)) && !jump.changes.iter().any(is_against)
+    }
 }
 
 /// What one check says.
@@ -76,6 +104,8 @@ pub struct History {
     pub findings: Vec<Finding>,
     /// First check of those that the next one is compared with.
     pub since: usize,
+    /// What the next check is compared with.
+    pub(super) stretch: Stretch,
     /// Size of one in which parameters were compared: the first check's deviations.
     pub(super) scale: DVector<f64>,
     /// Estimates in that size.
@@ -89,35 +119,56 @@ pub struct History {
 pub fn monitor(checks: &[Check], settings: &Settings) -> Result<History, TrackingError> {
     let Some(first) = checks.first().filter(|_| checks.len() > 1) else { return Err(TrackingError::OneCheck) };
     let scale = first.robot.covariance.diagonal().map(|variance| variance.max(f64::MIN_POSITIVE).sqrt());
-    let scaled: Vec<Scaled> = checks.iter().map(|check| in_sizes(check, &scale)).collect::<Result<_, _>>()?;
-    let mut since = 0;
-    let mut findings = Vec::with_capacity(checks.len());
+    let start = &first.robot.values;
+    let scaled: Vec<Scaled> = checks.iter().map(|check| in_sizes(check, start, &scale)).collect::<Result<_, _>>()?;
+    let mut asked = Asked {
+        checks,
+        scaled: &scaled,
+        settings,
+        stretch: Stretch::level(0),
+        jumps: Vec::new(),
+        fitted_since: 0,
+        now: 0,
+    };
+    let mut findings: Vec<Finding> = Vec::with_capacity(checks.len());
     for k in 0..checks.len() {
+        asked.now = k;
         let singular = || TrackingError::Singular { check: checks.get(k).map_or_else(String::new, |c| c.name.clone()) };
-        let finding = Asked { checks, scaled: &scaled, settings, since, now: k }.finding().ok_or_else(singular)?;
+        let finding = asked.finding().ok_or_else(singular)?;
         if let Some(event) = &finding.event {
-            since = match event.shape {
-                Shape::Step { at } => at,
-                Shape::Line { .. } | Shape::Residuals => k,
-            };
+            for part in &event.revises {
+                if let Some(jump) = findings.get_mut(*part).and_then(|found| found.event.as_mut()) {
+                    jump.part_of = Some(k);
+                }
+            }
+            asked.go_on(event);
         }
         findings.push(finding);
     }
+    let stretch = asked.stretch;
     // Changes are told in SI.
     for change in findings.iter_mut().filter_map(|found| found.event.as_mut()).flat_map(|event| &mut event.changes) {
         let size = scale.get(change.parameter).copied().unwrap_or(1.0);
         change.change *= size;
         change.sigma *= size;
     }
-    Ok(History { findings, since, scale, scaled })
+    Ok(History { findings, since: stretch.since(), stretch, scale, scaled })
 }
 
-fn in_sizes(check: &Check, scale: &DVector<f64>) -> Result<Scaled, TrackingError> {
+/// Estimates less those of the start, which keeps digits.
+fn in_sizes(check: &Check, start: &DVector<f64>, scale: &DVector<f64>) -> Result<Scaled, TrackingError> {
     let robot = &check.robot;
-    let values = robot.values.component_div(scale);
+    let values = (&robot.values - start).component_div(scale);
     let covariance = robot.covariance.component_div(&(scale * scale.transpose()));
     let information = inverse(&covariance).ok_or_else(|| TrackingError::Singular { check: check.name.clone() })?;
     Ok(Scaled { time: check.time, values, covariance, information, freedom: robot.freedom })
+}
+
+/// A jump that was told, and what was expected before it.
+struct Jump {
+    before: Stretch,
+    told: usize,
+    event: Event,
 }
 
 /// One check, and those it is compared with.
@@ -125,14 +176,19 @@ struct Asked<'a> {
     checks: &'a [Check],
     scaled: &'a [Scaled],
     settings: &'a Settings,
-    since: usize,
+    /// What the checks are expected to show.
+    stretch: Stretch,
+    /// Jumps since growth was told.
+    jumps: Vec<Jump>,
+    /// First check with whose residuals those of this one are compared.
+    fitted_since: usize,
     now: usize,
 }
 
 impl Asked<'_> {
     fn finding(&self) -> Option<Finding> {
         let placed = self.placed();
-        if self.now == self.since {
+        if self.now == self.stretch.since() {
             return Some(Finding { t2: None, limit: None, p: None, event: None, placed });
         }
         let last = self.contrast(Shape::Step { at: self.now })?;
@@ -147,17 +203,61 @@ impl Asked<'_> {
         })
     }
 
-    /// The comparison that a shape asks for.
-    fn contrast(&self, shape: Shape) -> Option<Contrast> {
-        let own = self.scaled.get(self.since..=self.now)?;
-        match shape {
+    /// Takes what is expected after an event of this check.
+    fn go_on(&mut self, event: &Event) {
+        self.fitted_since = self.now;
+        match event.shape {
             Shape::Step { at } => {
-                let (before, after) = own.split_at_checked(at.checked_sub(self.since)?)?;
-                Contrast::step(before, after)
+                self.fitted_since = at;
+                let after = self.stretch.after_jump(at);
+                let before = std::mem::replace(&mut self.stretch, after);
+                self.jumps.push(Jump { before, told: self.now, event: event.clone() });
             }
-            Shape::Line { .. } => Contrast::line(own),
-            Shape::Residuals => None,
+            Shape::Residuals => {
+                self.stretch = self.stretch.after_jump(self.now);
+                self.jumps.clear();
+            }
+            Shape::Line { from } => {
+                if from != self.stretch.from() || !event.revises.is_empty() {
+                    let known = if event.bent { self.stretch.grows().to_vec() } else { Vec::new() };
+                    self.stretch = Stretch::growing(from, known);
+                }
+                // Were another of those the one that grows, its slope would be missing.
+                self.stretch.grow(&event.suspects().collect::<Vec<_>>());
+                self.jumps.clear();
+            }
         }
+    }
+
+    /// The comparison that a shape asks for, of the present stretch.
+    fn contrast(&self, shape: Shape) -> Option<Contrast> {
+        self.contrast_of(&self.stretch, shape)
+    }
+
+    /// The comparison that a shape asks for, of the checks from a stretch on.
+    fn contrast_of(&self, stretch: &Stretch, shape: Shape) -> Option<Contrast> {
+        let own = self.scaled.get(stretch.from()..=self.now)?;
+        let goes_on = matches!(shape, Shape::Line { from } if from == stretch.from());
+        let size = own.first()?.values.len();
+        // What grows along this line already has its slope.
+        let of: Vec<usize> = (0..size).filter(|k| !(goes_on && stretch.grows().contains(k))).collect();
+        let expected = stretch.expected(self.scaled, self.now, &[])?;
+        Contrast::new(own, &expected, &of, &self.course(stretch, shape)?)
+    }
+
+    /// The course of a shape at the checks from a stretch on.
+    fn course(&self, stretch: &Stretch, shape: Shape) -> Option<Vec<f64>> {
+        let times = (stretch.from()..=self.now).map(|k| Some((k, self.scaled.get(k)?.time)));
+        let start = match shape {
+            Shape::Line { from } => self.scaled.get(from)?.time,
+            Shape::Step { .. } | Shape::Residuals => 0.0,
+        };
+        let of = |(k, time): (usize, f64)| match shape {
+            Shape::Step { at } => f64::from(u8::from(k >= at)),
+            Shape::Line { .. } => (time - start).max(0.0),
+            Shape::Residuals => 0.0,
+        };
+        times.map(|time| time.map(of)).collect()
     }
 
     /// The change that is shown at this level of each test; an inner `None` where none is, an outer one where a covariance is singular.
@@ -166,47 +266,120 @@ impl Asked<'_> {
         let mut best: Option<(f64, Shape)> = None;
         for shape in self.shapes(self.settings.steps) {
             let contrast = self.contrast(shape)?;
-            let each = contrast.p_of_each(&[])?;
-            let p = each.into_iter().chain([contrast.p_of_all()]).fold(1.0, f64::min);
+            let each = contrast.p_of_each(&[])?.into_iter().map(|(_, p)| p);
+            let p = each.chain([contrast.p_of_all()]).fold(1.0, f64::min);
             if p < level && best.is_none_or(|(known, _)| p < known) {
                 best = Some((p, shape));
             }
         }
-        let Some((p, shape)) = best else {
-            let event = worse.map(|p| Event {
-                shape: Shape::Residuals,
-                changes: Vec::new(),
-                rivals: Vec::new(),
-                worse: true,
-                p,
-            });
-            return Some(event);
+        let told = |shape: Shape, p: f64| Event {
+            shape,
+            changes: Vec::new(),
+            rivals: Vec::new(),
+            worse: worse.is_some(),
+            p: p.min(worse.unwrap_or(1.0)),
+            bent: false,
+            revises: Vec::new(),
+            part_of: None,
         };
+        let Some((p, shape)) = best else { return Some(worse.map(|p| told(Shape::Residuals, p))) };
         let chosen = self.chosen(&self.contrast(shape)?, level)?;
         // When, and whether at once, is what explains most with these parameters.
         let mut best = (f64::NEG_INFINITY, shape);
-        for shape in self.shapes(usize::MAX) {
-            let gain = self.contrast(shape)?.gain(&chosen)?;
+        for shape in self.shapes(usize::MAX).into_iter().chain(self.bends(&chosen)) {
+            // A line is of those that do not grow yet.
+            let gain = self.contrast(shape)?.gain(&chosen).unwrap_or(f64::NEG_INFINITY);
             if gain > best.0 {
                 best = (gain, shape);
             }
         }
         let shape = best.1;
-        let contrast = self.contrast(shape)?;
+        let event = self.described(&self.stretch, told(shape, p), level)?;
+        Some(Some(self.grown(&event, level).unwrap_or(event)))
+    }
+
+    /// An event of a shape with what changes, by the checks from a stretch on.
+    fn described(&self, stretch: &Stretch, event: Event, level: f64) -> Option<Event> {
+        let contrast = self.contrast_of(stretch, event.shape)?;
         let chosen = self.chosen(&contrast, level)?;
         let rivals = self.rivals(&contrast, &chosen)?;
-        let changes = contrast.amounts(&chosen)?;
-        Some(Some(Event { shape, changes, rivals, worse: worse.is_some(), p: p.min(worse.unwrap_or(1.0)) }))
+        let bent = match event.shape {
+            Shape::Line { from } => {
+                (from != stretch.from() && chosen.iter().any(|own| stretch.grows().contains(own))).then_some(from)
+            }
+            Shape::Step { .. } | Shape::Residuals => None,
+        };
+        let changes = match bent {
+            // The new rate, and not by how much it differs from the one before.
+            Some(from) => self.contrast_of(&Stretch::level(from), Shape::Line { from })?.amounts(&chosen)?,
+            None => contrast.amounts(&chosen)?,
+        };
+        Some(Event { changes, rivals, bent: bent.is_some(), ..event })
+    }
+
+    /// Growth in the place of jumps that were told and of what this check shows, where a line explains them as well.
+    fn grown(&self, event: &Event, level: f64) -> Option<Event> {
+        self.jumps.iter().enumerate().find_map(|(first, jump)| {
+            let before = &jump.before;
+            let replaced = self.jumps.get(first..)?;
+            let told: Vec<&Event> = replaced.iter().map(|jump| &jump.event).chain([event]).collect();
+            let known = (self.now + 1 - before.from()) as f64;
+            // Each parameter has a size or slope, and all of an event one time.
+            let as_told = self.misfit_of(before, &told)?
+                + told.iter().map(|event| event.changes.len() + 1).sum::<usize>() as f64 * known.ln();
+            let mut best: Option<(f64, Event)> = None;
+            for from in before.since()..self.now.saturating_sub(1) {
+                // What grows already has the slope of the first check.
+                if from == before.from() && !before.grows().is_empty() {
+                    continue;
+                }
+                let line = Event { shape: Shape::Line { from }, ..event.clone() };
+                let Some(line) = self.described(before, line, level) else { continue };
+                let Some(left) = self.misfit_of(before, &[&line]) else { continue };
+                let knee = usize::from(from != before.since());
+                let criterion = left + (line.changes.len() + knee) as f64 * known.ln();
+                let is_whole = told.iter().all(|jump| line.has_part(jump));
+                if is_whole && criterion <= as_told && best.as_ref().is_none_or(|(known, _)| criterion < *known) {
+                    best = Some((criterion, line));
+                }
+            }
+            let revises = replaced.iter().map(|jump| jump.told).collect();
+            best.map(|(_, line)| Event { revises, ..line })
+        })
+    }
+
+    /// Squares that events leave of the checks from a stretch on.
+    fn misfit_of(&self, stretch: &Stretch, events: &[&Event]) -> Option<f64> {
+        let mut terms = Vec::new();
+        for event in events {
+            let course = self.course(stretch, event.shape)?;
+            terms.extend(
+                event.changes.iter().map(|change| Term { parameter: change.parameter, course: course.clone() }),
+            );
+        }
+        let own = self.scaled.get(stretch.from()..=self.now)?;
+        misfit(own, &stretch.expected(self.scaled, self.now, &terms)?)
     }
 
     /// Shapes with steps at the last so many checks.
     fn shapes(&self, steps: usize) -> Vec<Shape> {
-        let earliest = (self.since + 1).max((self.now + 1).saturating_sub(steps));
+        let earliest = (self.stretch.since() + 1).max((self.now + 1).saturating_sub(steps));
         let mut shapes: Vec<Shape> = (earliest..=self.now).map(|at| Shape::Step { at }).collect();
-        if self.now + 1 - self.since >= self.settings.line {
-            shapes.push(Shape::Line { from: self.since });
+        let from = self.stretch.from();
+        let all_grow = self.scaled.first().is_some_and(|check| self.stretch.grows().len() >= check.values.len());
+        if self.now + 1 - from >= self.settings.line && !all_grow {
+            shapes.push(Shape::Line { from });
         }
         shapes
+    }
+
+    /// New rates, where one of those that changed was growing; from two checks on, since one is as well a jump.
+    fn bends(&self, chosen: &[usize]) -> Vec<Shape> {
+        if !chosen.iter().any(|own| self.stretch.grows().contains(own)) {
+            return Vec::new();
+        }
+        let knees = self.stretch.since()..self.now.saturating_sub(1);
+        knees.filter(|from| *from != self.stretch.from()).map(|from| Shape::Line { from }).collect()
     }
 
     /// Parameters that change: the strongest, then others as long as one is significant beside those, or what is left is.
@@ -214,9 +387,8 @@ impl Asked<'_> {
         let mut chosen = Vec::new();
         while chosen.len() < contrast.parameters() {
             let each = contrast.p_of_each(&chosen)?;
-            let left = (contrast.parameters() - chosen.len()) as f64;
-            let best = each.iter().enumerate().filter(|(k, _)| !chosen.contains(k)).min_by(|a, b| a.1.total_cmp(b.1));
-            let Some((parameter, p)) = best else { break };
+            let left = each.len() as f64;
+            let Some((parameter, p)) = each.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
             let is_shown = p * left < self.settings.of_check() || contrast.p_of_rest(&chosen)? < level;
             if !is_shown && !chosen.is_empty() {
                 break;
@@ -232,7 +404,7 @@ impl Asked<'_> {
         let [own] = chosen else { return Some(Vec::new()) };
         let most = contrast.gain(chosen)?;
         let mut found: Vec<(usize, f64)> = Vec::new();
-        for other in (0..contrast.parameters()).filter(|other| other != own) {
+        for &other in contrast.of().iter().filter(|other| *other != own) {
             let gain = contrast.gain(&[other])?;
             if gain > most - self.settings.rival {
                 found.push((other, gain));
@@ -245,7 +417,7 @@ impl Asked<'_> {
     /// Probability that the residuals of this check are greater than those before by chance.
     fn p_of_residuals(&self) -> Option<f64> {
         let now = self.checks.get(self.now)?.residuals?;
-        let before = self.checks.get(self.since..self.now)?.iter().filter_map(|check| check.residuals);
+        let before = self.checks.get(self.fitted_since..self.now)?.iter().filter_map(|check| check.residuals);
         let (mut squares, mut freedom) = (0.0, 0.0);
         for residuals in before.filter(|before| before.stated == now.stated) {
             squares += residuals.ratio.powi(2) * residuals.freedom;

@@ -1,7 +1,7 @@
 //! How many poses the next check needs to show a given change.
 //!
 //! Poses like those of the last check each add the same information: with `n` poses in place of its `N` the covariance is `C N / n`.
-//! The next check is compared with the mean of those since the last change, of covariance `M`. A change `a` of parameter `i` alone
+//! The next check is compared with the mean of those since the last change, or with the line of what grows, of covariance `M`. A change `a` of parameter `i` alone
 //! then has the mean `a ((M + C N / n)^-1)_ii^1/2` of its statistic, which must be greater than the limit of the test by the
 //! quantile of the power. This holds for poses chosen as those were; `plan` chooses better ones.
 
@@ -30,9 +30,7 @@ pub fn next_check(
     settings: &Settings,
 ) -> Option<Vec<NextCheck>> {
     let (last, check) = (history.scaled.last()?, checks.last()?);
-    let since = history.scaled.get(history.since..)?;
-    let zero = last.information.clone() * 0.0;
-    let mean = inverse(&since.iter().fold(zero, |sum, own| sum + &own.information))?;
+    let mean = history.stretch.covariance_of_next(&history.scaled)?;
     let level = settings.of_test(last.values.len());
     let above = root(|z| two_sided_t(z, f64::INFINITY) - 2.0 * (1.0 - settings.power));
     let have = check.poses as f64;

@@ -42,6 +42,9 @@ pub fn likely(model: &Model, names: &[&str], event: &Event) -> (&'static str, St
             "effect",
             "the calibrated model explains the readings worse than before; no constant of it has changed".into(),
         ),
+        Shape::Line { .. } if event.bent => {
+            ("growth", format!("{of} grows or shrinks at another rate than before, or no longer"))
+        }
         Shape::Line { .. } => (
             "growth",
             format!("{of} grows or shrinks steadily: wear, settling, a screw that works loose, or slow heating"),

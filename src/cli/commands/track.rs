@@ -96,7 +96,10 @@ fn refused(error: TrackingError) -> Error {
 fn dates(command: &Asked, loaded: &[LoadedCampaign]) -> Result<(Vec<NaiveDate>, Option<Diagnostic>), Error> {
     let (given, wanted) = (command.dates.len(), command.campaigns.len());
     if given > 0 && given != wanted {
-        return Err(Error::input(format!("--dates has {given} days for {wanted} campaigns"), "give one for each"));
+        let days = if given == 1 { "day" } else { "days" };
+        let campaigns = if wanted == 1 { "campaign" } else { "campaigns" };
+        let message = format!("--dates has {given} {days} for {wanted} {campaigns}");
+        return Err(Error::input(message, "give one for each"));
     }
     let unused = |why: String| {
         let remedy = "write days as 2026-01-31 in all campaigns, or give --dates";
