@@ -405,7 +405,8 @@ fn frame_at(placements: &Placements, frame: usize) -> Result<Transform, elastoge
 
 /// A homogeneous matrix, by row.
 fn put(pose: &Transform, out: &mut [f64]) {
-    for (out, value) in out.iter_mut().zip(pose.to_homogeneous().transpose().iter()) {
-        *out = *value;
+    let rows = pose.to_homogeneous().transpose();
+    if out.len() == rows.len() {
+        out.copy_from_slice(rows.as_slice());
     }
 }
