@@ -194,10 +194,13 @@ fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, li
 /// The same without readings that are far off both before and after a calibration: the greater number of them.
 pub fn told_once(mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let count = |told: &Diagnostic| told.figures.get("readings").copied().unwrap_or(0.0);
-    let is_outlying = |told: &Diagnostic| told.code == Code::OutlyingReadings;
-    let most = found.iter().filter(|told| is_outlying(told)).map(count).fold(0.0, f64::max);
-    let mut is_told = false;
-    found.retain(|told| !is_outlying(told) || (count(told) >= most && !std::mem::replace(&mut is_told, true)));
+    let outlying = |told: &Diagnostic| told.code == Code::OutlyingReadings;
+    let most = found.iter().filter(|told| outlying(told)).max_by(|a, b| count(a).total_cmp(&count(b))).cloned();
+    let first = found.iter().position(outlying);
+    found.retain(|told| !outlying(told));
+    if let Some((first, most)) = first.zip(most) {
+        found.insert(first, most);
+    }
     found
 }
 

@@ -15,8 +15,8 @@ use crate::math::quantiles::{f_tail, normal95};
 const LEVER: RangeInclusive<f64> = 0.01..=3.0;
 /// Distances of a compensator's anchor from the joint, m.
 const BASE: RangeInclusive<f64> = 0.01..=10.0;
-/// Compliances of joints, rad/(N.m): a bearing of a metre's diameter is stiffer than 1e8 N.m/rad, a hinge that gives
-/// 0.06 deg under 1 N.m is none of an arm that needs a compensator. Ten times as wide.
+/// Compliances of joints, rad/(N.m). Joints of arms that need a compensator have 1e3 to 1e8 N.m/rad; ten times as much on both
+/// sides. A judgement, as the other ranges are: they tell units from each other, not good joints from bad ones.
 const JOINT: RangeInclusive<f64> = 1e-9..=1e-2;
 /// Compliances of springs, m/N: from a bar of steel (1e9 N/m and more) to one that 10 N stretch by a metre.
 const SPRING: RangeInclusive<f64> = 1e-10..=0.1;

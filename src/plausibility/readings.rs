@@ -217,7 +217,8 @@ fn unlike(
     )
 }
 
-/// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong.
+/// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong. A judgement;
+/// the calibrated machines and practice campaigns that it was tried on are not doubted by it.
 const LITTLE: f64 = 0.5;
 
 /// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted.

@@ -143,7 +143,7 @@ fn cases() -> Vec<(&'static str, Arm, f64, Spoil)> {
 }
 
 #[test]
-#[ignore = "half a minute"]
+#[ignore = "200 seeds; minutes"]
 fn intervals_hold_the_truth_in_many_campaigns_of_each_kind() {
     let mut lines = Vec::new();
     for (name, arm, off, spoil) in cases() {

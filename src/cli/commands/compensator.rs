@@ -28,7 +28,7 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
         ));
     }
     let (mut mounted, mut compliances, mut spring) = (None, Vec::new(), None);
-    let (mut triangle, mut points) = (None, Vec::new());
+    let (mut triangle, mut points, mut judged) = (None, Vec::new(), Vec::new());
     if let Some(path) = &command.circle {
         let table = read(session, path, &[("q", true), ("x", true), ("y", true), ("z", true)], false)?;
         let angles = table.numbers("q").unwrap_or_default();
@@ -70,18 +70,16 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
                 "give compliances in 1e-6 rad/(N.m)",
             ));
         }
-        let force = session.arguments.force;
-        let mut misread = of_mounting(&points, mounted.as_ref(), Some(&triangle));
-        misread.extend(of_compliances(&compliances));
-        if let Some(refused) = refusing(misread, force) {
+        judged = of_mounting(&points, mounted.as_ref(), Some(&triangle));
+        judged.extend(of_compliances(&compliances));
+        if let Some(refused) = refusing(judged.clone(), session.arguments.force) {
             return Err(refused.into());
         }
         spring = Some(elasticity(&triangle, &compliances)?);
     }
-    let mut judged = of_mounting(&points, mounted.as_ref(), triangle.as_ref());
-    judged.extend(of_compliances(&compliances));
-    if let Some((triangle, spring)) = triangle.as_ref().zip(spring.as_ref()) {
-        judged.extend(of_elasticity(triangle, &compliances, spring));
+    match triangle.as_ref().zip(spring.as_ref()) {
+        Some((triangle, spring)) => judged.extend(of_elasticity(triangle, &compliances, spring)),
+        None => judged = of_mounting(&points, mounted.as_ref(), triangle.as_ref()),
     }
     let found = Found::new(mounted.as_ref(), triangle.as_ref(), &compliances, spring.as_ref());
     let output = Output::new(render::compensator(&found, session.terminal.screen), &found)?;

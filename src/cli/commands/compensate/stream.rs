@@ -114,7 +114,6 @@ fn nameless(number: usize) -> String {
 }
 
 /// A line and its number, from 1.
-#[derive(Clone)]
 struct Line {
     text: String,
     number: usize,
