@@ -28,7 +28,7 @@ from .commands import (
     view,
 )
 from .effects import Effect
-from .observations import Observation, add_observation
+from .observations import Observation
 from .robot import Robot, bundled_robots, rotation_vector
 
 __all__ = [
@@ -39,7 +39,6 @@ __all__ = [
     "Problem",
     "Robot",
     "__version__",
-    "add_observation",
     "bundled_robots",
     "compensate",
     "compensator",

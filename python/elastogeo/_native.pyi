@@ -16,11 +16,13 @@ class Error(ValueError):
     diagnostics: list[dict[str, Any]]
 
 def command(
-    arguments: Sequence[str], progress: Callable[[str], object] | None = None, effects: Sequence[object] = ()
+    arguments: Sequence[str],
+    progress: Callable[[str], object] | None = None,
+    effects: Sequence[object] = (),
+    kinds: Sequence[Kind] = (),
 ) -> tuple[str, str, bool]: ...
 def main(arguments: Sequence[str]) -> int: ...
 def bundled_robots() -> list[str]: ...
-def add_observation(kind: object) -> None: ...
 
 class Robot:
     name: str
@@ -39,6 +41,9 @@ class Robot:
         self, positions: npt.ArrayLike, rotations: npt.ArrayLike | None, starts: npt.ArrayLike, search: dict[str, int | bool]
     ) -> Array: ...
 
+class Kind:
+    def __new__(cls, kind: object) -> Kind: ...
+
 class Campaign:
     name: str
     robot: str | None
@@ -46,7 +51,9 @@ class Campaign:
     readings: int
     poses: list[str]
     warnings: list[str]
-    def __new__(cls, file: str, robot: str | None = None, effects: Sequence[object] = ()) -> Campaign: ...
+    def __new__(
+        cls, file: str, robot: str | None = None, effects: Sequence[object] = (), kinds: Sequence[Kind] = ()
+    ) -> Campaign: ...
     def csv(self) -> str: ...
 
 class Problem:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from . import _native
 from ._native import Error
 from .effects import Effect, instances
+from .observations import Observation, native
 
 Progress = Callable[[str], object]
 
@@ -57,7 +58,11 @@ def flags(**options: object) -> list[str]:
 
 
 def run(
-    arguments: Sequence[str], *, progress: Progress | None = None, effects: Sequence[Effect] = ()
+    arguments: Sequence[str],
+    *,
+    progress: Progress | None = None,
+    effects: Sequence[Effect] = (),
+    observations: Sequence[Observation] = (),
 ) -> tuple[dict[str, Any], str, bool]:
     """Runs a command: its JSON, its text, and whether the result is not to be used."""
     LOGGER.debug("%s begins: %s", arguments[0], arguments[1:])
@@ -65,7 +70,7 @@ def run(
         progress = LOGGER.debug
     started = time.perf_counter()
     try:
-        json_text, text, failed = _native.command(list(arguments), progress, instances(effects))
+        json_text, text, failed = _native.command(list(arguments), progress, instances(effects), native(observations))
     except BaseException as error:
         raised = in_keywords(error, arguments[0]) if isinstance(error, Error) else error
         LOGGER.info("%s ends after %.3f s: %s", arguments[0], time.perf_counter() - started, str(raised) or type(raised).__name__)
@@ -84,7 +89,7 @@ def run(
 #: How the command line ends its words on options that it does not take.
 HELP = "For more information, try '--help'."
 #: Keywords that are no options of the command line.
-NO_OPTIONS = ("effects", "progress")
+NO_OPTIONS = ("effects", "observations", "progress")
 #: Keywords whose options have another name.
 RENAMED = {"from": "start", "joints": "q", "as": "format"}
 

@@ -22,6 +22,7 @@ from ._arrays import Array
 from ._native import Error
 from ._run import Progress, flags, named, run
 from .effects import Effect, instances
+from .observations import Observation, kinds, native
 from .results import Identification, Result
 from .robot import RobotLike
 
@@ -35,13 +36,20 @@ class Campaign:
     """
 
     def __init__(
-        self, source: str | os.PathLike[str], *, robot: RobotLike | None = None, effects: Sequence[Effect] = ()
+        self,
+        source: str | os.PathLike[str],
+        *,
+        robot: RobotLike | None = None,
+        effects: Sequence[Effect] = (),
+        observations: Sequence[Observation] = (),
     ) -> None:
         self.source = os.fspath(source)
         every = [*getattr(robot, "effects", ()), *instances(effects)]
         self.effects = list({effect.name: effect for effect in every}.values())
+        #: Kinds of readings of a program's own that its files name; commands on it know them too.
+        self.observations = kinds(observations)
         self._given_robot = None if robot is None else named(robot)
-        self._native = _native.Campaign(self.source, self._given_robot, self.effects)
+        self._native = _native.Campaign(self.source, self._given_robot, self.effects, native(self.observations))
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     @classmethod
@@ -60,6 +68,7 @@ class Campaign:
         folder: str | os.PathLike[str] | None = None,
         force: bool = False,
         effects: Sequence[Effect] = (),
+        observations: Sequence[Observation] = (),
         **more: object,
     ) -> Campaign:
         """A campaign of a table with the columns of a campaign's CSV (``pose``, joints, ``x``, ``y``, ``z``, ..).
@@ -73,6 +82,7 @@ class Campaign:
             holds one point, of the marker that its column ``marker`` names
         :param folder: where the campaign's files are written, to stay; by default they go with the object
         :param force: replaces files in the folder that something else wrote, or that were edited since
+        :param observations: kinds of readings of your own that ``observes`` may name
         :param more: further keys of the campaign file
         :raises Error: faults of the table, with the row (from 0, as of the columns given), or of the other arguments
         """
@@ -104,7 +114,7 @@ class Campaign:
         (place / "campaign.yaml").write_text(_digest(about, place) + about, encoding="utf-8")
         own = getattr(robot, "effects", ())
         try:
-            campaign = cls(place / "campaign.yaml", effects=[*own, *instances(effects)])
+            campaign = cls(place / "campaign.yaml", effects=[*own, *instances(effects)], observations=observations)
         except Error as error:
             if kept is None:
                 raise
@@ -146,7 +156,7 @@ class Campaign:
 
     def check(self, *, progress: Progress | None = None, **options: object) -> Result:
         """What its files say, as the command ``check`` has it: readings, joint ranges, noise, what will be estimated."""
-        return Result(*run(["check", self.source, *flags(**options)], progress=progress, effects=self.effects))
+        return Result(*run(["check", self.source, *flags(**options)], progress=progress, effects=self.effects, observations=self.observations))
 
     def to_dict(self) -> dict[str, list[Any]]:
         """The readings by column, as :meth:`from_table` takes them: SI (m, rad, N, N.m, s), to a nanometre."""

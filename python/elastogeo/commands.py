@@ -2,7 +2,8 @@
 (``identify(.., loss_scale=2)`` is ``identify .. --loss-scale 2``), in the description's units.
 
 All take ``progress``, which is called with a line of text between the stages and iterations of long work, and stops it by an
-exception that it raises, and ``effects``, instances of :class:`Effect` beside those of the robot and the campaigns given.
+exception that it raises, and ``effects``, instances of :class:`Effect` in addition to those of the robot and the campaigns
+given; kinds of readings of your own are the campaign's (``Campaign(.., observations=[..])``).
 All raise :class:`Error` for bad input."""
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ._arrays import Array, finite, rows
 from ._run import Progress, flags, named, numbers, run
 from .campaign import Campaign, CampaignLike, columns_of, write_csv
 from .effects import Effect, instances
+from .observations import Observation, kinds
 from .results import (
     Compensation,
     Compensator,
@@ -77,7 +79,7 @@ def identify(
     given = flags(what=what, hold=hold, loss=loss, prior=prior, check=check, seed=seed, force=force, **options)
     file = None if save is None else os.fspath(save)
     arguments = ["identify", *_campaign(campaign, robot), *given, *flags(save=file)]
-    return Identification(*run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects)), robot=file)
+    return Identification(*run(arguments, progress=progress, **_own(robot, campaign, effects=effects)), robot=file)
 
 
 def register(
@@ -102,7 +104,7 @@ def register(
     """
     given = flags(save=save, seed=seed, **options)
     arguments = ["register", *_campaign(campaign, robot), *given]
-    found = run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects))
+    found = run(arguments, progress=progress, **_own(robot, campaign, effects=effects))
     return Identification(*found, robot=None if save is None else os.fspath(save))
 
 
@@ -134,7 +136,7 @@ def diagnose(
     """
     given = flags(apply=apply, seed=seed, force=force, **options)
     arguments = ["diagnose", *_campaign(campaign, robot), *given]
-    return Diagnosis(*run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects)))
+    return Diagnosis(*run(arguments, progress=progress, **_own(robot, campaign, effects=effects)))
 
 
 def residuals(
@@ -154,7 +156,7 @@ def residuals(
     (3,)
     """
     arguments = ["residuals", named(robot), named(campaign), *flags(**options)]
-    return Residuals(*run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects)))
+    return Residuals(*run(arguments, progress=progress, **_own(robot, campaign, effects=effects)))
 
 
 def identifiability(
@@ -176,7 +178,7 @@ def identifiability(
     (33, (33,))
     """
     arguments = ["identifiability", named(robot), named(campaign), *flags(**options)]
-    return Identifiability(*run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects)))
+    return Identifiability(*run(arguments, progress=progress, **_own(robot, campaign, effects=effects)))
 
 
 def sensitivity(
@@ -197,7 +199,7 @@ def sensitivity(
     [1.0, 0.0]
     """
     arguments = ["sensitivity", named(robot), named(campaign), *flags(**options)]
-    return Sensitivity(*run(arguments, progress=progress, effects=_effects(robot, campaign, more=effects)))
+    return Sensitivity(*run(arguments, progress=progress, **_own(robot, campaign, effects=effects)))
 
 
 def compensator(
@@ -237,8 +239,8 @@ def compensator(
         if deflections is not None:
             given.append(f"--deflections={named(deflections)}")
         given += flags(robot=_named(robot if robot is not None else _own_robot(deflections)), **options)
-        every = _effects(robot, deflections, more=effects)
-        return Compensator(*run(["compensator", *given], progress=progress, effects=every))
+        every = _own(robot, deflections, effects=effects)
+        return Compensator(*run(["compensator", *given], progress=progress, **every))
 
 
 def stiffness(
@@ -265,12 +267,14 @@ def plan(
     seed: int = 1,
     progress: Progress | None = None,
     effects: Sequence[Effect] = (),
+    observations: Sequence[Observation] = (),
     **options: object,
 ) -> Plan:
     """Chooses the configurations (and loads) to measure that leave the smallest error after compensation.
 
     :param poses: how many
     :param wrench: loads that can be applied, base axes, shape (6,) or (k, 6), N and N.m
+    :param observations: kinds of readings of your own that ``observes=`` may name
     :return: ``joints`` of shape (poses, joints), rad and m; ``error``, expected after compensation, mm; ``bought``, what more
         configurations would leave; ``parameters`` with the ``ci95`` to expect, mm and deg, and SI of stiffnesses
 
@@ -279,7 +283,7 @@ def plan(
     """
     own = _robot(robot, effects)
     arguments = ["plan", own.source, *flags(poses=poses, seed=seed, **options), *_wrenches(own, wrench)]
-    found = run(arguments, progress=progress, effects=own.effects)
+    found = run(arguments, progress=progress, **_own(own, observations=observations))
     return Plan(*found, key="poses", variables=own.variables)
 
 
@@ -311,7 +315,7 @@ def compensate(
     own = _robot(robot, effects)
     with tempfile.TemporaryDirectory(prefix="elastogeo-") as folder:
         arguments = [*_along(folder, own, path, wrench, start), *flags(nominal=_named(nominal), **options)]
-        found = run(["compensate", own.source, *arguments], progress=progress, effects=_effects(nominal, own))
+        found = run(["compensate", own.source, *arguments], progress=progress, **_own(nominal, own))
     return Compensation(*found, key="points", variables=own.variables)
 
 
@@ -363,12 +367,14 @@ def simulate(
     seed: int = 1,
     progress: Progress | None = None,
     effects: Sequence[Effect] = (),
+    observations: Sequence[Observation] = (),
     **options: object,
 ) -> Simulated:
     """Makes a campaign from a description with drawn or given errors, in the folder ``into``: ``Campaign(into)`` reads it.
 
     :param poses: how many configurations to draw, or joints of shape (n, joints), rad and m
     :param wrench: loads read at each marker, base axes, shape (6,) or (k, 6), N and N.m
+    :param observations: kinds of readings of your own that ``observes=`` may name
     :param options: of the command, for example ``effect="gear-ratio@joint:2:ratio=5e-4"``, ``noise=0.05`` (mm)
     :return: its ``folder``, and the ``truth``: the parameters with which it was made, SI
     """
@@ -382,7 +388,8 @@ def simulate(
             joints = finite(rows(poses, len(sizes), "poses")[0], "poses")
             write_csv(str(asked), dict(zip(own.variables, (joints / sizes).T.tolist())))
         given = flags(poses=asked, into=into, seed=seed, **options)
-        found = run(["simulate", own.source, *given, *_wrenches(own, wrench)], progress=progress, effects=own.effects)
+        given += _wrenches(own, wrench)
+        found = run(["simulate", own.source, *given], progress=progress, **_own(own, observations=observations))
     return Simulated(*found, folder=os.fspath(into))
 
 
@@ -414,7 +421,7 @@ def report(
     """
     given = flags(certificate=certificate, tolerance=tolerance, seed=seed, force=force, **options)
     arguments = ["report", *_campaign(campaign, robot), *given]
-    found, html = _page(arguments, output, progress, _effects(robot, campaign, more=effects))
+    found, html = _page(arguments, output, progress, **_own(robot, campaign, effects=effects))
     return Report(*found, html=html)
 
 
@@ -463,7 +470,7 @@ def track(
     given = flags(dates=None if dates is None else [str(day) for day in dates], change=change, a_year=a_year, alarm=alarm)
     given += flags(check=check, seed=seed, force=force, **options)
     arguments = ["track", named(robot), *map(named, every), *given]
-    found, html = _page(arguments, output, progress, _effects(robot, *every, more=effects))
+    found, html = _page(arguments, output, progress, **_own(robot, *every, effects=effects))
     return Track(*found, html=html)
 
 
@@ -493,7 +500,7 @@ def view(
     """
     own = _robot(robot, effects)
     given = flags(joints=own._joints(q), wrench=own._wrench(wrench), weight=weight, **options)
-    found, html = _page(["view", own.source, *given], output, progress, own.effects)
+    found, html = _page(["view", own.source, *given], output, progress, **_own(own))
     return View(*found, html=html)
 
 
@@ -501,7 +508,7 @@ def _robot(robot: RobotLike, effects: Sequence[Effect] = ()) -> Robot:
     more = instances(effects)
     if isinstance(robot, Robot) and not more:
         return robot
-    return Robot(named(robot), effects=_effects(robot, more=more))
+    return Robot(named(robot), effects=_own(robot, effects=more)["effects"])
 
 
 def _named(robot: RobotLike | None) -> str | None:
@@ -518,19 +525,26 @@ def _campaign(campaign: CampaignLike, robot: RobotLike | None) -> list[str]:
     return [named(campaign), *flags(robot=_named(robot if robot is not None else _own_robot(campaign)))]
 
 
-def _effects(*owners: object, more: Sequence[Effect] = ()) -> list[Effect]:
-    """Effects of robots and campaigns, and of a call; of one name the last."""
-    every = [*(effect for owner in owners for effect in getattr(owner, "effects", ())), *instances(more)]
-    return list({effect.name: effect for effect in every}.values())
+def _own(*owners: object, effects: Sequence[Effect] = (), observations: Sequence[Observation] = ()) -> dict[str, Any]:
+    """Effects and kinds of readings of robots and campaigns, and of a call; of one name the last."""
+
+    def named(attribute: str, more: Sequence[Any]) -> list[Any]:
+        every = [*(each for owner in owners for each in getattr(owner, attribute, ())), *more]
+        return list({each.name: each for each in every}.values())
+
+    return {
+        "effects": named("effects", instances(effects)),
+        "observations": named("observations", kinds(observations)),
+    }
 
 
 def _page(
-    arguments: Sequence[str], output: str | os.PathLike[str] | None, progress: Progress | None, effects: Sequence[Effect]
+    arguments: Sequence[str], output: str | os.PathLike[str] | None, progress: Progress | None, **own: Any
 ) -> tuple[tuple[dict[str, Any], str, bool], str]:
     """Runs a command that writes a page: what it found, and the page."""
     with tempfile.TemporaryDirectory(prefix="elastogeo-") as folder:
         file = os.fspath(output) if output is not None else str(Path(folder) / "page.html")
-        found, text, failed = run([*arguments, f"--output={file}"], progress=progress, effects=effects)
+        found, text, failed = run([*arguments, f"--output={file}"], progress=progress, **own)
         if output is None:
             text = "".join(line for line in text.splitlines(keepends=True) if file not in line)
         return (found, text, failed), Path(file).read_text(encoding="utf-8")

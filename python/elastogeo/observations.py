@@ -9,7 +9,7 @@
 ...     def value(self, point):
 ...         x, y, z = (at - station for at, station in zip(point.position, point.target))
 ...         return [math.atan2(y, x), math.atan2(z, math.hypot(x, y))]
->>> add_observation(Bearing())
+>>> bearings = [Bearing()]  # ``Campaign(.., observations=bearings)``
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from typing import Literal
 from . import _native
 from ._native import Point
 
-__all__ = ["MOST_VALUES", "Observation", "Point", "add_observation"]
+__all__ = ["MOST_VALUES", "Observation", "Point", "kinds"]
 
 #: Greatest number of values of a reading.
 MOST_VALUES = 6
 
 
 class Observation:
-    """A kind of readings. A subclass gives the attributes and :meth:`value`, and :func:`add_observation` makes it known."""
+    """A kind of readings. A subclass gives the attributes and :meth:`value`; the files of a :class:`Campaign` to which an instance
+    is given (``observations=[..]``) may name it."""
 
     #: Name in campaign files, ``observes: <name>``: small letters, digits and hyphens.
     name: str = ""
@@ -41,6 +42,7 @@ class Observation:
     target: Literal["anchor"] | None = None
     #: Whether the orientation of the tool shows, beyond moving the marker.
     sees_orientation: bool = False
+    _kind: _native.Kind | None = None
 
     def value(self, point: Point) -> Iterable[float]:
         """What an ideal instrument reads of a point, in the order of the columns, SI; angles count to a whole turn. It must be
@@ -62,16 +64,34 @@ class Observation:
         return self.name, self.about or self.name, columns, self.target, self.sees_orientation
 
 
-def add_observation(kind: Observation) -> None:
-    """Makes a kind of readings known: campaign files and commands may name it from then on. Adding another of the same name
-    replaces it.
+def kinds(observations: object) -> list[Observation]:
+    """Kinds of readings as a list, if that is what they are.
 
-    :raises TypeError: what is no instance of :class:`Observation`
+    :raises TypeError: what else it is, as a class where an instance is expected
     """
-    if not isinstance(kind, Observation):
-        given = f"the class {kind.__name__}: give an instance, `{kind.__name__}()`" if isinstance(kind, type) else repr(kind)
-        raise TypeError(f"`add_observation` takes an instance of `elastogeo.Observation`; here {given}")
-    _native.add_observation(kind)
+    if isinstance(observations, (str, bytes)) or not isinstance(observations, Iterable):
+        raise TypeError(f"`observations` is a list of instances of `elastogeo.Observation`; here {_told(observations)}")
+    given = list(observations)
+    for each in given:
+        if not isinstance(each, Observation):
+            raise TypeError(f"`observations` holds instances of `elastogeo.Observation`; here {_told(each)}")
+    return given
+
+
+def native(observations: Iterable[Observation]) -> list[_native.Kind]:
+    """Kinds of readings as the native part has them: of each object one, which lives as long as the program."""
+    made = []
+    for each in observations:
+        if each._kind is None:
+            each._kind = _native.Kind(each)
+        made.append(each._kind)
+    return made
+
+
+def _told(given: object) -> str:
+    if isinstance(given, type):
+        return f"the class {given.__name__}: give an instance, `{given.__name__}()`"
+    return f"{given!r}, a single one: put it into a list" if isinstance(given, Observation) else repr(given)
 
 
 def _said(value: Iterable[float], count: int) -> list[float]:

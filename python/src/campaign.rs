@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use elastogeo::description::campaign::csv_in;
 use elastogeo::description::units::Units;
-use elastogeo::files::{LoadedCampaign, Reader};
+use elastogeo::files::LoadedCampaign;
 use pyo3::prelude::*;
 
-use crate::effect::{Faults, Own, catalogue, look_for_sites};
+use crate::effect::{Faults, look_for_sites, own};
+use crate::observation::Kind;
 use crate::work::brief;
 
 #[pyclass(frozen, module = "elastogeo._native")]
@@ -19,12 +20,19 @@ pub struct Campaign {
 #[pymethods]
 impl Campaign {
     #[new]
-    #[pyo3(signature = (file, robot=None, effects=Vec::new()))]
-    fn new(py: Python<'_>, file: String, robot: Option<String>, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let Own { catalogue, faults } = catalogue(py, &effects)?;
+    #[pyo3(signature = (file, robot=None, effects=Vec::new(), kinds=Vec::new()))]
+    fn new(
+        py: Python<'_>,
+        file: String,
+        robot: Option<String>,
+        effects: Vec<Bound<'_, PyAny>>,
+        kinds: Vec<Bound<'_, Kind>>,
+    ) -> PyResult<Self> {
+        let own = own(py, &effects, &kinds)?;
+        let faults = own.faults.clone();
         let loaded = brief(py, move || {
-            let loaded = Reader::new(catalogue.clone()).campaign(&file, robot.as_deref())?;
-            look_for_sites(&catalogue, &loaded.robot.model);
+            let loaded = own.reader().campaign(&file, robot.as_deref())?;
+            look_for_sites(&own.catalogue, &loaded.robot.model);
             Ok(loaded)
         });
         let loaded = Arc::new(faults.first(loaded)?);

@@ -4,20 +4,23 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-use crate::effect::{Own, catalogue};
+use crate::effect::own;
+use crate::observation::Kind;
 use crate::work::{brief, long};
 
 /// Runs a command: its JSON, its text, and whether the result is not to be used.
 #[pyfunction]
-#[pyo3(signature = (arguments, progress=None, effects=Vec::new()))]
+#[pyo3(signature = (arguments, progress=None, effects=Vec::new(), kinds=Vec::new()))]
 pub fn command(
     py: Python<'_>,
     arguments: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
     effects: Vec<Bound<'_, PyAny>>,
+    kinds: Vec<Bound<'_, Kind>>,
 ) -> PyResult<(String, String, bool)> {
-    let Own { catalogue, faults } = catalogue(py, &effects)?;
-    let found = long(py, progress.as_ref(), move |watch| elastogeo::cli::call(catalogue, &arguments, watch));
+    let own = own(py, &effects, &kinds)?;
+    let faults = own.faults.clone();
+    let found = long(py, progress.as_ref(), move |watch| elastogeo::cli::call(own.reader(), &arguments, watch));
     let found = faults.first(found)?;
     Ok((found.json.to_string(), found.text, found.failed))
 }

@@ -6,40 +6,54 @@ use std::sync::{Arc, Mutex, OnceLock};
 use elastogeo::effects::{
     Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, ReadingContext, Site as Own_, SiteKind,
 };
+use elastogeo::files::Reader;
 use elastogeo::model::Model;
+use elastogeo::observation::Kinds;
 use elastogeo::parameter::Slot;
 use pyo3::prelude::*;
 
 use crate::error::fault;
+use crate::observation::Kind;
 
-/// The standard catalogue with a program's own effects, and the first exception that one of them raises.
+/// What a program adds of its own: the reader that knows its effects and kinds of readings, and what they raise.
 pub struct Own {
-    pub catalogue: Catalogue,
+    pub catalogue: Arc<Catalogue>,
+    pub kinds: Kinds,
     pub faults: Faults,
 }
 
-/// The first exception that an effect or a kind of readings raised while it was evaluated.
-#[derive(Clone, Default)]
-pub struct Faults(Arc<Mutex<Option<PyErr>>>);
+impl Own {
+    /// Reads with them.
+    pub fn reader(&self) -> Reader {
+        Reader::new(Arc::clone(&self.catalogue)).with_kinds(self.kinds.clone())
+    }
+}
+
+/// The first exception that effects or kinds of readings raised while they were evaluated: of effects in the first place, of
+/// each kind in one of its own.
+#[derive(Clone)]
+pub struct Faults(Vec<Arc<Mutex<Option<PyErr>>>>);
 
 impl Faults {
-    /// Those of kinds of readings, which all campaigns share.
-    pub fn of_kinds() -> Self {
-        static KINDS: OnceLock<Faults> = OnceLock::new();
-        KINDS.get_or_init(Self::default).clone()
+    /// A place for one.
+    pub fn new() -> Self {
+        Self(vec![Arc::default()])
     }
 
-    fn take(&self) -> Option<PyErr> {
-        self.0.lock().ok()?.take()
+    /// With those of a kind of readings.
+    fn and(mut self, kind: &Self) -> Self {
+        self.0.extend(kind.0.iter().cloned());
+        self
     }
 
     /// What was found, or the exception that an effect or a kind of readings raised meanwhile.
     pub fn first<T>(&self, found: PyResult<T>) -> PyResult<T> {
-        self.take().or_else(|| Self::of_kinds().take()).map_or(found, Err)
+        let taken = |place: &Arc<Mutex<Option<PyErr>>>| place.lock().ok()?.take();
+        self.0.iter().find_map(taken).map_or(found, Err)
     }
 
     pub fn keep(&self, raised: PyErr) {
-        if let Ok(mut first) = self.0.lock() {
+        if let Some(mut first) = self.0.first().and_then(|place| place.lock().ok()) {
             first.get_or_insert(raised);
         }
     }
@@ -50,9 +64,9 @@ pub fn look_for_sites(effects: &Catalogue, model: &Model) {
     effects.iter().for_each(|effect| drop(effect.sites(model)));
 }
 
-/// The catalogue with effects of a program.
-pub fn catalogue(py: Python<'_>, effects: &[Bound<'_, PyAny>]) -> PyResult<Own> {
-    let (mut catalogue, faults) = (Catalogue::standard(), Faults::default());
+/// Effects and kinds of readings of a program next to the standard ones.
+pub fn own(py: Python<'_>, effects: &[Bound<'_, PyAny>], kinds: &[Bound<'_, Kind>]) -> PyResult<Own> {
+    let (mut catalogue, mut faults) = (Catalogue::standard(), Faults::new());
     for effect in effects {
         let own = PythonEffect::new(py, effect, faults.clone())?;
         if Catalogue::standard().get(own.name).is_some() {
@@ -61,7 +75,15 @@ pub fn catalogue(py: Python<'_>, effects: &[Bound<'_, PyAny>]) -> PyResult<Own> 
         }
         catalogue = catalogue.with(own);
     }
-    Ok(Own { catalogue, faults })
+    let mut known = Kinds::standard();
+    for kind in kinds {
+        faults = faults.and(kind.get().faults());
+        known = known.with(kind.get().observes()).map_err(|known| {
+            let message = format!("`{}` is a kind of readings of elastogeo itself", known.name());
+            fault(py, message, "give yours another name")
+        })?;
+    }
+    Ok(Own { catalogue: catalogue.into(), kinds: known, faults })
 }
 
 /// Where an effect sits.

@@ -22,11 +22,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(command::command, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_function(wrap_pyfunction!(command::bundled_robots, module)?)?;
-    module.add_function(wrap_pyfunction!(observation::add_observation, module)?)?;
     module.add_class::<robot::Robot>()?;
     module.add_class::<campaign::Campaign>()?;
     module.add_class::<problem::Problem>()?;
     module.add_class::<effect::Site>()?;
     module.add_class::<effect::Reading>()?;
+    module.add_class::<observation::Kind>()?;
     module.add_class::<observation::Point>()
 }

@@ -11,7 +11,6 @@ use nalgebra::{Rotation3, Vector3};
 use pyo3::prelude::*;
 
 use crate::effect::{Faults, kept};
-use crate::error::fault;
 use crate::work::Stopped;
 
 /// What the model predicts of a measured point, SI.
@@ -47,31 +46,44 @@ struct PythonObservation {
     faults: Faults,
 }
 
-/// Makes a kind known to all that reads files from now on.
-#[pyfunction]
-pub fn add_observation(py: Python<'_>, kind: &Bound<'_, PyAny>) -> PyResult<()> {
-    type Declared = (String, String, Vec<(String, String)>, Option<String>, bool);
-    let (name, about, columns, target, sees_orientation): Declared = kind.call_method0("_declared")?.extract()?;
-    let column = |(name, unit): &(String, String)| match unit.as_str() {
-        "m" => ValueColumn::length(kept(name)),
-        _ => ValueColumn::angle(kept(name)),
-    };
-    let columns: Vec<ValueColumn> = columns.iter().map(column).collect();
-    let declared = PythonObservation {
-        name: kept(&name),
-        about: kept(&about),
+/// A kind of readings of a Python program, made once for each object that declares one.
+#[pyclass(frozen, module = "elastogeo._native")]
+pub struct Kind(&'static PythonObservation);
+
+#[pymethods]
+impl Kind {
+    #[new]
+    fn new(py: Python<'_>, kind: &Bound<'_, PyAny>) -> PyResult<Self> {
+        type Declared = (String, String, Vec<(String, String)>, Option<String>, bool);
+        let (name, about, columns, target, sees_orientation): Declared = kind.call_method0("_declared")?.extract()?;
+        let column = |(name, unit): &(String, String)| match unit.as_str() {
+            "m" => ValueColumn::length(kept(name)),
+            _ => ValueColumn::angle(kept(name)),
+        };
+        let columns: Vec<ValueColumn> = columns.iter().map(column).collect();
         // A kind lives as long as the program: readings hold on to it.
-        columns: Box::leak(columns.into_boxed_slice()),
-        target: target.as_deref().map(kept),
-        sees_orientation,
-        value: kind.getattr("value")?.unbind(),
-        said: py.import("elastogeo.observations")?.getattr("_said")?.unbind(),
-        faults: Faults::of_kinds(),
-    };
-    let added = Observes::add(Box::leak(Box::new(declared)));
-    added.map(drop).map_err(|known| {
-        fault(py, format!("`{}` is a kind of readings of elastogeo itself", known.name()), "give yours another name")
-    })
+        Ok(Self(Box::leak(Box::new(PythonObservation {
+            name: kept(&name),
+            about: kept(&about),
+            columns: Box::leak(columns.into_boxed_slice()),
+            target: target.as_deref().map(kept),
+            sees_orientation,
+            value: kind.getattr("value")?.unbind(),
+            said: py.import("elastogeo.observations")?.getattr("_said")?.unbind(),
+            faults: Faults::new(),
+        }))))
+    }
+}
+
+impl Kind {
+    pub fn observes(&self) -> Observes {
+        Observes::new(self.0)
+    }
+
+    /// Where its exceptions are kept.
+    pub fn faults(&self) -> &Faults {
+        &self.0.faults
+    }
 }
 
 /// Step of a central difference, m and rad: the cube root of the rounding, at a size of one.

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{Rows, of_rows, rows};
-use crate::effect::{Faults, Own, catalogue, look_for_sites};
+use crate::effect::{Faults, look_for_sites, own};
 use crate::error::{fault, raised};
 use crate::inverse::{Search, Targets};
 use crate::pool::Pool;
@@ -87,14 +87,14 @@ impl Robot {
     #[new]
     #[pyo3(signature = (name, effects=Vec::new()))]
     fn new(py: Python<'_>, name: String, effects: Vec<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let Own { catalogue, faults } = catalogue(py, &effects)?;
-        let own = faults.clone();
+        let own = own(py, &effects, &[])?;
+        let faults = own.faults.clone();
         let found = brief(py, move || {
-            let loaded = Reader::new(catalogue.clone()).robot(&name)?;
-            look_for_sites(&catalogue, &loaded.model);
+            let loaded = own.reader().robot(&name)?;
+            look_for_sites(&own.catalogue, &loaded.model);
             let points = all_points(&loaded.model);
             let placed = Placed::try_new((loaded, points), |parts| Nominal::new(parts))?;
-            Ok(Self { placed, workspaces: Workspaces::default(), faults: own })
+            Ok(Self { placed, workspaces: Workspaces::default(), faults: own.faults })
         });
         faults.first(found)
     }

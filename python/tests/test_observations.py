@@ -1,12 +1,13 @@
 """A kind of readings of a program's own, in Python."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import elastogeo
 import numpy as np
 import pytest
-from elastogeo.observations import Observation, Point, add_observation
+from elastogeo.observations import Observation, Point
 
 #: Stations of a theodolite, m, measurement frame.
 STATIONS = {"left": (2.0, -1.5, 0.4), "right": (1.8, 1.7, 0.9), "behind": (-2.2, 0.3, 1.4)}
@@ -62,18 +63,17 @@ def bearings(at: dict[str, list[Any]]) -> dict[str, list[Any]]:
     return {name: list(column) for name, column in zip(["pose", "anchor", *joints, "azimuth", "elevation"], zip(*rows))}
 
 
-def campaign(at: dict[str, list[Any]], observes: str = "bearing", **more: Any) -> elastogeo.Campaign:
+def campaign(at: dict[str, list[Any]], kind: Observation, **more: Any) -> elastogeo.Campaign:
     anchors: dict[str, object] = {station: list(place) for station, place in STATIONS.items()}
     return elastogeo.Campaign.from_table(
-        bearings(at), robot="universal-ur5", observes=observes, estimate={"base": True, "tool": True},
+        bearings(at), robot="universal-ur5", observes=kind.name, observations=[kind], estimate={"base": True, "tool": True},
         instrument={"orientation": NOISE}, anchors=anchors | more,
     )  # fmt: skip
 
 
 def test_a_robot_is_calibrated_from_it(positions: dict[str, list[Any]]) -> None:
-    add_observation(Bearing())
-    found = elastogeo.identify(campaign(positions))
-    own = campaign(positions).problem(found.kept, found, check=0)
+    found = elastogeo.identify(campaign(positions, Bearing()))
+    own = campaign(positions, Bearing()).problem(found.kept, found, check=0)
     assert found.usable and np.std(own.residual(own.x0)) == pytest.approx(1, abs=0.15)
     # Its values predict the exact positions, which nothing has read.
     exact = elastogeo.Campaign.from_table(
@@ -85,13 +85,12 @@ def test_a_robot_is_calibrated_from_it(positions: dict[str, list[Any]]) -> None:
 
 
 def test_a_station_that_nobody_measured(positions: dict[str, list[Any]]) -> None:
-    add_observation(Bearing())
-    found = elastogeo.identify(campaign(positions, behind={"at": "unknown", "near": [-2, 0, 1]}))
+    found = elastogeo.identify(campaign(positions, Bearing(), behind={"at": "unknown", "near": [-2, 0, 1]}))
     place = [1e-3 * found.values[f"behind.{axis}"] for axis in "xyz"]
     assert place == pytest.approx(STATIONS["behind"], abs=2e-4)
 
 
-def test_another_of_the_same_name_replaces_it(positions: dict[str, list[Any]]) -> None:
+def test_two_of_one_name_know_nothing_of_each_other(positions: dict[str, list[Any]]) -> None:
     class Doubled(Bearing):
         def value(self, point: Point) -> list[float]:
             return [2 * angle for angle in super().value(point)]
@@ -99,11 +98,10 @@ def test_another_of_the_same_name_replaces_it(positions: dict[str, list[Any]]) -
     # One reading: the last point that one kind has seen is the first of the other.
     one = {name: column[:1] for name, column in bearings(positions).items()}
     slopes = []
-    for kind in (Bearing(), Doubled()):
-        add_observation(kind)
-        own = elastogeo.Campaign.from_table(
-            one, robot="universal-ur5", observes="bearing", estimate={"base": True}, anchors={"left": list(STATIONS["left"])}
-        )
+    given: dict[str, Any] = {"robot": "universal-ur5", "observes": "bearing", "estimate": {"base": True}}
+    given["anchors"] = {"left": list(STATIONS["left"])}
+    both = [elastogeo.Campaign.from_table(one, observations=[kind], **given) for kind in (Bearing(), Doubled())]
+    for own in both:
         problem = own.problem(["base.x"], check=0)
         slopes.append(problem.jacobian(problem.x0))
     assert slopes[1] == pytest.approx(2 * slopes[0], rel=1e-4, abs=1e-6 * np.abs(slopes[0]).max())
@@ -111,12 +109,13 @@ def test_another_of_the_same_name_replaces_it(positions: dict[str, list[Any]]) -
 
 @pytest.mark.parametrize(("kind", "words"), [(Faulty(), "no theodolite"), (Short(), "2 finite numbers")])
 def test_its_faults_are_raised(kind: Observation, words: str, positions: dict[str, list[Any]]) -> None:
-    add_observation(kind)
     with pytest.raises(Exception, match=words):
-        elastogeo.identify(campaign(positions, observes=kind.name))
+        elastogeo.identify(campaign(positions, kind))
+    # They are of that call alone.
+    assert elastogeo.identify(campaign(positions, Bearing())).usable
 
 
-def test_what_it_lacks_is_said() -> None:
+def test_what_it_lacks_is_said(positions: dict[str, list[Any]]) -> None:
     class Nameless(Bearing):
         name = "Bearing 2"
 
@@ -128,15 +127,33 @@ def test_what_it_lacks_is_said() -> None:
 
     for kind, words in [(Nameless(), "small letters"), (Angles(), "lengths first"), (Known(), "another name")]:
         with pytest.raises(ValueError, match=words):
-            add_observation(kind)
+            campaign(positions, kind)
 
 
-@pytest.mark.parametrize(("kind", "words"), [(3, "here 3"), (Bearing, r"the class Bearing: .*Bearing\(\)")])
-def test_what_is_no_kind(kind: Any, words: str) -> None:
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [([3], "here 3"), ([Bearing], r"the class Bearing: .*Bearing\(\)"), (Bearing(), "put it into a list"), ("bearing", "here 'bearing'")],
+)  # fmt: skip
+def test_what_is_no_kind(given: Any, words: str) -> None:
     with pytest.raises(TypeError, match=words):
-        add_observation(kind)
+        elastogeo.Campaign("kr270-simulated", observations=given)
 
 
-def test_a_kind_that_nobody_added(positions: dict[str, list[Any]]) -> None:
-    with pytest.raises(elastogeo.Error, match="theodolite-2"):
-        campaign(positions, observes="theodolite-2")
+def test_a_kind_that_was_not_given(positions: dict[str, list[Any]]) -> None:
+    own = campaign(positions, Bearing())
+    with pytest.raises(elastogeo.Error, match="unknown kind of readings `bearing`"):
+        elastogeo.Campaign(own.source)
+
+
+def test_it_is_simulated_and_planned(tmp_path: Path) -> None:
+    class Height(Observation):
+        name, columns = "height", {"height": "m"}
+
+        def value(self, point: Point) -> list[float]:
+            return [point.position[2]]
+
+    made = elastogeo.simulate("universal-ur5", 5, tmp_path, observes="height", observations=[Height()])
+    assert len(elastogeo.Campaign(made.folder, observations=[Height()])) == 5
+    assert elastogeo.plan("universal-ur5", 8, observes="height", observations=[Height()]).joints.shape == (8, 6)
+    with pytest.raises(elastogeo.Error, match="height"):
+        elastogeo.simulate("universal-ur5", 5, tmp_path, observes="height")

@@ -153,7 +153,7 @@ def test_faults_of_a_table_name_its_rows(tmp_path: Path) -> None:
     assert "row 5 of the table: empty cell in column `q1`" in str(raised.value) and "measurements.csv" not in str(raised.value)
     for table, more, words in [
         (frame.drop(columns="x"), {}, "the table: the column `x` is missing"),
-        (frame, {"observes": "posititon"}, "error: `observes`: unknown variant `posititon`"),
+        (frame, {"observes": "posititon"}, "error: unknown kind of readings `posititon`"),
     ]:
         with pytest.raises(elastogeo.Error, match=words) as raised:
             elastogeo.Campaign.from_table(table, **(ABOUT | more))

@@ -12,12 +12,8 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-
-use clap::Parser;
 
 use crate::Error;
-use crate::effects::Catalogue;
 use crate::files::Reader;
 use crate::render::diagnostics::{inert_lines, render};
 use crate::render::table::Screen;
@@ -29,12 +25,12 @@ use terminal::Terminal;
 /// Runs the command line of this process with the standard effects. Exit status 0 done, 1 the result is not to be used, 2 bad
 /// input.
 pub fn main() -> ExitCode {
-    main_with(Catalogue::standard())
+    main_with(Reader::default())
 }
 
 /// Runs a command line given as a list, the program's name first, as [`main`] does that of this process; the exit status.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    performed(&Arguments::parse_from(arguments), Catalogue::standard())
+    performed(arguments, Reader::default())
 }
 
 /// What a command found, for a program that called it.
@@ -62,22 +58,19 @@ pub struct Answer {
 /// assert!(answer.json["tool"][0][3].is_f64() && !answer.failed);
 /// # Ok::<(), elastogeo::Error>(())
 /// ```
-pub fn call(
-    catalogue: impl Into<Arc<Catalogue>>,
-    arguments: &[String],
-    watch: &(dyn Fn(&str) + Sync),
-) -> Result<Answer, Error> {
+pub fn call(reader: impl Into<Reader>, arguments: &[String], watch: &(dyn Fn(&str) + Sync)) -> Result<Answer, Error> {
     crate::files::leave_signals();
-    let arguments = Arguments::try_parse_from(std::iter::once("elastogeo").chain(arguments.iter().map(String::as_str)))
-        .map_err(|error| {
-            let text = error.to_string();
-            let mut lines = text.trim_start_matches("error: ").lines();
-            let message = lines.next().unwrap_or_default();
-            let rest: Vec<&str> = lines.map(str::trim).filter(|line| !line.is_empty()).collect();
-            Error::input(message, rest.join("; "))
-        })?;
+    let reader = reader.into();
+    let words = std::iter::once("elastogeo").chain(arguments.iter().map(String::as_str)).map(OsString::from);
+    let arguments = Arguments::parsed(&reader.kinds, words).map_err(|error| {
+        let text = error.to_string();
+        let mut lines = text.trim_start_matches("error: ").lines();
+        let message = lines.next().unwrap_or_default();
+        let rest: Vec<&str> = lines.map(str::trim).filter(|line| !line.is_empty()).collect();
+        Error::input(message, rest.join("; "))
+    })?;
     let terminal = Terminal { screen: Screen::new(None), quiet: true, watch: Some(watch) };
-    let session = Session { arguments: &arguments, terminal, reader: Reader::new(catalogue) };
+    let session = Session { arguments: &arguments, terminal, reader };
     let output = run(&session)?;
     spare_inputs(&session, &output)?;
     if !output.files.is_empty() || !output.tables.is_empty() {
@@ -88,13 +81,14 @@ pub fn call(
     Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.with_doubts()), failed: output.failed })
 }
 
-/// Runs the command line of this process with a catalogue of effects: that of a program with effects of its own, for which
-/// all commands then work.
-pub fn main_with(catalogue: impl Into<Arc<Catalogue>>) -> ExitCode {
-    performed(&Arguments::parse(), catalogue).into()
+/// Runs the command line of this process with a catalogue of effects, or with a reader that has kinds of readings too: those of a
+/// program, for which all commands then work.
+pub fn main_with(reader: impl Into<Reader>) -> ExitCode {
+    performed(std::env::args_os(), reader.into()).into()
 }
 
-fn performed(arguments: &Arguments, catalogue: impl Into<Arc<Catalogue>>) -> u8 {
+fn performed(words: impl IntoIterator<Item = OsString>, reader: Reader) -> u8 {
+    let arguments = &Arguments::parsed(&reader.kinds, words).unwrap_or_else(|error| error.exit());
     let color = terminal::color();
     let screen = Screen::new(terminal::width().filter(|_| arguments.output.is_none()));
     if let Some(jobs) = arguments.jobs {
@@ -102,7 +96,7 @@ fn performed(arguments: &Arguments, catalogue: impl Into<Arc<Catalogue>>) -> u8 
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build_global();
     }
     let terminal = Terminal { screen, quiet: arguments.quiet, watch: None };
-    let session = Session { arguments, terminal, reader: Reader::new(catalogue) };
+    let session = Session { arguments, terminal, reader };
     let delivered = run(&session).and_then(|output| {
         spare_inputs(&session, &output)?;
         session.terminal.warn(&output.diagnostics);

@@ -1,6 +1,6 @@
 //! Names of the columns that tables of measurements have of themselves: no variable can be called so.
 
-use crate::observation::Observes;
+use crate::observation::{FAMILY, Observes};
 
 /// Columns of the applied wrench: force and moment, base axes.
 pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
@@ -34,6 +34,6 @@ pub fn is_reserved(name: &str) -> bool {
         kind.columns().iter().map(|column| column.name).chain(kind.target_column()).any(|known| known == name)
     };
     ABOUT.iter().chain(&WRENCH).any(|known| *known == name)
-        || Observes::all().into_iter().any(is_of)
+        || FAMILY.into_iter().any(is_of)
         || PREFIXES.iter().any(|prefix| name.starts_with(prefix))
 }

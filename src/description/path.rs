@@ -1,12 +1,12 @@
 //! Paths: where a robot should pass, under what, read from a table with a campaign's columns.
 
-use super::campaign::raw::{Kinds, RawCampaign, RawEntry};
+use super::campaign::raw::{RawCampaign, RawEntry, RawKinds};
 use super::campaign::{Campaign, WRENCH, resolve};
 use super::robot::Robot;
 use super::table::{ColumnKind, ExpectedColumn, Table};
 use super::units::{Unit, Units};
 use crate::diagnostic::Diagnostic;
-use crate::observation::POSE;
+use crate::observation::{Kinds, POSE};
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const ORIENTATION: [&str; 3] = ["rx", "ry", "rz"];
@@ -74,8 +74,8 @@ pub fn read(table: &Table, robot: &Robot, units: Units) -> Result<Path, Vec<Diag
             diagnostics.push(Diagnostic::error(message).at(table.place(row, &name)));
         }
     }
-    let raw = RawCampaign { units, observes: Some(Kinds::one(POSE)), ..RawCampaign::default() };
-    match resolve(&raw, &|_| None, robot, &[(raw.completed(&RawEntry::default()), table)]) {
+    let raw = RawCampaign { units, observes: Some(RawKinds::one(POSE)), ..RawCampaign::default() };
+    match resolve(&raw, &|_| None, robot, &Kinds::standard(), &[(raw.completed(&RawEntry::default()), table)]) {
         Ok((campaign, _)) if diagnostics.is_empty() => Ok(Path { campaign, joints, position, orientation }),
         Ok(_) => Err(diagnostics),
         Err(more) => {

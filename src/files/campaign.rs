@@ -12,6 +12,7 @@ use crate::description::campaign::{self, Campaign, References};
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::observation::Kinds;
 use crate::prediction::fill_holding_loads;
 
 /// A campaign read from its files, with its robot.
@@ -93,7 +94,8 @@ pub(super) fn described(reader: &Reader, file: &str, robot: Option<&str>) -> Res
     let Some(raw) = raw else { return Err(diagnostics) };
     let locate = |path: &[&str]| document.place_of_value(path);
     let effects: Vec<&str> = reader.catalogue.names().collect();
-    diagnostics.append(&mut campaign::faults(&raw, &effects, &locate, &|path| document.explains_absence(path)));
+    let explained = |path: &[&str]| document.explains_absence(path);
+    diagnostics.append(&mut campaign::faults(&raw, &effects, &reader.kinds, &locate, &explained));
     let names = raw.without.iter().enumerate().map(|(k, name)| (name.clone(), locate(&["without", &k.to_string()])));
     // Of another robot than the campaign's own only what both have is left out.
     let own =
@@ -138,13 +140,14 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     }
     let references = references(reader, &raw, &place, &document, &mut diagnostics);
     let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
-    let mut loaded = resolved(raw, &document, robot, &read, diagnostics)?;
+    let mut loaded = resolved(&reader.kinds, raw, &document, robot, &read, diagnostics)?;
     loaded.campaign.references = references;
     Ok(loaded)
 }
 
 /// A campaign of these tables; what was found before counts.
 pub(super) fn resolved(
+    kinds: &Kinds,
     raw: RawCampaign,
     document: &Document,
     robot: LoadedRobot,
@@ -152,7 +155,7 @@ pub(super) fn resolved(
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<LoadedCampaign, Vec<Diagnostic>> {
     let locate = |path: &[&str]| document.place_of_value(path);
-    match campaign::resolve(&raw, &locate, &robot.robot, tables) {
+    match campaign::resolve(&raw, &locate, &robot.robot, kinds, tables) {
         Ok((mut campaign, mut reported)) if !diagnostics.iter().any(Diagnostic::is_error) => {
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
@@ -234,11 +237,11 @@ fn tables(
     let files = table_files(raw, place, document, diagnostics);
     // With a fault in what says how the files are read, their faults would be echoes.
     let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads"].into_iter();
-    let is_readable = keys.all(|key| !document.holds_fault(&[key]));
+    let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
     for file in files {
         let entry = raw.completed(file.entry);
         let asked = Asked {
-            expected: campaign::expected_columns(raw, &entry, &robot.robot),
+            expected: campaign::expected_columns(raw, &entry, &robot.robot, &reader.kinds),
             variables: robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
             units: entry.units.as_ref().unwrap_or(&raw.units),
             entry: &entry,

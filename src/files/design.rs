@@ -10,6 +10,7 @@ use crate::description::campaign::raw::{RawCampaign, RawEntry};
 use crate::description::table::Table;
 use crate::description::yaml::Document;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::observation::Kinds;
 
 /// A campaign file with its robot, whatever its files of readings hold.
 #[derive(Debug)]
@@ -20,6 +21,8 @@ pub struct Design {
     pub robot: LoadedRobot,
     /// Warnings, the robot's left out.
     pub diagnostics: Vec<Diagnostic>,
+    /// Kinds of readings that it may name.
+    pub kinds: Kinds,
     document: Document,
     place: Place,
 }
@@ -33,7 +36,7 @@ impl Reader {
         let Described { raw, document, place, mut diagnostics, robot } = described(self, file, robot)?;
         let is_sound = !diagnostics.iter().any(Diagnostic::is_error);
         match robot {
-            Ok(robot) if is_sound => Ok(Design { raw, robot, diagnostics, document, place }),
+            Ok(robot) if is_sound => Ok(Design { raw, robot, diagnostics, kinds: self.kinds.clone(), document, place }),
             Ok(_) => Err(diagnostics.into()),
             Err(mut reported) => {
                 diagnostics.append(&mut reported);
@@ -66,7 +69,7 @@ impl Design {
         let mut found: Vec<Table> = Vec::new();
         for (entry, text) in entries.iter().zip(tables) {
             let asked = Asked {
-                expected: expected_columns(&raw, entry, robot),
+                expected: expected_columns(&raw, entry, robot, &self.kinds),
                 variables: robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
                 units: entry.units.as_ref().unwrap_or(&raw.units),
                 entry,
@@ -75,6 +78,6 @@ impl Design {
             found.push(read(&asked, vec![(entry.file.clone(), Box::new(bytes))])?);
         }
         let read: Vec<(RawEntry, &Table)> = entries.into_iter().zip(&found).collect();
-        Ok(resolved(raw, &self.document, self.robot.clone(), &read, self.diagnostics.clone())?)
+        Ok(resolved(&self.kinds, raw, &self.document, self.robot.clone(), &read, self.diagnostics.clone())?)
     }
 }

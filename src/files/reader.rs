@@ -1,10 +1,11 @@
-//! What is read with which effects, and which files a program has read, so that it does not write over its own inputs.
+//! What is read with which effects and kinds of readings, and which files a program has read, so that it does not write over its own inputs.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use crate::effects::Catalogue;
+use crate::observation::Kinds;
 
 /// Reads robots, campaigns, paths, processes and tables from disk or from the bundled set, and remembers what it read from
 /// disk.
@@ -12,6 +13,8 @@ use crate::effects::Catalogue;
 pub struct Reader {
     /// Effects that descriptions may switch on and campaigns may list.
     pub(super) catalogue: Arc<Catalogue>,
+    /// Kinds of readings that campaigns may name.
+    pub(crate) kinds: Kinds,
     /// Files on disk that were opened, by their real paths.
     read: Mutex<BTreeSet<PathBuf>>,
 }
@@ -23,10 +26,29 @@ impl Default for Reader {
     }
 }
 
+impl From<Catalogue> for Reader {
+    fn from(catalogue: Catalogue) -> Self {
+        Self::new(catalogue)
+    }
+}
+
+impl From<Arc<Catalogue>> for Reader {
+    fn from(catalogue: Arc<Catalogue>) -> Self {
+        Self::new(catalogue)
+    }
+}
+
 impl Reader {
-    /// Reads with a catalogue of effects, for example the standard one and those of a program.
+    /// Reads with a catalogue of effects, for example the standard one and those of a program, and the standard kinds of
+    /// readings.
     pub fn new(catalogue: impl Into<Arc<Catalogue>>) -> Self {
-        Self { catalogue: catalogue.into(), read: Mutex::default() }
+        Self { catalogue: catalogue.into(), kinds: Kinds::standard(), read: Mutex::default() }
+    }
+
+    /// The same with these kinds of readings, for example the standard ones and those of a program.
+    #[must_use]
+    pub fn with_kinds(self, kinds: Kinds) -> Self {
+        Self { kinds, ..self }
     }
 
     pub(super) fn remember(&self, path: &Path) {

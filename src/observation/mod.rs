@@ -14,12 +14,12 @@ mod pose;
 mod position;
 mod torque;
 
+#[cfg(feature = "cli")]
 use std::borrow::Cow;
-use std::sync::{PoisonError, RwLock};
 
 #[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
 pub use kind::{
     MOST_ROWS, MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, TargetValues,
@@ -65,39 +65,45 @@ pub const TORQUE: Observes = Observes(&torque::Torque);
 pub const FAMILY: [Observes; 10] =
     [POSITION, POSE, DEFLECTION, DEFLECTION_POSE, DISTANCE, CONTACT, ORIENTATION, AXIS, INCLINATION, TORQUE];
 
-/// Kinds of a program's own. A file names its kind before anything else is known of it, so what can be named is of the process.
-static OWN: RwLock<Vec<Observes>> = RwLock::new(Vec::new());
-
 impl Observes {
     /// A handle on a kind, which need not be in [`FAMILY`].
     pub const fn new(kind: &'static dyn Observation) -> Self {
         Self(kind)
     }
+}
 
-    /// Makes a kind of a program's own known by its name: files and commands may name it from then on. One that the program
-    /// added before under this name is replaced; what was read with it keeps it.
+/// The kinds that campaign files and commands may name: those of [`FAMILY`], then a program's own. What reads a campaign
+/// carries it (`files::Reader`).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinds(Vec<Observes>);
+
+impl Kinds {
+    /// Those of [`FAMILY`].
+    pub fn standard() -> Self {
+        Self(FAMILY.to_vec())
+    }
+
+    /// With a kind of a program's own; another of its name that the program added before is replaced.
     ///
     /// # Errors
     /// The kind of [`FAMILY`] that has the name.
-    pub fn add(kind: &'static dyn Observation) -> Result<Self, Self> {
-        if let Some(known) = FAMILY.into_iter().find(|known| known.name() == kind.name()) {
+    pub fn with(mut self, kind: Observes) -> Result<Self, Observes> {
+        if let Some(known) = FAMILY.into_iter().find(|known| *known == kind) {
             return Err(known);
         }
-        let mut own = OWN.write().unwrap_or_else(PoisonError::into_inner);
-        own.retain(|known| known.name() != kind.name());
-        own.push(Self(kind));
-        Ok(Self(kind))
+        self.0.retain(|known| *known != kind);
+        self.0.push(kind);
+        Ok(self)
     }
 
-    /// All kinds that files may name: those of [`FAMILY`], then those that the program added.
-    pub fn all() -> Vec<Self> {
-        let own = OWN.read().unwrap_or_else(PoisonError::into_inner);
-        FAMILY.into_iter().chain(own.iter().copied()).collect()
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = Observes> {
+        self.0.iter().copied()
     }
 
     /// A kind by its name in files.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::all().into_iter().find(|kind| kind.name() == name)
+    pub fn named(&self, name: &str) -> Option<Observes> {
+        self.iter().find(|kind| kind.name() == name)
     }
 }
 
@@ -131,16 +137,6 @@ impl std::fmt::Debug for Observes {
 impl Serialize for Observes {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for Observes {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = Cow::<str>::deserialize(deserializer)?;
-        Self::named(&name).ok_or_else(|| {
-            let known: Vec<String> = Self::all().iter().map(|kind| format!("`{}`", kind.name())).collect();
-            serde::de::Error::custom(format!("unknown variant `{name}`, expected one of {}", known.join(", ")))
-        })
     }
 }
 

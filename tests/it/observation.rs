@@ -1,13 +1,14 @@
 //! The family of kinds of readings: a kind of this file alone is read, predicted, differentiated, simulated and fitted.
 
-use elastogeo::description::campaign::raw::{Kinds, RawCampaign, RawEntry, RawInstrument, RawSigma};
+use elastogeo::description::campaign::raw::{RawCampaign, RawEntry, RawInstrument, RawKinds, RawSigma};
 use elastogeo::description::campaign::{Campaign, Target, TargetValue, expected_columns, resolve};
 use elastogeo::description::table::{Dialect, read_table};
+use elastogeo::effects::Catalogue;
 use elastogeo::estimation::{Settings, calibrate};
-use elastogeo::files::{LoadedRobot, load_robot};
+use elastogeo::files::{LoadedRobot, Reader, load_robot};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::observation::{
-    CONTACT, DEFLECTION, DISTANCE, FAMILY, MOST_ROWS, MeasuredPoint, Noise, Observation, Observes, PLANE, POSE,
+    CONTACT, DEFLECTION, DISTANCE, FAMILY, Kinds, MOST_ROWS, MeasuredPoint, Noise, Observation, Observes, PLANE, POSE,
     POSITION, PointDerivative, Rows, SOCKET, SPHERE, ValueColumn,
 };
 use elastogeo::parameter::Kind;
@@ -92,7 +93,7 @@ fn robot() -> LoadedRobot {
 fn a_kind_of_ones_own_is_read() {
     let robot = robot();
     let raw = RawCampaign {
-        observes: Some(Kinds::one(LEVEL)),
+        observes: Some(RawKinds::one(LEVEL)),
         units: serde_json::from_value(serde_json::json!({"length": "mm", "angle": "deg"})).expect("units"),
         instrument: Some(RawInstrument {
             sigma: Some(RawSigma::All(0.02)),
@@ -107,10 +108,11 @@ fn a_kind_of_ones_own_is_read() {
     let text = format!("{},level,height\n{zeros},-30,1250\n", names.join(","));
     let dialect = Dialect { of_campaign: true, ..Dialect::default() };
     let entry = raw.completed(&RawEntry::default());
-    let expected = expected_columns(&raw, &entry, &robot.robot);
+    let kinds = Kinds::standard().with(LEVEL).expect("a new name");
+    let expected = expected_columns(&raw, &entry, &robot.robot, &kinds);
     let table =
         read_table("level.csv", text.as_bytes(), &expected, &Default::default(), &[], &dialect, 10).expect("read");
-    let (campaign, _) = resolve(&raw, &|_| None, &robot.robot, &[(entry, &table)]).expect("resolved");
+    let (campaign, _) = resolve(&raw, &|_| None, &robot.robot, &kinds, &[(entry, &table)]).expect("resolved");
     let measured = campaign.readings[0].measured;
     assert!((measured[0] - 1.25).abs() < 1e-12 && (measured[1] + 30_f64.to_radians()).abs() < 1e-12, "{measured:?}");
     assert_eq!(measured[2..], [0.0; MOST_ROWS - 2]);
@@ -270,13 +272,65 @@ fn a_kind_of_ones_own_is_named_by_files() {
             [1.0; MOST_ROWS]
         }
     }
-    assert_eq!(Observes::named("height"), None);
-    let added = Observes::add(&Height).expect("no such kind before");
-    assert_eq!(Observes::named("height"), Some(added));
-    assert_eq!(serde_json::from_value::<Observes>(serde_json::json!("height")).expect("read"), added);
-    assert_eq!(Observes::add(&Height).expect("replaced"), added);
-    assert_eq!(Observes::all().iter().filter(|kind| **kind == added).count(), 1);
-    assert_eq!(Observes::add(&Other).expect_err("the family's names are its own"), POSITION);
+    let height = Observes::new(&Height);
+    let kinds = Kinds::standard().with(height).expect("no such kind before");
+    assert_eq!(kinds.named("height"), Some(height));
+    let twice = kinds.clone().with(height).expect("replaced");
+    assert_eq!(twice.iter().filter(|kind| *kind == height).count(), 1);
+    assert_eq!(kinds.clone().with(Observes::new(&Other)).expect_err("the family's names are its own"), POSITION);
+    // A file names it where the reader has it, and nowhere else in the process.
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = |observes: &str, columns: &str| {
+        let file = folder.path().join("campaign.yaml");
+        let text = format!("robot: universal-ur5\nobserves: {observes}\nmeasurements: readings.csv\n");
+        std::fs::write(&file, text).expect("written");
+        let readings = format!("q1,q2,q3,q4,q5,q6,{columns}\n0,0,0,0,0,0,{}\n", "0.5,".repeat(3).trim_end_matches(','));
+        std::fs::write(folder.path().join("readings.csv"), readings).expect("written");
+        file.display().to_string()
+    };
+    let reader = Reader::new(Catalogue::standard()).with_kinds(kinds);
+    let file = of("height", "height,temperature,time");
+    let read = reader.campaign(&file, None).expect("read").campaign;
+    assert_eq!((read.observes, read.readings[0].measured[0]), (height, 0.5));
+    for (observes, given) in [("height", "one"), ("[position, height]", "a list")] {
+        let file = of(observes, "x,y,z");
+        let faults = Reader::default().campaign(&file, None).expect_err("not known to this reader").to_string();
+        assert!(faults.contains("unknown kind of readings `height`") && faults.contains(":2:"), "{given}: {faults}");
+        assert!(!faults.contains("column"), "no echo: {faults}");
+    }
+}
+
+#[test]
+fn a_kind_of_ones_own_shares_no_column_with_a_joint() {
+    struct Turned;
+    impl Observation for Turned {
+        fn name(&self) -> &'static str {
+            "turned"
+        }
+        fn about(&self) -> &'static str {
+            "A joint, read from outside."
+        }
+        fn columns(&self) -> &'static [ValueColumn] {
+            static COLUMN: [ValueColumn; 1] = [ValueColumn::angle("q1")];
+            &COLUMN
+        }
+        fn value(&self, _: &MeasuredPoint) -> Rows {
+            [0.0; MOST_ROWS]
+        }
+        fn derivative(&self, _: &MeasuredPoint, _: &PointDerivative) -> Rows {
+            [0.0; MOST_ROWS]
+        }
+        fn sigmas(&self, _: &Noise) -> Rows {
+            [1.0; MOST_ROWS]
+        }
+    }
+    let turned = Observes::new(&Turned);
+    let kinds = Kinds::standard().with(turned).expect("a new name");
+    let mut robot = load_robot("kuka-kr270").expect("bundled").robot;
+    robot.variables[0].name = "q1".into();
+    let raw = RawCampaign { observes: Some(RawKinds::one(turned)), ..RawCampaign::default() };
+    let faults = resolve(&raw, &|_| None, &robot, &kinds, &[]).expect_err("one name for two things");
+    assert!(faults.iter().any(|fault| fault.message.contains("`q1` is a column of a turned")), "{faults:?}");
 }
 
 #[test]
@@ -297,18 +351,10 @@ fn kinds_say_what_they_are_by_their_names() {
         ]
     );
     for kind in FAMILY {
-        assert_eq!(Observes::named(kind.name()), Some(kind));
-        assert_eq!(serde_json::from_value::<Observes>(serde_json::json!(kind.name())).expect("read"), kind);
+        assert_eq!(Kinds::standard().named(kind.name()), Some(kind));
         assert_eq!(serde_json::to_value(kind).expect("written"), kind.name());
         assert!(kind.length_rows() <= kind.rows() && kind.rows() <= MOST_ROWS);
     }
-    let error = serde_json::from_str::<Observes>("\"poses\"").expect_err("no such kind").to_string();
-    assert!(
-        error.contains(
-            "`position`, `pose`, `deflection`, `deflection-pose`, `distance`, `contact`, `orientation`, `axis`, `inclination`, `torque`"
-        ),
-        "{error}"
-    );
     assert_eq!([POSITION, POSE, DEFLECTION, DISTANCE].map(|kind| kind.rows()), [3, 6, 3, 1]);
 }
 

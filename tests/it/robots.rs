@@ -1,6 +1,6 @@
 //! Every description under `robots/`, found by itself: a snapshot of its meaning, and its way back to files.
 
-use elastogeo::description::campaign::raw::{Kinds, RawCampaign, RawEntry};
+use elastogeo::description::campaign::raw::{RawCampaign, RawEntry, RawKinds};
 use elastogeo::description::raw::RawRobot;
 use elastogeo::description::resolve::resolve;
 use elastogeo::description::{urdf, yaml};
@@ -8,6 +8,7 @@ use elastogeo::effects::Catalogue;
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::{Model, build, with_values};
+use elastogeo::observation::{FAMILY, Kinds};
 use elastogeo::simulation::{draw_configurations, draw_errors, generator};
 use elastogeo::snapshot::snapshot;
 
@@ -123,10 +124,10 @@ fn a_variable_with_the_name_of_a_column_is_refused() {
         yaml::read("robot.yaml", &text).0.expect("readable")
     };
     let robot = resolve(&description("q"), &|_| None).0.expect("resolved");
-    for observes in elastogeo::observation::FAMILY {
-        let raw = RawCampaign { observes: Some(Kinds::one(observes)), ..Default::default() };
+    for observes in FAMILY {
+        let raw = RawCampaign { observes: Some(RawKinds::one(observes)), ..Default::default() };
         let entry = raw.completed(&RawEntry::default());
-        for column in elastogeo::description::campaign::expected_columns(&raw, &entry, &robot) {
+        for column in elastogeo::description::campaign::expected_columns(&raw, &entry, &robot, &Kinds::standard()) {
             let is_other = observes.other_columns().iter().any(|other| other.name == column.name);
             if column.name != "q" && !is_other {
                 let (refused, diagnostics) = resolve(&description(&column.name), &|_| None);

@@ -17,9 +17,12 @@ pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
 pub use track::{AlarmAt, Track};
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+
+use crate::observation::Kinds;
 
 /// Calibrate declared robots: kinematics, what can be identified, calibration, proof on poses not seen.
 #[derive(Debug, Parser)]
@@ -51,6 +54,18 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Arguments {
+    /// The arguments of a command line, the program's name first, that may name these kinds of readings.
+    pub fn parsed(kinds: &Kinds, words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
+        let observes = |command: clap::Command| {
+            command.mut_arg("observes", |argument| argument.value_parser(planned::kinds_of_readings(kinds)))
+        };
+        let mut command = Self::command().mut_subcommand("simulate", observes).mut_subcommand("plan", observes);
+        let mut found = command.try_get_matches_from_mut(words)?;
+        Self::from_arg_matches_mut(&mut found).map_err(|error| error.format(&mut command))
+    }
 }
 
 /// How results are printed.

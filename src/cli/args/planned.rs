@@ -6,7 +6,7 @@ use clap::builder::{ArgPredicate, PossibleValue, PossibleValuesParser, TypedValu
 use clap::{Args, ValueEnum};
 
 use super::Reduction;
-use crate::observation::Observes;
+use crate::observation::{Kinds, Observes};
 use crate::render::program::Moves;
 
 /// `simulate`
@@ -28,7 +28,7 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE")]
     pub process: Option<String>,
     /// What a reading is; by default a position.
-    #[arg(long, value_parser = kinds_of_readings())]
+    #[arg(long, value_parser = kinds_of_readings(&Kinds::standard()))]
     pub observes: Option<Observes>,
     /// Markers read at each configuration; the tool centre point by default.
     #[arg(long, value_delimiter = ',')]
@@ -105,7 +105,7 @@ pub struct Plan {
     #[arg(long, value_delimiter = ',')]
     pub what: Vec<String>,
     /// What a reading is; by default a deflection where only stiffness is to be identified, else a position.
-    #[arg(long, value_parser = kinds_of_readings())]
+    #[arg(long, value_parser = kinds_of_readings(&Kinds::standard()))]
     pub observes: Option<Observes>,
     /// Markers read at each configuration; the tool centre point by default.
     #[arg(long, value_delimiter = ',')]
@@ -195,11 +195,12 @@ pub struct Plan {
 }
 
 /// Reads a kind of readings that can be planned and simulated by its name in files: a contact needs a fixture, a torque its sensor.
-fn kinds_of_readings() -> impl TypedValueParser<Value = Observes> {
-    let measured = Observes::all().into_iter().filter(|kind| !kind.columns().is_empty());
+pub(super) fn kinds_of_readings(kinds: &Kinds) -> impl TypedValueParser<Value = Observes> + use<> {
+    let kinds = kinds.clone();
+    let measured = kinds.iter().filter(|kind| !kind.columns().is_empty());
     let values: Vec<PossibleValue> =
         measured.map(|kind| PossibleValue::new(kind.name()).help(kind.about().trim_end_matches('.'))).collect();
-    PossibleValuesParser::new(values).try_map(|name| Observes::named(&name).ok_or("no such kind of readings"))
+    PossibleValuesParser::new(values).try_map(move |name| kinds.named(&name).ok_or("no such kind of readings"))
 }
 
 /// `compensate`

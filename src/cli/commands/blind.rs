@@ -14,7 +14,7 @@ use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::Campaign;
-use crate::description::campaign::raw::{Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSigma};
+use crate::description::campaign::raw::{Measurements, RawCampaign, RawEstimate, RawInstrument, RawKinds, RawSigma};
 use crate::description::raw::RawMarker;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
@@ -83,7 +83,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
                 source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
                 robot: Some(plan.reference()),
                 units: units(&plan.robot),
-                observes: Some(Kinds::one(campaign.observes)),
+                observes: Some(RawKinds::one(campaign.observes)),
                 instrument: campaign.sigma.map(|_| RawInstrument {
                     sigma: Some(sigma),
                     ppm: None,

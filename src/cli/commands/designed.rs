@@ -116,14 +116,14 @@ pub fn sheet(rows: &[Cells]) -> Sheet<'_> {
 }
 
 /// How many different rows a file needs, so that each contact in each placement, and each payload, is in one.
-pub fn variety(raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> usize {
+pub fn variety(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> usize {
     let payloads = if entry.payload.is_none() { raw.payloads.len() + 1 } else { 1 };
-    touched(raw, entry, wanted).len().max(1) * payloads * wanted.sessions.len().max(1)
+    touched(design, raw, entry, wanted).len().max(1) * payloads * wanted.sessions.len().max(1)
 }
 
 /// What each row of a file may touch, as cells: a contact in a placement. Empty where the file is of no contacts.
-fn touched(raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> Vec<Cells> {
-    if !kinds(entry).iter().any(|kind| kind.target_column() == Some("contact")) {
+fn touched(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> Vec<Cells> {
+    if !kinds(entry, &design.kinds).iter().any(|kind| kind.target_column() == Some("contact")) {
         return Vec::new();
     }
     let one = |name: &String| Cells::from([("contact".to_string(), name.clone())]);
@@ -160,8 +160,8 @@ fn rows(
     poses: usize,
 ) -> Vec<Cells> {
     let (robot, units) = (&design.robot.robot, entry.units.unwrap_or(raw.units));
-    let kinds = kinds(entry);
-    let touched = touched(raw, entry, wanted);
+    let kinds = kinds(entry, &design.kinds);
+    let touched = touched(design, raw, entry, wanted);
     let needs_anchor = kinds.iter().any(|kind| kind.target_column() == Some("anchor"));
     let own = robot.anchors.iter().map(|(name, _)| name).filter(|name| !raw.anchors.contains_key(*name));
     let anchors: Vec<&String> = own.chain(raw.anchors.keys()).filter(|_| needs_anchor).collect();

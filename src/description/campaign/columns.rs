@@ -5,23 +5,26 @@ use super::source::Source;
 use super::stated::NOISE_COLUMNS;
 use super::torques::torque_columns;
 use super::{LOAD_POINT, WRENCH};
+use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::description::units::Unit;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{Observes, POSITION, TORQUE, ValueColumn};
+use crate::observation::{FAMILY, Kinds, Observes, POSITION, TORQUE, ValueColumn};
 use crate::parameter::Kind;
 
-/// Kinds of readings that each row of a file holds.
-pub fn kinds(entry: &RawEntry) -> Vec<Observes> {
-    entry.observes.as_ref().map_or_else(|| vec![POSITION], |kinds| kinds.0.clone())
+/// Kinds of readings that each row of a file holds, of those that there are; positions where it names none.
+pub fn kinds(entry: &RawEntry, known: &Kinds) -> Vec<Observes> {
+    let named = entry.observes.iter().flat_map(|observes| &observes.0);
+    let kinds: Vec<Observes> = named.filter_map(|name| known.named(name)).collect();
+    if kinds.is_empty() { vec![POSITION] } else { kinds }
 }
 
 /// The same for a file with these columns: a kind with further ones is meant where the file has them all.
-pub(super) fn kinds_of_file(entry: &RawEntry, table: &Table) -> Vec<Observes> {
+pub(super) fn kinds_of_file(entry: &RawEntry, table: &Table, known: &Kinds) -> Vec<Observes> {
     let has_all = |kind: &Observes| kind.columns().iter().all(|column| table.has(column.name));
     let whole = |kind: Observes| kind.with_more_columns().map(Observes::new).filter(has_all).unwrap_or(kind);
-    kinds(entry).into_iter().map(whole).collect()
+    kinds(entry, known).into_iter().map(whole).collect()
 }
 
 /// Further columns of a kind of which a file has some and lacks others.
@@ -42,6 +45,18 @@ pub(super) fn half_of_more_columns(sources: &[Source]) -> Vec<Diagnostic> {
     faults
 }
 
+/// Kinds with a column that is a variable of the robot: those of a program's own, since other names are reserved.
+pub(super) fn columns_of_joints(kinds: &[Observes], robot: &Robot, locate: Locate) -> Vec<Diagnostic> {
+    let is_joint = |name: &str| robot.variables.iter().any(|variable| variable.name == name);
+    let own = kinds.iter().filter(|kind| FAMILY.iter().all(|known| known != *kind));
+    let taken = own.flat_map(|kind| kind.columns().iter().map(move |column| (kind.name(), column.name)));
+    let fault = |(kind, column): (&str, &str)| {
+        let message = format!("`{column}` is a column of a {kind}, and a joint of the robot");
+        Diagnostic::error(message).at(locate(&["observes"])).remedy("name the column of the kind otherwise")
+    };
+    taken.filter(|(_, column)| is_joint(column)).map(fault).collect()
+}
+
 /// The column of a variable at which the model is evaluated.
 pub(super) fn joint_column(raw: &RawCampaign, variable: &str) -> String {
     raw.joints.map_or_else(|| variable.to_string(), |source| format!("{}.{variable}", source.prefix()))
@@ -57,7 +72,7 @@ pub(super) fn other_columns(raw: &RawCampaign, variable: &str) -> Vec<String> {
 
 /// Columns that a file of a campaign about this robot may have; `entry` is what holds of the file
 /// ([`RawCampaign::completed`]).
-pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> Vec<ExpectedColumn> {
+pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, known: &Kinds) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
     let number = |name: &str, required| column(name, ColumnKind::Number, required);
     let text = |name: &str| column(name, ColumnKind::Text, false);
@@ -72,7 +87,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> V
         columns.push(column(&joint_column(raw, &variable.name), quantity, true));
         columns.extend(other_columns(raw, &variable.name).iter().map(|name| column(name, quantity, false)));
     }
-    for observes in kinds(entry) {
+    for observes in kinds(entry, known) {
         // A joint that is called so is that joint.
         let is_joint = |column: &ValueColumn| robot.variables.iter().any(|variable| variable.name == column.name);
         let other = match observes.other_columns() {

@@ -5,21 +5,33 @@ use super::raw::{RawAnchor, RawCampaign, RawEntry, RawInstrument, RawSigma};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{Observes, POSITION};
+use crate::observation::{Kinds, Observes, POSITION};
 
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
 pub(super) const LEAST_NOISE: f64 = 1e-15;
 
-/// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list.
-pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Explained) -> Vec<Diagnostic> {
+/// Faults and doubts of the campaign file alone; `effects` are the names that `calibrate` may list, `kinds` what `observes` may.
+pub fn faults(
+    raw: &RawCampaign,
+    effects: &[&str],
+    kinds: &Kinds,
+    locate: Locate,
+    explained: Explained,
+) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let lacks_kind = raw.measurements.as_ref().is_none_or(|all| all.0.iter().any(|entry| entry.observes.is_none()));
     if raw.observes.is_none() && lacks_kind && !explained(&["observes"]) {
         let diagnostic =
             Diagnostic::warning("`observes` is not given; positions are assumed").at(locate(&["observes"]));
-        let mut others: Vec<&str> = Observes::all().iter().map(|kind| kind.name()).collect();
-        others.retain(|name| *name != POSITION.name());
+        let others: Vec<&str> = kinds.iter().filter(|kind| *kind != POSITION).map(|kind| kind.name()).collect();
         diagnostics.push(diagnostic.remedy(format!("add `observes: position` (or {})", others.join(", "))));
+    }
+    for (path, name) in raw.unknown_kinds(kinds) {
+        let path: Vec<&str> = path.iter().map(String::as_str).collect();
+        // A single one is no list.
+        let place = locate(&path).or_else(|| locate(&path[..path.len() - 1]));
+        let diagnostic = Diagnostic::error(format!("unknown kind of readings `{name}`")).at(place);
+        diagnostics.push(diagnostic.suggest(name, kinds.iter().map(|kind| kind.name())));
     }
     for (position, effect) in raw.calibrate.iter().enumerate() {
         if !effects.contains(&effect.as_str()) {
@@ -36,12 +48,13 @@ pub fn faults(raw: &RawCampaign, effects: &[&str], locate: Locate, explained: Ex
         }
     }
     let whole = raw.completed(&RawEntry::default());
-    diagnostics.extend(instrument(raw.instrument.as_ref(), &whole, &[], locate));
+    diagnostics.extend(instrument(raw.instrument.as_ref(), &whole, kinds, &[], locate));
     for (k, entry) in raw.measurements.iter().flat_map(|all| &all.0).enumerate() {
         let number = k.to_string();
         diagnostics.extend(instrument(
             entry.instrument.as_ref(),
             &raw.completed(entry),
+            kinds,
             &["measurements", &number],
             locate,
         ));
@@ -61,10 +74,16 @@ pub(super) fn no_name(of: &str, name: &str) -> Option<Diagnostic> {
 }
 
 /// Faults of what is stated of an instrument at a path of the file; `entry` is what else holds there.
-fn instrument(stated: Option<&RawInstrument>, entry: &RawEntry, path: &[&str], locate: Locate) -> Vec<Diagnostic> {
+fn instrument(
+    stated: Option<&RawInstrument>,
+    entry: &RawEntry,
+    known: &Kinds,
+    path: &[&str],
+    locate: Locate,
+) -> Vec<Diagnostic> {
     let Some(stated) = stated else { return Vec::new() };
     let locate = |keys: &[&str]| locate(&[path, keys].concat());
-    let observes = kinds(entry).first().copied().unwrap_or(POSITION);
+    let observes = kinds(entry, known).first().copied().unwrap_or(POSITION);
     let mut faults = impossible_noise(stated, &entry.units.unwrap_or_default(), &locate);
     faults.extend(noise_by_axis(stated, observes, &locate));
     faults

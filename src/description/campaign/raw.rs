@@ -10,13 +10,14 @@ use serde::{Deserialize, Serialize};
 pub use super::raw_certificate::RawCertificate;
 pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
 pub use super::raw_instrument::{RawInstrument, RawSigma};
-pub use super::raw_measurements::{Kinds, Measurements, RawEntry, RawSharing};
+pub use super::raw_measurements::{Measurements, RawEntry, RawKinds, RawSharing};
 pub use super::raw_targets::{
     ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawPayload, RawTorque, Unknown,
 };
 use super::sessions::Sharing;
 use crate::description::table::Orientation;
 use crate::description::units::Units;
+use crate::observation::Kinds;
 
 /// One set of measurements of one robot: what was measured, with what, and where the readings are.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
@@ -36,7 +37,7 @@ pub struct RawCampaign {
     pub units: Units,
     /// What a reading is; a list where one row holds several.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub observes: Option<Kinds>,
+    pub observes: Option<RawKinds>,
     /// The instrument's noise; estimated from the residuals where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<RawInstrument>,
@@ -125,6 +126,21 @@ impl RawCampaign {
         }
         all.ignore.extend(self.ignore.iter().cloned());
         all
+    }
+
+    /// Names of kinds of readings that are none of these, each with its path in the file.
+    pub fn unknown_kinds(&self, kinds: &Kinds) -> Vec<(Vec<String>, &str)> {
+        let entries = self.measurements.iter().flat_map(|all| all.0.iter().enumerate());
+        let own = entries.map(|(k, entry)| (vec!["measurements".into(), k.to_string()], &entry.observes));
+        let mut unknown = Vec::new();
+        for (of, observes) in std::iter::once((Vec::new(), &self.observes)).chain(own) {
+            for (k, name) in observes.iter().flat_map(|observes| observes.0.iter().enumerate()) {
+                if kinds.named(name).is_none() {
+                    unknown.push(([&of[..], &["observes".into(), k.to_string()]].concat(), name.as_str()));
+                }
+            }
+        }
+        unknown
     }
 }
 

@@ -29,7 +29,7 @@ pub struct RawEntry {
     pub file: String,
     /// What its readings are.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub observes: Option<Kinds>,
+    pub observes: Option<RawKinds>,
     /// The session in which they were taken; a column `session` says it row by row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub session: Option<String>,
@@ -88,9 +88,9 @@ pub struct RawEntry {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Measurements(pub Vec<RawEntry>);
 
-/// Kinds of readings in one row: a name or a list.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Kinds(pub Vec<Observes>);
+/// Kinds of readings in one row, by their names: one or a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RawKinds(pub Vec<String>);
 
 /// Whether a part of the arrangement is unknown, and between what it is shared: `true`, `false`, `per-session`,
 /// `per-station`.
@@ -104,10 +104,10 @@ impl RawSharing {
     }
 }
 
-impl Kinds {
+impl RawKinds {
     /// One kind.
     pub fn one(observes: Observes) -> Self {
-        Self(vec![observes])
+        Self(vec![observes.name().into()])
     }
 }
 
@@ -197,26 +197,26 @@ impl JsonSchema for Measurements {
     }
 }
 
-impl<'de> Deserialize<'de> for Kinds {
+impl<'de> Deserialize<'de> for RawKinds {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Reader;
         impl<'de> Visitor<'de> for Reader {
-            type Value = Kinds;
+            type Value = RawKinds;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("the name of a kind of readings, or a list of them")
             }
-            fn visit_str<E: Error>(self, name: &str) -> Result<Kinds, E> {
-                Observes::deserialize(serde::de::value::StrDeserializer::new(name)).map(Kinds::one)
+            fn visit_str<E: Error>(self, name: &str) -> Result<RawKinds, E> {
+                Ok(RawKinds(vec![name.into()]))
             }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Kinds, A::Error> {
-                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Kinds)
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<RawKinds, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(RawKinds)
             }
         }
         deserializer.deserialize_any(Reader)
     }
 }
 
-impl Serialize for Kinds {
+impl Serialize for RawKinds {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.0.as_slice() {
             [one] => one.serialize(serializer),
@@ -226,7 +226,7 @@ impl Serialize for Kinds {
 }
 
 #[cfg(feature = "cli")]
-impl JsonSchema for Kinds {
+impl JsonSchema for RawKinds {
     fn schema_name() -> Cow<'static, str> {
         "Kinds".into()
     }

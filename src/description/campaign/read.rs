@@ -1,7 +1,7 @@
 //! A campaign file and its tables against the model they are about.
 
 use super::bodies;
-use super::columns::{half_of_more_columns, kinds, kinds_of_file};
+use super::columns::{columns_of_joints, half_of_more_columns, kinds, kinds_of_file};
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawEntry};
 use super::read_targets::{constraints, targets};
@@ -16,10 +16,10 @@ use crate::description::resolve::{GREATEST, Locate};
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{Observes, POSITION};
+use crate::observation::{Kinds, Observes, POSITION};
 
 /// Resolves a campaign: units, markers, targets, sessions, sets, conditions. `tables` are the files of its measurements with
-/// what holds of each ([`RawCampaign::completed`]).
+/// what holds of each ([`RawCampaign::completed`]), `known` the kinds of readings that it may name.
 ///
 /// # Errors
 /// Every fault of the campaign file and of its tables, located.
@@ -27,13 +27,16 @@ pub fn resolve(
     raw: &RawCampaign,
     locate: Locate,
     robot: &Robot,
+    known: &Kinds,
     tables: &[(RawEntry, &Table)],
 ) -> Result<(Campaign, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
-    let sources: Vec<Source> =
-        tables.iter().map(|(entry, table)| Source { table, entry, kinds: kinds_of_file(entry, table) }).collect();
+    let sources: Vec<Source> = tables
+        .iter()
+        .map(|(entry, table)| Source { table, entry, kinds: kinds_of_file(entry, table, known) })
+        .collect();
     let all_kinds: Vec<Observes> = match sources.is_empty() {
-        true => kinds(&raw.completed(&RawEntry::default())),
+        true => kinds(&raw.completed(&RawEntry::default()), known),
         false => sources.iter().flat_map(|source| source.kinds.iter().copied()).collect(),
     };
     let stated = stated_noise(raw.instrument.as_ref(), &raw.units);
@@ -74,6 +77,7 @@ pub fn resolve(
     diagnostics.extend(bodies::faults(robot, &sources, locate));
     diagnostics.extend(bodies::lacking_columns(robot, &sources));
     diagnostics.extend(half_of_more_columns(&sources));
+    diagnostics.extend(columns_of_joints(&all_kinds, robot, locate));
     diagnostics.extend(mixed_differences(&all_kinds, locate));
     campaign.constraints = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);

@@ -62,7 +62,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
     let entries: Vec<_> = raw.measurements.iter().flat_map(|all| &all.0).map(|entry| raw.completed(entry)).collect();
     let middle = file.robot.model.middle();
     let configurations: Vec<Vec<Vec<f64>>> =
-        entries.iter().map(|entry| vec![middle.clone(); variety(&raw, entry, &wanted)]).collect();
+        entries.iter().map(|entry| vec![middle.clone(); variety(file, &raw, entry, &wanted)]).collect();
     let loaded = blank(file, raw.clone(), &wanted, &configurations)?;
     let (model, campaign) = (&loaded.robot.model, loaded.campaign);
     let mut values = model.registry.nominal();

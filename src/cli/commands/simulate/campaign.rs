@@ -10,7 +10,7 @@ use crate::cli::args::{SchemaOf, Simulate};
 use crate::cli::commands::schema::file_name;
 use crate::cli::output::Output;
 use crate::description::campaign::raw::{
-    Kinds, Measurements, RawCampaign, RawEstimate, RawInstrument, RawSharing, RawSigma,
+    Measurements, RawCampaign, RawEstimate, RawInstrument, RawKinds, RawSharing, RawSigma,
 };
 use crate::description::campaign::{self, Campaign};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
@@ -116,7 +116,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
             torque: Torque::NewtonMetre,
             ..loaded.raw.units
         },
-        observes: Some(Kinds::one(plan.observes)),
+        observes: Some(RawKinds::one(plan.observes)),
         instrument: (plan.sigma > 0.0).then(|| RawInstrument {
             sigma: Some(RawSigma::All(command.noise)),
             ppm: None,
