@@ -7,7 +7,7 @@ use super::yaml;
 
 /// A file as any reader of YAML sees it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
 enum Tree {
     Nothing(()),
     Is(bool),

@@ -1,5 +1,7 @@
 //! The structure with one vector of values put in: what deforms, what closes loops, and the unknowns of the force method.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 
 use crate::elements::{Configuration, Deflected, Direction, PerLength, VertexIndex};
@@ -92,12 +94,12 @@ impl<'m> Elastics<'m> {
     /// parameter among `by`.
     pub fn new(model: &'m Model, values: &[f64], by: &[Slot]) -> Self {
         let structure = &model.structure;
-        let mut values = values.to_vec();
+        let mut values = Cow::Borrowed(values);
         for (slot, rules) in model.local_springs.iter().flat_map(|local| &local.springs) {
             // Takes part if it is compliant anywhere.
-            values[*slot] = rules.conclusions.iter().copied().fold(0.0, f64::max);
+            values.to_mut()[*slot] = rules.conclusions.iter().copied().fold(0.0, f64::max);
         }
-        let values = &values[..];
+        let values = &*values;
         let per_length = |edge: &Edge| edge.element.per_length(values);
         let member = |edge: &'m Edge| Member { edge, per_length: per_length(edge) };
         let asked = |edge: &Edge| {

@@ -84,12 +84,7 @@ impl<'a> Information<'a> {
         }
         let (width, p) = (slots.len(), kept.len());
         let all = DMatrix::from_fn(rows.len() / width, p, |i, j| rows[i * width + kept[j]]);
-        let norms: Vec<f64> = all.column_iter().map(|column| column.norm()).collect();
-        let scaled =
-            DMatrix::from_fn(all.nrows().max(p), p, |i, j| if i < all.nrows() { all[(i, j)] / norms[j] } else { 0.0 });
-        let r = scaled.qr().r() / (pool.len() as f64).sqrt();
-        let inverse = r.try_inverse().ok_or(PlanningError::NothingSeen)?;
-        let unwhiten = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]);
+        let unwhiten = unwhitening(&all, pool.len()).ok_or(PlanningError::NothingSeen)?;
         let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
         let (seen, short_list) = (request.settings.seen, request.settings.short_list);
         let mut known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
@@ -225,6 +220,15 @@ impl<'a> Information<'a> {
     pub fn is_whole(&self, m: &DMatrix<f64>) -> bool {
         m.symmetric_eigenvalues().min() > self.seen
     }
+}
+
+/// What takes the mean information of so many stations, whose rows are `rows`, to the identity (p x p).
+fn unwhitening(rows: &DMatrix<f64>, stations: usize) -> Option<DMatrix<f64>> {
+    let (count, p) = rows.shape();
+    let norms: Vec<f64> = rows.column_iter().map(|column| column.norm()).collect();
+    let scaled = DMatrix::from_fn(count.max(p), p, |i, j| if i < count { rows[(i, j)] / norms[j] } else { 0.0 });
+    let inverse = (scaled.qr().r() / (stations as f64).sqrt()).try_inverse()?;
+    Some(DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / norms[i]))
 }
 
 fn about(model: &Model, slots: &[Slot], request: &Request) -> Vec<Column> {

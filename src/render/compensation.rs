@@ -6,6 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::table::Screen;
+use crate::compensation::Hold;
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::description::units::Units;
@@ -108,7 +109,7 @@ fn let_go(found: &Compensation) -> String {
         return String::new();
     }
     let shown = most.iter().map(|(name, off)| {
-        let is_angle = name.starts_with('r');
+        let is_angle = Hold::NAMES[3..].contains(name);
         format!("{name} {:.4} {}", shown(*off, is_angle), shown_unit(is_angle))
     });
     let free = found.variables.len().saturating_sub(found.held.len());

@@ -50,7 +50,7 @@ fn growth(steps: &[GrowthStep]) -> String {
             format!("{of}{sets} {:.4}", step.test)
         });
         let steps = own.collect::<Vec<_>>().join("  ->  ");
-        let unit = if first.components.iter().all(|name| name.starts_with('r')) { " mrad" } else { "" };
+        let unit = if first.of_rotations { " mrad" } else { "" };
         let _ = match first.components.join(" and ") {
             none if none.is_empty() => writeln!(out, "  {steps}"),
             all => writeln!(out, "  {all}: {steps}{unit}"),

@@ -133,6 +133,8 @@ fn premises(premise: &Premise) -> Vec<Vec<Condition>> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GrowthStep {
     pub components: Vec<String>,
+    #[serde(skip)]
+    pub of_rotations: bool,
     /// The component that grew; `None` where all did.
     pub component: Option<String>,
     /// Sets of each input; empty for a tree.
@@ -266,6 +268,7 @@ impl GrowthStep {
     pub fn new(step: &fuzzy::Step) -> Self {
         Self {
             components: step.components.iter().map(|&at| Component::name(at)).collect(),
+            of_rotations: step.components.iter().all(|[row, _]| *row >= 3),
             component: step.component.map(Component::name),
             sets: step.sets.clone(),
             rules: step.rules,
@@ -372,6 +375,7 @@ impl LocalSpringsFound {
         };
         let step = |step: &TreeStep| GrowthStep {
             components: Vec::new(),
+            of_rotations: false,
             component: None,
             sets: Vec::new(),
             rules: step.rules,

@@ -97,18 +97,7 @@ pub fn lay_out(
             ordinary(model, target, index, exact, values, random);
             continue;
         };
-        let mate = campaign.constraints.iter().filter(|c| c.between == Between::Points).find_map(|c| {
-            let [a, b] = c.targets;
-            let other = if b == index { a } else { b };
-            let distance = if c.length.is_some() { APART } else { c.value };
-            ((a == index || b == index) && other < index).then_some((other, distance))
-        });
-        // Contacts of one placement stand on one fixture.
-        let fellow = (0..index).find(|&other| {
-            let known = &campaign.targets[other];
-            known.column == target.column && target.member.1.is_some() && known.member.1 == target.member.1
-        });
-        let mate = mate.or(fellow.map(|other| (other, APART)));
+        let mate = mate(campaign, index);
         for _ in 0..PLACES {
             let at = if target.is_near {
                 let spread = if exact { 0.0 } else { NEAR };
@@ -132,18 +121,11 @@ pub fn lay_out(
                 let Some(place) = places.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm())) else { continue };
                 (geometry.base() * Point3::from(place)).coords
             };
-            let own = if target.observes == Some(PLANE) {
-                let n = direction(random);
-                let n = if n.z < 0.0 { -n } else { n };
+            if target.observes == Some(PLANE) {
                 faces.retain(|(known, _)| *known != index);
                 faces.push((index, at));
-                [n.x, n.y, n.z, n.dot(&at)]
-            } else if target.column == "anchor" {
-                [at.x, at.y, at.z, NEAR * normal(random)]
-            } else {
-                [at.x, at.y, at.z, RADIUS * (1.0 + 0.3 * normal(random)).abs()]
-            };
-            for (slot, own) in model.target_values(index).iter().zip(own) {
+            }
+            for (slot, own) in model.target_values(index).iter().zip(values_at(target, &at, random)) {
                 slot.iter().for_each(|&slot| values[slot] = own);
             }
             let off = [0.0; 6];
@@ -159,16 +141,51 @@ pub fn lay_out(
             }
         }
     }
+    keep_apart(model, campaign, &faces, values);
+    Ok(())
+}
+
+/// Brings targets to the known distances and angles; `faces` go through their points again.
+fn keep_apart(model: &Model, campaign: &Campaign, faces: &[(usize, Vector3<f64>)], values: &mut [f64]) {
     hold_constraints(model, campaign, values);
     for (face, at) in faces {
-        if let [Some(x), Some(y), Some(z), Some(offset)] = *model.target_values(face) {
+        if let [Some(x), Some(y), Some(z), Some(offset)] = *model.target_values(*face) {
             let n = Vector3::new(values[x], values[y], values[z]).normalize();
-            [(x, n.x), (y, n.y), (z, n.z), (offset, n.dot(&at))].iter().for_each(|&(slot, value)| values[slot] = value);
+            [(x, n.x), (y, n.y), (z, n.z), (offset, n.dot(at))].iter().for_each(|&(slot, value)| values[slot] = value);
         }
     }
     // Their distances, now that their directions are right.
     hold_constraints(model, campaign, values);
-    Ok(())
+}
+
+/// An earlier target near which one stands, and their distance, m: the one to which its distance is constrained, else one of the
+/// same placement of a fixture.
+fn mate(campaign: &Campaign, index: usize) -> Option<(usize, f64)> {
+    let target = &campaign.targets[index];
+    let constrained = campaign.constraints.iter().filter(|c| c.between == Between::Points).find_map(|c| {
+        let [a, b] = c.targets;
+        let other = if b == index { a } else { b };
+        let distance = if c.length.is_some() { APART } else { c.value };
+        ((a == index || b == index) && other < index).then_some((other, distance))
+    });
+    let fellow = (0..index).find(|&other| {
+        let known = &campaign.targets[other];
+        known.column == target.column && target.member.1.is_some() && known.member.1 == target.member.1
+    });
+    constrained.or(fellow.map(|other| (other, APART)))
+}
+
+/// Values of a target at a point: a face with any direction upwards, the zero of a draw wire, the radius of a sphere.
+fn values_at(target: &Target, at: &Vector3<f64>, random: &mut ChaCha8Rng) -> [f64; 4] {
+    if target.observes == Some(PLANE) {
+        let n = direction(random);
+        let n = if n.z < 0.0 { -n } else { n };
+        [n.x, n.y, n.z, n.dot(at)]
+    } else if target.column == "anchor" {
+        [at.x, at.y, at.z, NEAR * normal(random)]
+    } else {
+        [at.x, at.y, at.z, RADIUS * (1.0 + 0.3 * normal(random)).abs()]
+    }
 }
 
 /// Whether the first values of a target place it.

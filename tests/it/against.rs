@@ -5,16 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
-}
+use crate::support::{number, printed_json};
 
 /// Adds a line to the campaign file of a folder.
 fn declare(folder: &Path, campaign: &str, line: &str) {
@@ -36,12 +27,12 @@ fn a_set_without_the_compensator_against_one_with_it() {
         assert_eq!(run(path, &arguments).status, 0);
     }
     declare(path, "before", "\nwithout: [compensator]\n");
-    json(path, &["identify", "before", "--save", "before.yaml"]);
-    let found = json(path, &["identify", "now", "--against", "before.yaml"]);
+    printed_json(path, &["identify", "before", "--save", "before.yaml"]);
+    let found = printed_json(path, &["identify", "now", "--against", "before.yaml"]);
     let against = &found["against"];
     assert_eq!((&against["judged_by"], &against["before_is"]), (&"check".into(), &"measured".into()));
     // Each set alone.
-    let alone = json(path, &["residuals", "before.yaml", "now"]);
+    let alone = printed_json(path, &["residuals", "before.yaml", "now"]);
     for figure in ["mean", "rms", "max"] {
         let [other, identified] = [&against["other"][figure], &against["identified"][figure]].map(number);
         assert!((other - number(&alone["check"][figure])).abs() < 1e-9, "{figure}: {against:#}");
@@ -87,12 +78,12 @@ fn base_and_tool_are_fitted_anew_for_both() {
         let arguments: Vec<&str> = made.split_whitespace().chain(own.split_whitespace()).collect();
         assert_eq!(run(path, &arguments).status, 0);
     }
-    json(path, &["identify", "monday", "--save", "monday.yaml"]);
+    printed_json(path, &["identify", "monday", "--save", "monday.yaml"]);
     for other in ["monday.yaml", "universal-ur5"] {
-        let found = json(path, &["identify", "friday", "--against", other]);
+        let found = printed_json(path, &["identify", "friday", "--against", other]);
         let against = &found["against"];
         assert_eq!(against["before_is"], "registration");
-        let registered = json(path, &["register", "friday", "--robot", other]);
+        let registered = printed_json(path, &["register", "friday", "--robot", other]);
         for figure in ["mean", "rms", "max"] {
             let [theirs, own] = [&against["other"][figure], &against["identified"][figure]].map(number);
             let alone = number(&registered["residuals"]["check_after"][figure]);

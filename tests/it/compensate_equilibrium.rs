@@ -1,9 +1,9 @@
 //! `compensate --equilibrium`: deflections at the deflected pose, and how far the linear ones are off.
 
 use nalgebra::Vector3;
-use serde_json::Value;
 
 use crate::cli::run;
+use crate::support::{number, printed_json};
 
 /// A soft arm: a bar of 1 m on a torsional spring, bent far.
 const SOFT: &str = "units: {length: mm, angle: deg, stiffness: N/mm, rotational_stiffness: N.mm/rad}
@@ -18,16 +18,6 @@ joint_stiffness:
   1: {kar: {value: 2e6}}
 ";
 
-fn json(folder: &std::path::Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
-}
-
 /// Moment and turn of the only spring, F (0.6 cos a + 0.4 cos (a + q2)) = k (a - q1): the tool is where a robot without loads
 /// would be at a.
 #[test]
@@ -37,7 +27,7 @@ fn commands_at_equilibrium_turn_the_soft_joint_to_where_it_should_be() {
     std::fs::write(folder.path().join("path.csv"), "q1,q2\n10,20\n-20,40\n").expect("written");
     let compensate = ["compensate", "soft.yaml", "path.csv", "--nominal", "soft.yaml", "--wrench=0,200,0,0,0,0"];
     let compensate = [&compensate[..], &["--largest", "30"]].concat();
-    let found = json(folder.path(), &[&compensate[..], &["--equilibrium"]].concat());
+    let found = printed_json(folder.path(), &[&compensate[..], &["--equilibrium"]].concat());
     for (point, [q1, q2]) in
         found["points"].as_array().expect("points").iter().zip([[10.0_f64, 20.0_f64], [-20.0, 40.0]])
     {
@@ -47,13 +37,13 @@ fn commands_at_equilibrium_turn_the_soft_joint_to_where_it_should_be() {
         assert!((number(&point["joints"]["q2"]) - b).abs() < 1e-6 && point["linear_error"].is_null());
     }
     // Linear commands are off by what is stated of them: at the equilibrium from them the tool misses by as much.
-    let linear = json(folder.path(), &compensate);
+    let linear = printed_json(folder.path(), &compensate);
     for point in linear["points"].as_array().expect("points") {
         let joints = ["q1", "q2"].map(|name| number(&point["joints"][name]).to_degrees());
         let joints = format!("q1={},q2={}", joints[0], joints[1]);
         let pose = |more: &[&str]| -> Vector3<f64> {
             let pose = ["pose", "soft.yaml", "--joints", &joints, "--wrench=0,200,0,0,0,0", "--weight"];
-            let found = json(folder.path(), &[&pose[..], more].concat());
+            let found = printed_json(folder.path(), &[&pose[..], more].concat());
             let own = &found["deflection"]["tool"];
             Vector3::from_fn(|k, _| number(&own[k]))
         };
@@ -76,11 +66,11 @@ fn a_process_is_met_at_equilibrium() {
     let path = "pose,x,y,z,rx,ry,rz\na,1650,0,1410,180,0,0\nb,1700,0,1400,180,0,0\nc,1850,0,1400,180,0,0\n";
     std::fs::write(folder.path().join("path.csv"), path).expect("written");
     let compensate = ["compensate", "kuka-ir663", "path.csv", "--process", "ir663-strip"];
-    let found = json(folder.path(), &[&compensate[..], &["--equilibrium"]].concat());
+    let found = printed_json(folder.path(), &[&compensate[..], &["--equilibrium"]].concat());
     for point in found["points"].as_array().expect("points") {
         assert!(number(&point["settled"]) < 1e-6 && number(&point["residual"]) <= 1e-7, "{point}");
     }
-    let linear = json(folder.path(), &compensate);
+    let linear = printed_json(folder.path(), &compensate);
     let error = &linear["linear_error"];
     println!("IR663 under the strip: linear deflections are off by {error} m");
     assert!(number(&error["max"]) > 1e-7 && number(&error["max"]) < 1e-4, "{error}");

@@ -1,8 +1,6 @@
 //! Error of each configuration held out, observed and predicted (KR-270 paper, Tables X and XII): by simulated campaigns, and through
 //! the commands.
 
-use std::path::Path;
-
 use elastogeo::description::campaign::Campaign;
 use elastogeo::estimation::{Settings, calibrate, split};
 use elastogeo::files::load_robot;
@@ -15,6 +13,7 @@ use serde_json::Value;
 
 use crate::cli::run;
 use crate::figures::recorded;
+use crate::support::printed_json;
 
 const SEEDS: u64 = 40;
 
@@ -91,12 +90,6 @@ fn errors_of_configurations_lie_within_their_intervals() {
     recorded("configurations", "cargo test errors_of_configurations", &lines);
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
-
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect()
 }
@@ -109,7 +102,7 @@ fn commands_give_the_error_of_each_configuration() {
     let made = "simulate kuka-kr270 --observes deflection --poses 16 --markers m1,m2,m3 --wrench 0,0,-2500,0,0,0 \
         --wrench 1000,0,0,0,0,0 --noise 0.03 --errors 0 --elastic-errors 1 --check 0.3 --into c";
     assert_eq!(run(path, &made.split_whitespace().collect::<Vec<_>>()).status, 0);
-    let found = json(path, &["identify", "c", "--save", "fitted.yaml", "--configurations", "errors.csv"]);
+    let found = printed_json(path, &["identify", "c", "--save", "fitted.yaml", "--configurations", "errors.csv"]);
     let all = found["configurations"].as_array().expect("a list");
     let squares: f64 = all
         .iter()
@@ -141,7 +134,7 @@ fn commands_give_the_error_of_each_configuration() {
     );
     assert_eq!(table.lines().count(), all.len() + 1);
 
-    let again = json(path, &["residuals", "fitted.yaml", "c", "--configurations", "again.csv"]);
+    let again = printed_json(path, &["residuals", "fitted.yaml", "c", "--configurations", "again.csv"]);
     let of_saved = again["configurations"].as_array().expect("a list");
     assert_eq!(of_saved.len(), 32);
     for own in all {

@@ -12,6 +12,7 @@ use elastogeo::files::load_campaign;
 use elastogeo::prediction::{Linearised, Predictor};
 
 use super::cli::run;
+use crate::support::printed_json;
 
 /// alpha (deg), d (mm), r (mm) of the UR5's frames.
 const ROWS: [[f64; 3]; 6] = [
@@ -175,12 +176,6 @@ fn campaign(folder: &Path, touched: &[(&str, Touched, &[Vec<f64>])], contacts: &
     std::fs::write(folder.join("campaign.yaml"), text).expect("written");
 }
 
-fn json(folder: &Path, command: &[&str]) -> serde_json::Value {
-    let said = run(folder, &[command, &["--format", "json"]].concat());
-    assert_eq!(said.status, 0, "{command:?}: {}", said.err);
-    serde_json::from_str(&said.out).expect("JSON")
-}
-
 fn value(of: &serde_json::Value, name: &str) -> f64 {
     let all = of["parameters"].as_array().expect("a list");
     let own = all.iter().find(|parameter| parameter["name"] == name).unwrap_or_else(|| panic!("{name}"));
@@ -212,7 +207,7 @@ fn what_contacts_can_tell_is_what_an_independent_model_says() {
     ];
     for (touched, contacts, known) in cases {
         campaign(folder.path(), &touched, contacts);
-        let ours = json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"]
+        let ours = printed_json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"]
             .as_u64()
             .expect("a number") as usize;
         let theirs: Vec<(Touched, Vec<Vec<f64>>)> =
@@ -243,7 +238,7 @@ fn a_datum_cube_of_unknown_place_and_the_ball_are_found() {
     let contacts = "contacts: {fx: {kind: plane}, fy: {kind: plane}, fz: {kind: plane}}\n\
                     angles: {fx-fy: 90, fy-fz: 90, fx-fz: 90}";
     campaign(folder.path(), &touched, contacts);
-    let found = json(folder.path(), &["register", "campaign.yaml"]);
+    let found = printed_json(folder.path(), &["register", "campaign.yaml"]);
     for (name, truth) in ["tool.x", "tool.y", "tool.z"].into_iter().zip(BALL) {
         assert!((value(&found, name) - truth).abs() < 1e-3, "{name}: {}", value(&found, name));
     }
@@ -298,7 +293,9 @@ fn parallel_faces_at_a_known_distance_give_the_robot_its_size() {
     let angles = "angles: {px-py: 90, px-pz: 90, py-pz: 90}\n";
     let rank = |distances: &str| {
         campaign(folder.path(), &touched, &format!("{contacts}{angles}{distances}"));
-        json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"].as_u64().expect("a number")
+        printed_json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"])["rank"]
+            .as_u64()
+            .expect("a number")
     };
     // Parallel faces fix the two directions of each second face, and their distance the size.
     let (without, with) = (rank(""), rank("distances: {px-mx: 200, py-my: 200}\n"));
@@ -309,7 +306,7 @@ fn parallel_faces_at_a_known_distance_give_the_robot_its_size() {
             &touched,
             &format!("{contacts}{angles}distances: {{px-mx: {distance}, py-my: {distance}}}\n"),
         );
-        json(folder.path(), &["identify", "campaign.yaml", "--check", "0", "--force"])
+        printed_json(folder.path(), &["identify", "campaign.yaml", "--check", "0", "--force"])
     };
     let found = held(apart);
     let scale = |found: &serde_json::Value| value(found, "3.d") / -425.0;
@@ -354,7 +351,7 @@ fn what_sockets_tell_does_not_depend_on_their_noise() {
             &touched,
             "contacts: {a: {kind: socket}, b: {kind: socket}}\ndistances: {a-b: 49.889878}",
         );
-        let ours = json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"]);
+        let ours = printed_json(folder.path(), &["identifiability", "universal-ur5", "campaign.yaml"]);
         assert_eq!(ours["rank"].as_u64(), Some(theirs as u64), "noise {noise}: {}", ours["dropped"]);
         assert_eq!(ours["kept"].as_u64(), Some(theirs as u64), "noise {noise}");
     }

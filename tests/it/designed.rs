@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::cli::run;
+use crate::support::printed_json;
 
 const SOCKETS: &str = "robot: universal-ur5
 units: {length: mm, angle: deg}
@@ -22,12 +23,6 @@ fn folder(file: &str, text: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join(file), text).expect("written");
     folder
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
 }
 
 fn read(path: &Path) -> Value {
@@ -67,14 +62,14 @@ fn sockets_are_simulated_and_identified_with_their_truth() {
     let simulate = ["simulate", "sockets.yaml", "--poses", "120", "--placements", "2", "--into", "c"];
     // What is dropped is as described, so that what is kept is the truth itself.
     let off = ["--errors", "0", "--set", "3.alpha=0.1,4.theta=-0.2,4.r=0.3,5.theta=0.1", "--check", "0"];
-    done(folder.path(), &[&simulate[..], &off].concat());
-    let found = done(folder.path(), &["identify", "c"]);
+    printed_json(folder.path(), &[&simulate[..], &off].concat());
+    let found = printed_json(folder.path(), &["identify", "c"]);
     let truth = read(&folder.path().join("c/truth.json"));
     // Of some forty independent draws none is beyond twice a 95 % interval but once in hundreds of campaigns.
     assert!(agrees(&found, &truth, factor, 2.2) > 30);
     let ratio = found["noise_ratio"].as_f64().expect("a number");
     assert!((0.8..1.2).contains(&ratio), "{ratio}");
-    let told = done(folder.path(), &["identifiability", "universal-ur5", "c"]);
+    let told = printed_json(folder.path(), &["identifiability", "universal-ur5", "c"]);
     let dropped: Vec<&str> =
         told["dropped"].as_array().expect("a list").iter().filter_map(|d| d["name"].as_str()).collect();
     for name in ["1.d", "1.r", "1.theta", "6.r", "6.theta"] {
@@ -82,7 +77,7 @@ fn sockets_are_simulated_and_identified_with_their_truth() {
     }
     // Written again from the same seed it is the same, and edited files are not replaced.
     let rows = std::fs::read_to_string(folder.path().join("c/measurements.csv")).expect("a file");
-    done(folder.path(), &[&simulate[..], &off].concat());
+    printed_json(folder.path(), &[&simulate[..], &off].concat());
     assert_eq!(rows, std::fs::read_to_string(folder.path().join("c/measurements.csv")).expect("a file"));
     std::fs::write(folder.path().join("c/measurements.csv"), rows.replace("fit", "check")).expect("written");
     let refused = run(folder.path(), &[&simulate[..], &off].concat());
@@ -93,7 +88,7 @@ fn sockets_are_simulated_and_identified_with_their_truth() {
 fn planned_configurations_touch_and_serve_better_than_random_ones() {
     let folder = folder("sockets.yaml", SOCKETS);
     let plan = ["plan", "sockets.yaml", "--poses", "20", "--placements", "1", "--hold", "5.theta", "--table", "p.csv"];
-    let planned = done(folder.path(), &plan);
+    let planned = printed_json(folder.path(), &plan);
     let bought = planned["bought"].as_array().expect("a list");
     let own = bought.iter().find(|bought| bought["poses"] == 20).expect("that many");
     let [best, random] = ["planned", "random"].map(|key| own[key].as_f64().expect("a number"));
@@ -105,7 +100,7 @@ fn planned_configurations_touch_and_serve_better_than_random_ones() {
     // described, and leaves nothing.
     let campaign = SOCKETS.replace("touched.csv", "p.csv");
     std::fs::write(folder.path().join("exact.yaml"), campaign).expect("written");
-    let found = done(folder.path(), &["register", "exact.yaml", "--check", "0"]);
+    let found = printed_json(folder.path(), &["register", "exact.yaml", "--check", "0"]);
     let left = found["residuals"]["after"]["rms"].as_f64().expect("a number");
     assert!(left < 0.02, "{left}");
     for name in ["tool.x", "tool.y", "tool.z"] {
@@ -115,8 +110,8 @@ fn planned_configurations_touch_and_serve_better_than_random_ones() {
     }
     // A robot simulated at the planned rows.
     let simulate = ["simulate", "sockets.yaml", "--poses", "p.csv", "--check", "0", "--into", "m"];
-    assert_eq!(done(folder.path(), &simulate)["readings"], 20);
-    let more = done(folder.path(), &["plan", "m", "--poses", "6", "--hold", "5.theta"]);
+    assert_eq!(printed_json(folder.path(), &simulate)["readings"], 20);
+    let more = printed_json(folder.path(), &["plan", "m", "--poses", "6", "--hold", "5.theta"]);
     let names = &more["poses"][0]["names"];
     assert!(
         names["placement"] == "1" && ["left", "right"].contains(&names["contact"].as_str().expect("a name")),
@@ -140,10 +135,11 @@ fn sensors_of_unknown_gain_mount_place_and_zero_are_simulated_and_found() {
                    contacts: {hole: {kind: socket}, table: {kind: plane}, ball: {kind: sphere}}\n";
     for (k, text) in [wire, level, torque, several].into_iter().enumerate() {
         let folder = folder("c.yaml", text);
-        let made = done(folder.path(), &["simulate", "c.yaml", "--poses", "60", "--errors", "0", "--into", "c"]);
+        let made =
+            printed_json(folder.path(), &["simulate", "c.yaml", "--poses", "60", "--errors", "0", "--into", "c"]);
         assert!(made["readings"].as_u64() >= Some(60), "{text}");
         let verb = if text.contains("observes: torque") || k == 3 { "register" } else { "identify" };
-        let found = done(folder.path(), &[verb, "c", "--check", "0"]);
+        let found = printed_json(folder.path(), &[verb, "c", "--check", "0"]);
         let truth = read(&folder.path().join("c/truth.json"));
         assert!(agrees(&found, &truth, factor, 2.5) > 2, "{text}");
     }
@@ -156,9 +152,9 @@ fn a_session_is_planned_for() {
         "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: position\ninstrument: {sigma: 0.03}\n\
          estimate: {base: per-session}\nmeasurements:\n- {file: a.csv, session: monday}\n- {file: b.csv, session: friday}\n",
     );
-    done(folder.path(), &["simulate", "two.yaml", "--poses", "25", "--into", "c"]);
+    printed_json(folder.path(), &["simulate", "two.yaml", "--poses", "25", "--into", "c"]);
     for (session, base) in [("monday", "base@monday.x"), ("friday", "base@friday.x"), ("sunday", "base@sunday.x")] {
-        let planned = done(folder.path(), &["plan", "c", "--poses", "6", "--session", session]);
+        let planned = printed_json(folder.path(), &["plan", "c", "--poses", "6", "--session", session]);
         assert_eq!(planned["poses"][0]["names"]["session"], session);
         let named = |name: &str| planned["parameters"].as_array().expect("a list").iter().any(|p| p["name"] == name);
         assert!(named(base), "{session}");

@@ -1,18 +1,15 @@
 //! Campaigns with loads from the files' side: geometry and stiffness from one absolute campaign, and identified stiffness
 //! that goes back to a description and is read again.
 
-use std::path::Path;
-
 use elastogeo::estimation::{Settings, What, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::observation::POSITION;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 use rand::RngExt;
-use serde_json::Value;
 
 use crate::cli::run;
-use crate::support::{KR270_MASSES, heavy_kr270};
+use crate::support::{KR270_MASSES, heavy_kr270, printed_json};
 
 #[test]
 fn geometry_and_stiffness_come_from_one_absolute_campaign() {
@@ -69,12 +66,6 @@ fn geometry_and_stiffness_come_from_one_absolute_campaign() {
     assert_eq!(springs, 7);
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"][..]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{arguments:?}: {error}: {}", ran.out))
-}
-
 #[test]
 fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -93,7 +84,7 @@ fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
         let more = ["--noise", "0.03", "--errors", "0", "--elastic-errors", "0.5", "--share", "0.6", "--into", "c"];
         let ran = run(at, &[&simulate[..], &more, wrenches].concat());
         assert_eq!(ran.status, 0, "{}", ran.err);
-        let first = json(at, &["identify", "c", "--what", "elastic", "--save", "once.yaml"]);
+        let first = printed_json(at, &["identify", "c", "--what", "elastic", "--save", "once.yaml"]);
         let kept: Vec<&str> = first["parameters"]
             .as_array()
             .expect("parameters")
@@ -106,14 +97,15 @@ fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
         assert!(kept.contains(&wanted), "{kept:?}");
         let [fit, check] =
             ["after", "check_after"].map(|which| first["residuals"][which]["rms"].as_f64().expect("rms"));
-        let again = json(at, &["residuals", "once.yaml", "c"]);
+        let again = printed_json(at, &["residuals", "once.yaml", "c"]);
         for (which, expected) in [("fit", fit), ("check", check)] {
             let found = again[which]["rms"].as_f64().expect("rms");
             assert!((found / expected - 1.0).abs() < 1e-9, "{robot} {which}: {found} {expected}");
         }
-        let second = json(at, &["identify", "c", "--robot", "once.yaml", "--what", "elastic", "--save", "twice.yaml"]);
+        let second =
+            printed_json(at, &["identify", "c", "--robot", "once.yaml", "--what", "elastic", "--save", "twice.yaml"]);
         assert!((second["residuals"]["after"]["rms"].as_f64().expect("rms") / fit - 1.0).abs() < 1e-6, "{robot}");
-        let twice = json(at, &["residuals", "twice.yaml", "c"]);
+        let twice = printed_json(at, &["residuals", "twice.yaml", "c"]);
         assert!((twice["fit"]["rms"].as_f64().expect("rms") / fit - 1.0).abs() < 1e-6, "{robot}");
         let ran = run(at, &["check", "twice.yaml"]);
         assert_eq!(ran.status, 0, "{}", ran.err);

@@ -18,6 +18,7 @@ use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, m
 use nalgebra::{Point3, Vector3};
 
 use super::cli::run;
+use crate::support::assert_derivatives_agree;
 
 fn blank(
     robot: &LoadedRobot,
@@ -93,21 +94,7 @@ fn derivatives_of_sessions_agree_with_differences() {
     let robot = load_robot("universal-ur5").expect("bundled");
     let (campaign, model, truth) = two_sessions(&robot);
     let slots: Vec<usize> = (robot.model.registry.all().len()..model.registry.all().len()).collect();
-    let predictor = Predictor::new(&model, &campaign, slots.clone()).expect("a predictor");
-    let (mut at, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
-    predictor.linearise(&truth, true, &mut at).expect("linearised");
-    for (column, &slot) in slots.iter().enumerate() {
-        for (step, out) in [(1e-6, &mut up), (-1e-6, &mut down)] {
-            let mut moved = truth.clone();
-            moved[slot] += step;
-            predictor.linearise(&moved, false, out).expect("predicted");
-        }
-        for row in 0..predictor.rows() {
-            let difference = -(up.residual[row] - down.residual[row]) / 2e-6;
-            let ours = at.jacobian[row * slots.len() + column];
-            assert!((ours - difference).abs() < 1e-7, "{} row {row}: {ours} {difference}", model.registry[slot].name);
-        }
-    }
+    assert_derivatives_agree(&model, &campaign, &truth, &slots);
 }
 
 #[test]

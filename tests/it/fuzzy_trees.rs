@@ -4,15 +4,11 @@ use serde_json::Value;
 
 use crate::cli::{PLANAR, Ran, run};
 use crate::figures::recorded;
-use crate::support::numbers;
+use crate::support::{number, numbers};
 
 fn json_of(ran: &Ran) -> Value {
     assert_eq!(ran.status, 0, "{}", ran.err);
     serde_json::from_str(&ran.out).expect("JSON")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
 }
 
 /// Root mean square error on the readings held out, mm.

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use elastogeo::files::{load_campaign, load_robot};
 use elastogeo::kinematics::{Geometry, Placements};
-use elastogeo::prediction::{Linearised, Predictor};
+use elastogeo::prediction::Predictor;
 use elastogeo::simulation::{draw_configurations, generator};
 use nalgebra::{Rotation3, Vector3};
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
+use crate::support::assert_derivatives_agree;
 
 const NOISE: f64 = 1e-5;
 
@@ -104,21 +105,8 @@ fn derivatives_agree_with_differences() {
     for (k, &slot) in slots.iter().enumerate() {
         values[slot] += 0.05 * (k as f64).sin();
     }
-    let (mut at, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
-    predictor.linearise(&values, true, &mut at).expect("linearised");
     assert_eq!(predictor.rows(), 160);
-    for (column, &slot) in slots.iter().enumerate() {
-        for (step, out) in [(1e-6, &mut up), (-1e-6, &mut down)] {
-            let mut moved = values.clone();
-            moved[slot] += step;
-            predictor.linearise(&moved, false, out).expect("predicted");
-        }
-        for row in 0..predictor.rows() {
-            let difference = -(up.residual[row] - down.residual[row]) / 2e-6;
-            let ours = at.jacobian[row * slots.len() + column];
-            assert!((ours - difference).abs() < 1e-7, "{} row {row}: {ours} {difference}", model.registry[slot].name);
-        }
-    }
+    assert_derivatives_agree(model, campaign, &values, &slots);
 }
 
 #[test]

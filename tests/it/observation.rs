@@ -228,56 +228,51 @@ fn a_kind_of_ones_own_is_fitted() {
     assert!(found.before.fit.distance[1] > 10.0 * found.after.fit.distance[1]);
 }
 
+/// Height of the point above the measurement frame's origin, m, under any name.
+struct Height {
+    name: &'static str,
+    columns: &'static [ValueColumn],
+}
+
+static OF_HEIGHT: [ValueColumn; 1] = [ValueColumn::length("height")];
+static OF_JOINT: [ValueColumn; 1] = [ValueColumn::length("q1")];
+const HEIGHT: Observes = Observes::new(&Height { name: "height", columns: &OF_HEIGHT });
+const NAMED_AS_KNOWN: Observes = Observes::new(&Height { name: "position", columns: &OF_HEIGHT });
+const TURNED: Observes = Observes::new(&Height { name: "turned", columns: &OF_JOINT });
+
+impl Observation for Height {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        "Height of the point."
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        self.columns
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        [point.position().z, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn derivative(&self, _: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        [by.total().displacement.z, 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        [noise.position[2], 0.0, 0.0, 0.0, 0.0, 0.0]
+    }
+}
+
 #[test]
 fn a_kind_of_ones_own_is_named_by_files() {
-    struct Height;
-    impl Observation for Height {
-        fn name(&self) -> &'static str {
-            "height"
-        }
-        fn about(&self) -> &'static str {
-            "Height of the point."
-        }
-        fn columns(&self) -> &'static [ValueColumn] {
-            &COLUMNS[..1]
-        }
-        fn value(&self, point: &MeasuredPoint) -> Rows {
-            [point.position().z, 0.0, 0.0, 0.0, 0.0, 0.0]
-        }
-        fn derivative(&self, _: &MeasuredPoint, by: &PointDerivative) -> Rows {
-            [by.total().displacement.z, 0.0, 0.0, 0.0, 0.0, 0.0]
-        }
-        fn sigmas(&self, noise: &Noise) -> Rows {
-            [noise.position[2], 0.0, 0.0, 0.0, 0.0, 0.0]
-        }
-    }
-    struct Other;
-    impl Observation for Other {
-        fn name(&self) -> &'static str {
-            "position"
-        }
-        fn about(&self) -> &'static str {
-            ""
-        }
-        fn columns(&self) -> &'static [ValueColumn] {
-            &COLUMNS
-        }
-        fn value(&self, _: &MeasuredPoint) -> Rows {
-            [0.0; MOST_ROWS]
-        }
-        fn derivative(&self, _: &MeasuredPoint, _: &PointDerivative) -> Rows {
-            [0.0; MOST_ROWS]
-        }
-        fn sigmas(&self, _: &Noise) -> Rows {
-            [1.0; MOST_ROWS]
-        }
-    }
-    let height = Observes::new(&Height);
-    let kinds = Kinds::standard().with(height).expect("no such kind before");
-    assert_eq!(kinds.named("height"), Some(height));
-    let twice = kinds.clone().with(height).expect("replaced");
-    assert_eq!(twice.iter().filter(|kind| *kind == height).count(), 1);
-    assert_eq!(kinds.clone().with(Observes::new(&Other)).expect_err("the family's names are its own"), POSITION);
+    let kinds = Kinds::standard().with(HEIGHT).expect("no such kind before");
+    assert_eq!(kinds.named("height"), Some(HEIGHT));
+    let twice = kinds.clone().with(HEIGHT).expect("replaced");
+    assert_eq!(twice.iter().filter(|kind| *kind == HEIGHT).count(), 1);
+    assert_eq!(kinds.clone().with(NAMED_AS_KNOWN).expect_err("the family's names are its own"), POSITION);
     // A file names it where the reader has it, and nowhere else in the process.
     let folder = tempfile::tempdir().expect("a folder");
     let of = |observes: &str, columns: &str| {
@@ -291,7 +286,7 @@ fn a_kind_of_ones_own_is_named_by_files() {
     let reader = Reader::new(Catalogue::standard()).with_kinds(kinds);
     let file = of("height", "height,temperature,time");
     let read = reader.campaign(&file, None).expect("read").campaign;
-    assert_eq!((read.observes, read.readings[0].measured[0]), (height, 0.5));
+    assert_eq!((read.observes, read.readings[0].measured[0]), (HEIGHT, 0.5));
     for (observes, given) in [("height", "one"), ("[position, height]", "a list")] {
         let file = of(observes, "x,y,z");
         let faults = Reader::default().campaign(&file, None).expect_err("not known to this reader").to_string();
@@ -302,33 +297,10 @@ fn a_kind_of_ones_own_is_named_by_files() {
 
 #[test]
 fn a_kind_of_ones_own_shares_no_column_with_a_joint() {
-    struct Turned;
-    impl Observation for Turned {
-        fn name(&self) -> &'static str {
-            "turned"
-        }
-        fn about(&self) -> &'static str {
-            "A joint, read from outside."
-        }
-        fn columns(&self) -> &'static [ValueColumn] {
-            static COLUMN: [ValueColumn; 1] = [ValueColumn::angle("q1")];
-            &COLUMN
-        }
-        fn value(&self, _: &MeasuredPoint) -> Rows {
-            [0.0; MOST_ROWS]
-        }
-        fn derivative(&self, _: &MeasuredPoint, _: &PointDerivative) -> Rows {
-            [0.0; MOST_ROWS]
-        }
-        fn sigmas(&self, _: &Noise) -> Rows {
-            [1.0; MOST_ROWS]
-        }
-    }
-    let turned = Observes::new(&Turned);
-    let kinds = Kinds::standard().with(turned).expect("a new name");
+    let kinds = Kinds::standard().with(TURNED).expect("a new name");
     let mut robot = load_robot("kuka-kr270").expect("bundled").robot;
     robot.variables[0].name = "q1".into();
-    let raw = RawCampaign { observes: Some(RawKinds::one(turned)), ..RawCampaign::default() };
+    let raw = RawCampaign { observes: Some(RawKinds::one(TURNED)), ..RawCampaign::default() };
     let faults = resolve(&raw, &|_| None, &robot, &kinds, &[]).expect_err("one name for two things");
     assert!(faults.iter().any(|fault| fault.message.contains("`q1` is a column of a turned")), "{faults:?}");
 }

@@ -10,18 +10,12 @@ use elastogeo::simulation::{Plan, generator, simulate};
 use serde_json::Value;
 
 use crate::cli::run;
-use crate::support::{KR270_MASSES, heavy_kr270};
+use crate::support::{KR270_MASSES, heavy_kr270, printed_json};
 
 /// A tenth of rounding of what is written: 1e-9 mm, in m.
 const EXACT: f64 = 1e-12;
 
 const GEAR_RATIO: &str = "effects:\n  - {effect: gear-ratio, site: 'joint:3', parameters: {ratio: 4e-4}}\n";
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
 
 /// Poses of the tool (position, rotation vector) and the markers as `simulate` reads them at zero wrench, m and rad.
 fn simulated(model: &Model, q: &[f64]) -> Vec<[f64; 6]> {
@@ -68,8 +62,8 @@ fn a_pose_under_own_weight_is_the_simulated_one() {
     let folder = tempfile::tempdir().expect("a folder");
     for (robot, joints) in robots(folder.path()) {
         let model = load_robot(&robot).expect("a robot").model;
-        let rigid = json(folder.path(), &["pose", &robot, "--joints", joints]);
-        let loaded = json(folder.path(), &["pose", &robot, "--joints", joints, "--weight"]);
+        let rigid = printed_json(folder.path(), &["pose", &robot, "--joints", joints]);
+        let loaded = printed_json(folder.path(), &["pose", &robot, "--joints", joints, "--weight"]);
         assert_eq!((&rigid["own_weight"], &loaded["own_weight"]), (&"left_out".into(), &"included".into()));
         let q = given(&model, joints);
         let readings = simulated(&model, &q);
@@ -97,13 +91,13 @@ fn a_target_is_met_as_own_weight_deflects_the_tool() {
             .map(|(k, v)| format!("{:?}", v / if k < 3 { units.length.factor() } else { units.angle.factor() }))
             .collect();
         let target = target.join(",");
-        let found = json(folder.path(), &["solve", &robot, "--target", &target, "--from", joints, "--weight"]);
+        let found = printed_json(folder.path(), &["solve", &robot, "--target", &target, "--from", joints, "--weight"]);
         assert_eq!(found["own_weight"], "included");
         let solution = &found["solutions"][0]["joints"];
         let solved: Vec<f64> = model.variables.iter().map(|v| solution[&v.name].as_f64().expect("rad")).collect();
         assert!(apart(&simulated(&model, &solved)[0], &seen) < EXACT, "{robot}");
         assert!(apart(&solved, &q) < 1e-6, "{solved:?} {q:?}");
-        let rigid = json(folder.path(), &["solve", &robot, "--target", &target, "--from", joints]);
+        let rigid = printed_json(folder.path(), &["solve", &robot, "--target", &target, "--from", joints]);
         assert_eq!(rigid["own_weight"], "left_out");
         let solution = &rigid["solutions"][0]["joints"];
         let solved: Vec<f64> = model.variables.iter().map(|v| solution[&v.name].as_f64().expect("rad")).collect();
@@ -136,6 +130,6 @@ fn every_command_that_predicts_says_whether_own_weight_is_in() {
         if let (Some(&"simulate"), Some(into)) = (command.first(), command.last()) {
             std::fs::remove_dir_all(folder.path().join(into)).expect("removed");
         }
-        assert_eq!(json(folder.path(), command)["own_weight"], expected, "{command:?}");
+        assert_eq!(printed_json(folder.path(), command)["own_weight"], expected, "{command:?}");
     }
 }

@@ -7,12 +7,7 @@ use nalgebra::Vector3;
 use serde_json::Value;
 
 use super::cli::run;
-
-fn json(folder: &std::path::Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
+use crate::support::printed_json;
 
 fn numbers(value: &Value) -> Vec<f64> {
     let number = |v: &Value| v.as_f64().expect("a number");
@@ -82,7 +77,7 @@ fn a_plane_arm_is_placed_where_it_is_by_hand() {
     ];
     for (movement, expected) in cases {
         let own = if movement.is_empty() { vec![] } else { vec!["--move", movement] };
-        let found = json(folder.path(), &[&place[..], &own].concat());
+        let found = printed_json(folder.path(), &[&place[..], &own].concat());
         let best = found["best"]["rms"].as_f64().expect("a number");
         println!("{movement}: {:.6} mm, by hand {:.6}", 1e3 * best, 1e3 * expected);
         // The grid is coarse: what is found may be a little less.
@@ -95,16 +90,16 @@ fn a_plane_arm_is_placed_where_it_is_by_hand() {
         assert!(movement.is_empty() || best < 0.98 * cases[0].1, "{movement}: {best}");
     }
     // The wrench turned with the workpiece, which turned about its one point.
-    let found = json(folder.path(), &[&place[..], &["--move", "rz=-60:60"]].concat());
+    let found = printed_json(folder.path(), &[&place[..], &["--move", "rz=-60:60"]].concat());
     let turn = found["moved"]["turn"][2].as_f64().expect("a number");
     let wrench = numbers(&found["points"][0]["wrench"]);
     assert!((wrench[0] - (30.0 * turn.cos() + 100.0 * turn.sin())).abs() < 1e-9, "{turn} {wrench:?}");
     // Kept out of the best place, it is somewhere worse, and out of there.
     let shift = ["--move", "x=-200:100,y=-300:200"];
-    let found = json(folder.path(), &[&place[..], &shift].concat());
+    let found = printed_json(folder.path(), &[&place[..], &shift].concat());
     let [x, y] = [0, 1].map(|k| 1e3 * numbers(&found["points"][0]["pose"])[k]);
     let keep_out = format!("{}:{},{}:{},:", x - 30.0, x + 30.0, y - 30.0, y + 30.0);
-    let kept = json(folder.path(), &[&place[..], &shift, &["--keep-out", &keep_out]].concat());
+    let kept = printed_json(folder.path(), &[&place[..], &shift, &["--keep-out", &keep_out]].concat());
     let [u, v] = [0, 1].map(|k| 1e3 * numbers(&kept["points"][0]["pose"])[k]);
     assert!((u - x).abs() >= 30.0 - 1e-6 || (v - y).abs() >= 30.0 - 1e-6, "{x} {y} {u} {v}");
     assert!(kept["best"]["rms"].as_f64() > found["best"]["rms"].as_f64());
@@ -137,7 +132,7 @@ fn the_elbow_of_a_seven_axis_arm_is_the_best_of_a_scan() {
     let text = "q1,q2,q3,q4,q5,q6,q7\n10,20,15,-100,10,110,20\n";
     std::fs::write(folder.path().join("path.csv"), text).expect("written");
     let command = ["place", "franka-panda", "path.csv", "--wrench", "20,0,-60,0,0,0"];
-    let found = json(folder.path(), &command);
+    let found = printed_json(folder.path(), &command);
     let [given, best] = ["given", "best"].map(|key| found[key]["rms"].as_f64().expect("a number"));
     let joints = numbers(&found["points"][0]["joints"]);
 
@@ -180,8 +175,10 @@ fn the_elbow_of_a_seven_axis_arm_is_the_best_of_a_scan() {
     assert!(best < 0.97 * given && best <= 1.0005 * least, "{given} {best} {least}");
     // `pose --wrench` says the same of the joints.
     let written: Vec<String> = joints.iter().map(|v| format!("{:?}", v.to_degrees())).collect();
-    let pose =
-        json(folder.path(), &["pose", "franka-panda", "--joints", &written.join(","), "--wrench", "20,0,-60,0,0,0"]);
+    let pose = printed_json(
+        folder.path(),
+        &["pose", "franka-panda", "--joints", &written.join(","), "--wrench", "20,0,-60,0,0,0"],
+    );
     let claimed = numbers(&found["points"][0]["deflection"]);
     let returned = numbers(&pose["deflection"]["tool"]);
     let size = claimed.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -208,8 +205,8 @@ fn a_placed_path_is_compensated() {
     ];
     let ran = run(folder.path(), &command);
     assert_eq!(ran.status, 0, "{}", ran.err);
-    let one = json(folder.path(), &[&command[..], &["--jobs", "1"]].concat());
-    let two = json(folder.path(), &[&command[..], &["--jobs", "2"]].concat());
+    let one = printed_json(folder.path(), &[&command[..], &["--jobs", "1"]].concat());
+    let two = printed_json(folder.path(), &[&command[..], &["--jobs", "2"]].concat());
     assert_eq!(one, two);
     let [given, posture, best] = ["given", "posture", "best"].map(|key| one[key]["max"].as_f64().expect("a number"));
     assert!(posture <= given && best < 0.95 * posture, "{given} {posture} {best}");
@@ -279,7 +276,7 @@ fn wrong_questions_are_refused() {
     let ran = run(path, &["place", "arm.yaml", "far.csv", "--hold", "x,y", "--move", "x=-1200:0"]);
     assert_eq!(ran.status, 1, "{}", ran.err);
     std::fs::write(path.join("away.csv"), "x,y,z,fx,fy,fz\n1500,200,0,30,-100,0\n").expect("written");
-    let found = json(path, &["place", "arm.yaml", "away.csv", "--hold", "x,y", "--move", "x=-1200:0"]);
+    let found = printed_json(path, &["place", "arm.yaml", "away.csv", "--hold", "x,y", "--move", "x=-1200:0"]);
     assert!(found["given"].is_null() && found["posture"].is_null());
     assert!(found["best"]["rms"].as_f64().is_some_and(|best| best > 0.0));
 }

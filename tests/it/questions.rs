@@ -4,20 +4,11 @@
 use serde_json::Value;
 
 use super::cli::run;
-
-fn json(folder: &std::path::Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, arguments);
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
+use crate::support::{number, printed_json};
 
 fn diagnosed(campaign: &str) -> Value {
     let folder = tempfile::tempdir().expect("a folder");
-    json(folder.path(), &["diagnose", campaign, "--format", "json"])
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
+    printed_json(folder.path(), &["diagnose", campaign])
 }
 
 /// Effect and site of each cause.
@@ -148,7 +139,7 @@ fn applied_description_keeps_the_cause_despite_without() {
     let file = at.join("own/campaign.yaml");
     let text = std::fs::read_to_string(&file).expect("a file");
     std::fs::write(&file, format!("{text}without: [transmission-error]\n")).expect("written");
-    let found = json(at, &["diagnose", "own", "--apply", "found.yaml", "--format", "json"]);
+    let found = printed_json(at, &["diagnose", "own", "--apply", "found.yaml"]);
     assert_eq!(causes(&found), [named("transmission-error", "joint:2")]);
     let held = run(at, &["residuals", "found.yaml", "own", "--format", "json"]);
     assert!(held.status == 0 && !held.err.contains("leaves nothing out"), "{}", held.err);

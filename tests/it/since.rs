@@ -1,7 +1,5 @@
 //! What has moved since an earlier description, and registration alone: against truths that are known.
 
-use std::path::Path;
-
 use elastogeo::description::raw::RawRobot;
 use elastogeo::effects::Catalogue;
 use elastogeo::estimation::{Calibration, Settings, calibrate, changes, comparable, with_uncertainties};
@@ -12,12 +10,7 @@ use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 use serde_json::Value;
 
 use crate::cli::{PLANAR, run};
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
+use crate::support::printed_json;
 
 fn compiled(raw: &RawRobot) -> Model {
     let (robot, diagnostics) = elastogeo::description::resolve::resolve(raw, &|_| None);
@@ -93,10 +86,10 @@ fn what_has_moved_is_named_with_how_far() {
     };
     simulated("monday", "1", "2.d=0.3");
     simulated("friday", "2", "2.d=0.55,2.theta=0.02");
-    let first = json(path, &["identify", "monday", "--save", "monday.yaml"]);
+    let first = printed_json(path, &["identify", "monday", "--save", "monday.yaml"]);
     let saved = std::fs::read_to_string(path.join("monday.yaml")).expect("a file");
     assert!(saved.contains("uncertainties:"), "{saved}");
-    let found = json(path, &["identify", "friday", "--since", "monday.yaml"]);
+    let found = printed_json(path, &["identify", "friday", "--since", "monday.yaml"]);
     let since = &found["since"];
     assert_eq!(since["moved"], serde_json::json!(["2.d", "2.theta"]), "{since:#}");
     let of = |list: &Value, name: &str| -> Value {
@@ -158,7 +151,7 @@ fn a_robot_is_registered_in_spite_of_outliers() {
     let spoilt: Vec<String> = spoilt.collect();
     std::fs::write(&file, spoilt.join("\n")).expect("written");
     let off = |robust: &[&str]| -> f64 {
-        let found = json(path, &[&["register", "c", "--check", "0"], robust].concat());
+        let found = printed_json(path, &[&["register", "c", "--check", "0"], robust].concat());
         let parameters = found["parameters"].as_array().expect("a list");
         assert_eq!(parameters.len(), 9, "{parameters:?}");
         let off = |p: &Value| {
@@ -175,7 +168,7 @@ fn a_robot_is_registered_in_spite_of_outliers() {
     let robust = ["--loss", "tukey", "--save", "registered.yaml"];
     assert!(off(&robust) < 5e-5, "{}", off(&robust));
     // What is saved predicts the good readings without any fit.
-    let found = json(path, &["residuals", "registered.yaml", "c"]);
+    let found = printed_json(path, &["residuals", "registered.yaml", "c"]);
     let errors = found["readings"].as_array().expect("a list").iter().map(|reading| {
         reading["error"].as_array().expect("xyz").iter().map(|v| v.as_f64().expect("mm").powi(2)).sum::<f64>().sqrt()
     });

@@ -12,7 +12,10 @@ use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
 use elastogeo::observation::POSE;
+use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, generator, simulate};
+
+use crate::cli::run;
 
 pub fn model_of(yaml: &str) -> Model {
     let raw: RawRobot = serde_yaml::from_str(yaml).expect("readable");
@@ -40,6 +43,17 @@ pub fn golden() -> serde_json::Value {
 pub fn json(name: &str) -> serde_json::Value {
     let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON")
+}
+
+/// What a command that must succeed prints with `--format json`.
+pub fn printed_json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
+    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
+    assert_eq!(ran.status, 0, "{arguments:?}: {}", ran.err);
+    serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{arguments:?}: {error}:\n{}", ran.out))
+}
+
+pub fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().expect("a number")
 }
 
 pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
@@ -88,4 +102,23 @@ pub fn nominal_path(model: &Model, configurations: &[Vec<f64>]) -> (Campaign, Ve
     let campaign = simulate(&bare, &model.registry.nominal(), &plan, &mut generator(1)).expect("simulated");
     let desired = configurations.iter().map(|q| Ok(Desired { nominal: q.clone(), target: nominal_pose(model, q) }));
     (campaign, desired.collect())
+}
+
+/// Derivatives of the predictions by `slots` are those of central differences, to 1e-7.
+pub fn assert_derivatives_agree(model: &Model, campaign: &Campaign, values: &[f64], slots: &[usize]) {
+    let predictor = Predictor::new(model, campaign, slots.to_vec()).expect("a predictor");
+    let (mut at, mut up, mut down) = (Linearised::default(), Linearised::default(), Linearised::default());
+    predictor.linearise(values, true, &mut at).expect("linearised");
+    for (column, &slot) in slots.iter().enumerate() {
+        for (step, out) in [(1e-6, &mut up), (-1e-6, &mut down)] {
+            let mut moved = values.to_vec();
+            moved[slot] += step;
+            predictor.linearise(&moved, false, out).expect("predicted");
+        }
+        for row in 0..predictor.rows() {
+            let difference = -(up.residual[row] - down.residual[row]) / 2e-6;
+            let ours = at.jacobian[row * slots.len() + column];
+            assert!((ours - difference).abs() < 1e-7, "{} row {row}: {ours} {difference}", model.registry[slot].name);
+        }
+    }
 }

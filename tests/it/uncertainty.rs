@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::cli::run;
 use crate::figures::recorded;
-use crate::support::model_of;
+use crate::support::{model_of, printed_json};
 
 const SEEDS: u64 = 40;
 
@@ -81,12 +81,6 @@ fn positions_lie_within_their_uncertainty() {
     recorded("uncertainty", "cargo test positions_lie_within", &lines);
 }
 
-fn json(folder: &std::path::Path, command: &[&str]) -> Value {
-    let ran = run(folder, &[command, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{command:?} {}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
-
 /// The same figure in every command, in text too; nothing of it for a description that was not fitted.
 #[test]
 fn commands_give_the_uncertainty_of_a_fitted_description() {
@@ -95,13 +89,13 @@ fn commands_give_the_uncertainty_of_a_fitted_description() {
     assert_eq!(run(at, &["init", "c"]).status, 0);
     assert_eq!(run(at, &["identify", "c", "--save", "fitted.yaml"]).status, 0);
     let joints = "q1=10,q2=-70,q3=80,q4=5,q5=30,q6=0";
-    let pose = json(at, &["pose", "fitted.yaml", "--joints", joints]);
+    let pose = printed_json(at, &["pose", "fitted.yaml", "--joints", joints]);
     let own: Vec<f64> =
         pose["standard_uncertainty"].as_array().expect("figures").iter().filter_map(Value::as_f64).collect();
     assert!(own.len() == 3 && own.iter().all(|u| (1e-6..1e-3).contains(u)), "{own:?}");
     let text = run(at, &["pose", "fitted.yaml", "--joints", joints]).out;
     assert!(text.contains(&format!("standard uncertainty of the tool's position: {:.4}, ", 1e3 * own[0])), "{text}");
-    let found = json(at, &["residuals", "fitted.yaml", "c"]);
+    let found = printed_json(at, &["residuals", "fitted.yaml", "c"]);
     let rms = found["predicted_uncertainty"].as_f64().expect("a figure");
     let squares = found["readings"].as_array().expect("readings").iter().map(|reading| {
         let own = reading["standard_uncertainty"].as_array().expect("figures").iter().filter_map(Value::as_f64);
@@ -111,7 +105,7 @@ fn commands_give_the_uncertainty_of_a_fitted_description() {
     assert!((rms - (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()).abs() < 1e-12);
     assert_eq!(run(at, &["residuals", "fitted.yaml", "c", "--table", "r.csv"]).status, 0);
     assert!(std::fs::read_to_string(at.join("r.csv")).expect("a table").starts_with("row,pose,marker,set,error.x"));
-    let plain = json(at, &["pose", "c/robot.yaml", "--joints", joints]);
+    let plain = printed_json(at, &["pose", "c/robot.yaml", "--joints", joints]);
     assert!(plain.get("standard_uncertainty").is_none());
 
     // A covariance that is none is refused with its place.

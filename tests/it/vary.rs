@@ -4,16 +4,7 @@ use serde_json::Value;
 
 use crate::cli::run;
 use crate::figures::recorded;
-
-fn json(folder: &std::path::Path, arguments: &[&str]) -> Value {
-    let ran = run(folder, &[arguments, &["--format", "json"]].concat());
-    assert_eq!(ran.status, 0, "{}", ran.err);
-    serde_json::from_str(&ran.out).expect("JSON")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
-}
+use crate::support::{number, printed_json};
 
 const LEVER: &str = "units: {length: mm, angle: deg, stiffness: N/mm, rotational_stiffness: N.mm/rad}
 variables: [q1]
@@ -32,7 +23,7 @@ fn a_single_spring_has_the_elasticity_minus_one() {
     std::fs::write(folder.path().join("lever.yaml"), LEVER).expect("written");
     std::fs::write(folder.path().join("path.csv"), "q1\n0\n10\n").expect("written");
     let compensate = ["compensate", "lever.yaml", "path.csv", "--wrench=0,10,0,0,0,0", "--hold", "position"];
-    let found = json(folder.path(), &[&compensate[..], &["--vary", "joint_stiffness.*=0.5,4"]].concat());
+    let found = printed_json(folder.path(), &[&compensate[..], &["--vary", "joint_stiffness.*=0.5,4"]].concat());
     assert!((number(&found["declared"]["greatest"][1]) - 1e-4).abs() < 1e-8, "{found}");
     for (varied, factor) in found["varied"].as_array().expect("varied").iter().zip([0.5, 4.0]) {
         assert_eq!(varied["places"], serde_json::json!(["joint_stiffness.1.kar.value"]));
@@ -84,7 +75,7 @@ fn what_the_deviations_by_the_strip_depend_on() {
     ];
     let compensate = ["compensate", "kuka-ir663", "ir663-strip", "--process", "ir663-strip"];
     let asked: Vec<&str> = varied.iter().flat_map(|varied| ["--vary", varied]).collect();
-    let found = json(folder.path(), &[&compensate[..], &asked].concat());
+    let found = printed_json(folder.path(), &[&compensate[..], &asked].concat());
     // The path slides along the strip from its sixth point on.
     let from_to = |of: &Value| {
         let points = of["points"].as_array().expect("points");
@@ -120,7 +111,7 @@ fn what_the_deviations_by_the_strip_depend_on() {
         std::fs::write(folder.path().join("moved.yaml"), process).expect("written");
         std::fs::write(folder.path().join("moved.csv"), path).expect("written");
         let arguments = ["compensate", "kuka-ir663", "moved.csv", "--process", "moved.yaml"];
-        json(folder.path(), &[&arguments[..], &["--vary", "joint_stiffness.8.kar=1.2"]].concat())
+        printed_json(folder.path(), &[&arguments[..], &["--vary", "joint_stiffness.8.kar=1.2"]].concat())
     };
     for (dx, dz) in [(-400.0, -550.0), (-200.0, -800.0)] {
         let found = moved(dx, dz);
@@ -141,7 +132,7 @@ fn what_the_deviations_by_the_strip_depend_on() {
     }
     std::fs::write(folder.path().join("grid.csv"), grid).expect("written");
     let pushed = ["compensate", "kuka-ir663", "grid.csv", "--wrench=0,0,-1100,0,0,0"];
-    let found = json(folder.path(), &[&pushed[..], &["--vary", "joint_stiffness.8.kar=1.5,2"]].concat());
+    let found = printed_json(folder.path(), &[&pushed[..], &["--vary", "joint_stiffness.8.kar=1.5,2"]].concat());
     let range = |of: &Value| {
         let sizes = of["points"].as_array().expect("points").iter();
         let size = |point: &Value| (0..3).map(|k| point[k].as_f64().unwrap_or(f64::NAN).powi(2)).sum::<f64>().sqrt();

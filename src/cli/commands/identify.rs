@@ -29,20 +29,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let by_rules = super::identify_fuzzy::asked(command)?;
     let what = if by_rules { None } else { what(&command.what)? };
     let loss = loss(&command.robust)?;
-    if !(0.0..=0.9).contains(&command.check) {
-        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
-    }
-    if let Some(path) = &command.save {
-        can_write(path)?;
-    }
-    for (flag, path) in [("--table", &command.table), ("--configurations", &command.configurations)] {
-        let Some(path) = path else { continue };
-        writable_table(path)?;
-        if by_rules {
-            let message = format!("{flag}: rules are no list of parameters");
-            return Err(Error::input(message, "write them with --save-rules"));
-        }
-    }
+    can_be_done(command, by_rules)?;
     let (scaling, criterion) = reduction(&command.reduction)?;
     let loaded = session
         .reader
@@ -50,12 +37,6 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let mut settings = Settings { scaling, criterion, loss, ..settings(command, what) };
-    if by_rules && command.since.is_some() {
-        return Err(Error::input("--since, and rules are identified", "leave --what out: parameters are compared"));
-    }
-    if by_rules && command.against.is_some() {
-        return Err(Error::input("--against, and rules are identified", "leave --what out: parameters are compared"));
-    }
     if command.since.is_some() {
         settings = comparable(&loaded.robot.raw, model, &loaded.campaign, settings)?;
     }
@@ -90,6 +71,31 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         configurations: command.configurations.as_deref(),
     };
     calibrated(session, &loaded, given, &settings, &asked)
+}
+
+/// Refuses options out of range, files that could not be written, and what rules have not.
+fn can_be_done(command: &Identify, by_rules: bool) -> Result<(), Error> {
+    if !(0.0..=0.9).contains(&command.check) {
+        return Err(Error::input(format!("--check `{}`", command.check), "give a share from 0 to 0.9"));
+    }
+    if let Some(path) = &command.save {
+        can_write(path)?;
+    }
+    for (flag, path) in [("--table", &command.table), ("--configurations", &command.configurations)] {
+        let Some(path) = path else { continue };
+        writable_table(path)?;
+        if by_rules {
+            let message = format!("{flag}: rules are no list of parameters");
+            return Err(Error::input(message, "write them with --save-rules"));
+        }
+    }
+    let compared = [("--since", command.since.is_some()), ("--against", command.against.is_some())];
+    match compared.into_iter().find(|(_, is_given)| by_rules && *is_given) {
+        Some((flag, _)) => {
+            Err(Error::input(format!("{flag}, and rules are identified"), "leave --what out: parameters are compared"))
+        }
+        None => Ok(()),
+    }
 }
 
 /// What to do where another set of parameters cannot be compared.
@@ -198,21 +204,10 @@ pub(super) fn calibrated(
     output.diagnostics.extend(loaded.outside());
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     let mut output = output.judged(judged, session.arguments.force)?;
-    if let Some(path) = asked.table {
-        output.tables.push((path.to_path_buf(), tables::parameters(&result, path)?));
-        output.text += &format!("parameters: {}\n", path.display());
-    }
-    if let Some(path) = asked.configurations {
-        if result.configurations.is_empty() {
-            let message = "--configurations: no configuration with positions is held out";
-            return Err(Error::input(message, "hold some out with --check, or mark them `check` in the column `set`"));
-        }
-        output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
-        output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
-    }
+    write_tables(&mut output, &result, asked)?;
     // A robust loss is there for readings that are far off.
     let is_robust = settings.loss != Loss::Squares;
-    let is_borne = |told: &Diagnostic| told.code == Code::OutlyingReadings && is_robust;
+    let is_borne = |of: &Diagnostic| of.code == Code::OutlyingReadings && is_robust;
     let doubt = output.doubt_in_values(session.arguments.force, is_borne);
     match asked.save {
         Some(path) if output.failed || doubt.is_some() => output.not_written(path, doubt),
@@ -225,6 +220,23 @@ pub(super) fn calibrated(
         None => {}
     }
     Ok(output)
+}
+
+/// The tables asked for of a calibration: its parameters, its configurations held out.
+fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> Result<(), Error> {
+    if let Some(path) = asked.table {
+        output.tables.push((path.to_path_buf(), tables::parameters(result, path)?));
+        output.text += &format!("parameters: {}\n", path.display());
+    }
+    if let Some(path) = asked.configurations {
+        if result.configurations.is_empty() {
+            let message = "--configurations: no configuration with positions is held out";
+            return Err(Error::input(message, "hold some out with --check, or mark them `check` in the column `set`"));
+        }
+        output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
+        output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
+    }
+    Ok(())
 }
 
 /// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.

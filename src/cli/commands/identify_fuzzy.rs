@@ -81,19 +81,7 @@ pub fn run(
     session: &Session,
 ) -> Result<Output, Error> {
     let model = &loaded.robot.model;
-    if !campaign.observes.is_difference() {
-        return Err(Error::input(
-            "rules are fitted to deflections, and the campaign observes something else",
-            "measure loaded minus unloaded positions (`observes: deflection`)",
-        ));
-    }
-    let several = campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker);
-    if several && campaign.readings.iter().any(|reading| reading.load_point == LoadPoint::Measured) {
-        return Err(Error::input(
-            "rules are those of one body under one load, and the loads act at each of several markers",
-            "say where on the tool they act (`load_point`), or give the readings of one marker",
-        ));
-    }
+    holds_rules(campaign)?;
     let (fitted, of_fitted) = match command.fit_force {
         Some(force) => under(campaign, held_out, force)?,
         None => (campaign.clone(), held_out.to_vec()),
@@ -158,6 +146,24 @@ pub fn run(
     bar.finish_and_clear();
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     Ok(output)
+}
+
+/// Refuses readings to which rules cannot be fitted.
+fn holds_rules(campaign: &Campaign) -> Result<(), Error> {
+    if !campaign.observes.is_difference() {
+        return Err(Error::input(
+            "rules are fitted to deflections, and the campaign observes something else",
+            "measure loaded minus unloaded positions (`observes: deflection`)",
+        ));
+    }
+    let several = campaign.readings.iter().any(|reading| reading.marker != campaign.readings[0].marker);
+    if several && campaign.readings.iter().any(|reading| reading.load_point == LoadPoint::Measured) {
+        return Err(Error::input(
+            "rules are those of one body under one load, and the loads act at each of several markers",
+            "say where on the tool they act (`load_point`), or give the readings of one marker",
+        ));
+    }
+    Ok(())
 }
 
 /// Errors of all methods asked for, over the readings of `judged` that count; and whether the correction of the grey one

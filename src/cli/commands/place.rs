@@ -11,6 +11,7 @@ use crate::cli::session::Session;
 use crate::cli::values::{hold, joints, movement, units_with, wrench};
 use crate::compensation::{Desired, Hold, Refusal};
 use crate::description::path::Path;
+use crate::description::units::Units;
 use crate::description::validity::State;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable_table};
@@ -34,20 +35,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     let loaded = loaded;
     let (model, own) = (&loaded.model, &loaded.raw.units);
     let units = units_with(own, command.units.as_deref())?;
-    let wanted = Wanted {
-        hold: if command.hold.is_empty() { Hold::of(model.variables.len()) } else { hold(&command.hold)? },
-        within: movement("--move", own, &command.movement)?,
-        directions: ["x", "y", "z"]
-            .map(|axis| command.direction.is_empty() || command.direction.iter().any(|own| own == axis)),
-        weight: command.weight,
-        least: match command.least {
-            LeastName::Rms => Least::Rms,
-            LeastName::Max => Least::Max,
-        },
-        worst_condition: command.condition,
-        seed: session.seed(),
-        search: Search::default(),
-    };
+    let wanted = wanted(command, &loaded, session)?;
     let from = command.from.as_deref().map(|text| joints(model, own, text)).transpose()?;
     let path = session.reader.path(&command.path, &loaded, units)?;
     if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
@@ -94,13 +82,37 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     let mut found = Placement::new(model, &names, given.as_ref(), &placed, &wanted);
     found.process = process.map(|process| process.name);
     found.table = command.table.as_ref().map(|file| file.display().to_string());
-    let mut output = Output::new(render::placement(&found, session.terminal.screen), &found)?;
-    if let Some(file) = &command.table {
-        output.text += &format!("the path there, with its joints and wrenches: {}\n", file.display());
-        output.tables.push((file.clone(), render::table(&found, &units, file)?));
-    }
+    let mut output = output(&found, command, session, &units)?;
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// What was found as text and JSON, and the table of the path where it is asked for.
+fn output(found: &Placement, command: &PlaceOf, session: &Session, units: &Units) -> Result<Output, Error> {
+    let mut output = Output::new(render::placement(found, session.terminal.screen), found)?;
+    if let Some(file) = &command.table {
+        output.text += &format!("the path there, with its joints and wrenches: {}\n", file.display());
+        output.tables.push((file.clone(), render::table(found, units, file)?));
+    }
+    Ok(output)
+}
+
+/// What is asked of the place.
+fn wanted(command: &PlaceOf, loaded: &LoadedRobot, session: &Session) -> Result<Wanted, Error> {
+    Ok(Wanted {
+        hold: if command.hold.is_empty() { Hold::of(loaded.model.variables.len()) } else { hold(&command.hold)? },
+        within: movement("--move", &loaded.raw.units, &command.movement)?,
+        directions: ["x", "y", "z"]
+            .map(|axis| command.direction.is_empty() || command.direction.iter().any(|own| own == axis)),
+        weight: command.weight,
+        least: match command.least {
+            LeastName::Rms => Least::Rms,
+            LeastName::Max => Least::Max,
+        },
+        worst_condition: command.condition,
+        seed: session.seed(),
+        search: Search::default(),
+    })
 }
 
 /// Targets of the tool centre point; where the path is out of reach as it is given, those that its poses say.

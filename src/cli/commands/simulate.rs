@@ -11,6 +11,7 @@ use campaign::{Made, delivered};
 use drawn::configurations;
 use errors::{effect, set_errors};
 
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 use crate::Error;
@@ -35,18 +36,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     if session.reader.is_campaign(&command.robot) {
         return designed::run(command, session);
     }
-    if command.placements != 1 {
-        return Err(Error::input(
-            format!("--placements, and `{}` is no campaign", command.robot),
-            "give a campaign file with `contacts:` of a `group:`",
-        ));
-    }
-    let mut loaded = session.reader.robot(&command.robot)?;
-    for text in &command.effect {
-        let entry = effect(&loaded.model, text)?;
-        loaded.model.switch_on(entry);
-    }
-    keep_out(&command.keep_out, &mut loaded)?;
+    let mut loaded = robot(command, session)?;
     let mut diagnostics = Vec::new();
     let model = &loaded.model;
     let mut random = generator(seed);
@@ -92,19 +82,48 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
     }
     if !command.sessions.is_empty() {
-        share_out(command, &mut blank)?;
-        loaded.model = loaded.model.arranged(&blank);
-        values.extend_from_slice(&loaded.model.registry.nominal()[values.len()..]);
-        for session in 0..command.sessions.len() {
-            let of = InSession { session, station: 0 };
-            set_up(&loaded.model, &plan.markers, of, unknown, &mut values, &mut random);
-        }
+        in_sessions(command, &plan, &mut blank, &mut loaded.model, &mut values, &mut random)?;
     }
     let campaign = carry_out(&loaded.model, &values, &plan, blank, &mut random)?;
     let mut output =
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, None, &mut random)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+/// The robot with the effects asked for and with what it must not touch.
+fn robot(command: &Simulate, session: &Session) -> Result<LoadedRobot, Error> {
+    if command.placements != 1 {
+        return Err(Error::input(
+            format!("--placements, and `{}` is no campaign", command.robot),
+            "give a campaign file with `contacts:` of a `group:`",
+        ));
+    }
+    let mut loaded = session.reader.robot(&command.robot)?;
+    for text in &command.effect {
+        let entry = effect(&loaded.model, text)?;
+        loaded.model.switch_on(entry);
+    }
+    keep_out(&command.keep_out, &mut loaded)?;
+    Ok(loaded)
+}
+
+/// Sets each session up for itself, and shares the configurations out to them.
+fn in_sessions(
+    command: &Simulate,
+    plan: &Plan,
+    campaign: &mut Campaign,
+    model: &mut Model,
+    values: &mut Vec<f64>,
+    random: &mut ChaCha8Rng,
+) -> Result<(), Error> {
+    share_out(command, campaign)?;
+    *model = model.arranged(campaign);
+    values.extend_from_slice(&model.registry.nominal()[values.len()..]);
+    for session in 0..command.sessions.len() {
+        set_up(model, &plan.markers, InSession { session, station: 0 }, plan.estimate, values, random);
+    }
+    Ok(())
 }
 
 /// Shares the configurations out to the sessions, in order.

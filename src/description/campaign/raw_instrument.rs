@@ -26,7 +26,7 @@ pub struct RawInstrument {
 /// Noise of a coordinate.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
 pub enum RawSigma {
     /// The same along all axes.
     All(f64),

@@ -16,7 +16,7 @@ pub enum Unknown {
 /// A value, or `unknown`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
 pub enum OrUnknown<T> {
     /// Known.
     Known(T),
@@ -37,7 +37,7 @@ impl<T: Copy> OrUnknown<T> {
 /// A fixed point from which distances are measured, in the measurement frame.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
 pub enum RawAnchor {
     /// Known.
     At([f64; 3]),

@@ -142,7 +142,11 @@ impl<'a> RowReader<'a> {
             faults.check_size(row, &column, value * factor);
             let mut measured = [0.0; MOST_ROWS];
             measured[0] = value * factor;
-            let target = campaign.sensor_of(&observes, &variable.name).unwrap_or(0);
+            let Some(target) = campaign.sensor_of(&observes, &variable.name) else {
+                let diagnostic = Diagnostic::error(format!("column `{column}`: a campaign reads joints in one way"));
+                faults.push(diagnostic.at(row.place(&column)).remedy("write a campaign for each kind"));
+                continue;
+            };
             campaign.readings.push(Reading { observes, target, measured, ..blank });
         }
     }

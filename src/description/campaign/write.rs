@@ -45,10 +45,6 @@ fn shown(value: f64, kind: Kind, units: &Units) -> String {
 pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], units: &Units) -> io::Result<String> {
     let readings = &campaign.readings;
     let begins = |row: &usize| *row == 0 || readings[*row].row == 0 || readings[*row].row != readings[*row - 1].row;
-    let of_row = |row: usize| {
-        let more = readings[row + 1..].iter().take_while(move |other| other.row != 0 && other.row == readings[row].row);
-        std::iter::once(&readings[row]).chain(more)
-    };
     let any = |holds: fn(&Reading) -> bool| readings.iter().any(holds);
     let mut sheet = Sheet::new();
     sheet.texts("pose", |row| campaign.poses[readings[row].pose].clone());
@@ -68,43 +64,11 @@ pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], u
                 let own = reading.observes.columns().iter().position(|known| known.name == column.name);
                 own.map(|k| reading.measured[k])
             };
-            of_row(row).find_map(own).map_or_else(String::new, |value| shown(value, column.kind, units))
+            of_row(readings, row).find_map(own).map_or_else(String::new, |value| shown(value, column.kind, units))
         });
     }
-    for name in target_columns(campaign) {
-        sheet.texts(name, move |row| {
-            let own = |reading: &Reading| {
-                let target = campaign.targets.get(reading.target).filter(|target| target.column == name);
-                target.filter(|_| reading.observes.target_column() == Some(name))
-            };
-            of_row(row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
-        });
-    }
-    for group in groups(campaign).into_iter().filter(|_| target_columns(campaign).contains(&"contact")) {
-        sheet.texts(group, move |row| {
-            let own = |reading: &Reading| {
-                let target = campaign.targets.get(reading.target);
-                let target = target.filter(|target| reading.observes.target_column() == Some(target.column));
-                let member = target.and_then(|target| target.member.1.as_ref());
-                member.filter(|[column, _]| column == group).map(|[_, member]| member.clone())
-            };
-            of_row(row).find_map(own).unwrap_or_default()
-        });
-    }
-    for variable in variables {
-        let of_variable = move |reading: &&Reading| {
-            let target = campaign.targets.get(reading.target);
-            reading.observes.by_variable().is_some() && target.is_some_and(|own| own.member.0 == variable.name)
-        };
-        let Some(prefix) = readings.iter().find(of_variable).and_then(|reading| reading.observes.by_variable()) else {
-            continue;
-        };
-        let unit = if variable.is_angle { units.torque.factor() } else { units.force.factor() };
-        sheet.column(format!("{prefix}.{}", variable.name), move |row| {
-            let own = of_row(row).find(of_variable);
-            own.map_or_else(String::new, |reading| (reading.measured[0] / unit).to_string())
-        });
-    }
+    target_cells(&mut sheet, campaign);
+    torque_cells(&mut sheet, campaign, variables, units);
     for (name, names, of) in [
         ("session", &campaign.sessions.names, (|at| at.session) as fn(&InSession) -> usize),
         ("station", &campaign.sessions.stations, |at| at.station),
@@ -135,6 +99,56 @@ pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], u
     }
     sheet.texts("set", |row| if readings[row].check == Some(true) { "check" } else { "fit" }.into());
     sheet.csv((0..readings.len()).filter(begins))
+}
+
+/// The readings that were one row of a file with the one at an index.
+fn of_row(readings: &[Reading], row: usize) -> impl Iterator<Item = &Reading> {
+    let more = readings[row + 1..].iter().take_while(move |other| other.row != 0 && other.row == readings[row].row);
+    std::iter::once(&readings[row]).chain(more)
+}
+
+/// Columns that say what readings refer to, and in which placement of its fixture it stood.
+fn target_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign) {
+    let readings = &campaign.readings;
+    for name in target_columns(campaign) {
+        sheet.texts(name, move |row| {
+            let own = |reading: &Reading| {
+                let target = campaign.targets.get(reading.target).filter(|target| target.column == name);
+                target.filter(|_| reading.observes.target_column() == Some(name))
+            };
+            of_row(readings, row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
+        });
+    }
+    for group in groups(campaign).into_iter().filter(|_| target_columns(campaign).contains(&"contact")) {
+        sheet.texts(group, move |row| {
+            let own = |reading: &Reading| {
+                let target = campaign.targets.get(reading.target);
+                let target = target.filter(|target| reading.observes.target_column() == Some(target.column));
+                let member = target.and_then(|target| target.member.1.as_ref());
+                member.filter(|[column, _]| column == group).map(|[_, member]| member.clone())
+            };
+            of_row(readings, row).find_map(own).unwrap_or_default()
+        });
+    }
+}
+
+/// Columns of the readings of single joints.
+fn torque_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign, variables: &'a [Variable], units: &Units) {
+    let readings = &campaign.readings;
+    for variable in variables {
+        let of_variable = move |reading: &&Reading| {
+            let target = campaign.targets.get(reading.target);
+            reading.observes.by_variable().is_some() && target.is_some_and(|own| own.member.0 == variable.name)
+        };
+        let Some(prefix) = readings.iter().find(of_variable).and_then(|reading| reading.observes.by_variable()) else {
+            continue;
+        };
+        let unit = if variable.is_angle { units.torque.factor() } else { units.force.factor() };
+        sheet.column(format!("{prefix}.{}", variable.name), move |row| {
+            let own = of_row(readings, row).find(of_variable);
+            own.map_or_else(String::new, |reading| (reading.measured[0] / unit).to_string())
+        });
+    }
 }
 
 /// What a row says of readings besides its joints, by column: what is touched and where, what is carried, in which session.

@@ -193,7 +193,7 @@ raw! {
 /// A value of an effect's parameter.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
 pub enum RawAmount {
     /// A number, SI.
     Number(f64),

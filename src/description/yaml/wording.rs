@@ -129,7 +129,7 @@ impl Subject<'_> {
                 let diagnostic = Diagnostic::error(format!("the tag `{}` means nothing here", clip(tag)));
                 (About::Value, diagnostic.remedy("remove it"))
             }
-            Error::Message { msg, .. } => (About::Value, Diagnostic::error(format!("{name}: {}", message(msg)))),
+            Error::Message { msg, .. } => (About::Value, Diagnostic::error(format!("{name}: {msg}"))),
             other => {
                 let message = UserMessageFormatter.format_message(other).into_owned();
                 (About::Text, Diagnostic::error(message).code(Code::Syntax))
@@ -254,12 +254,4 @@ fn number_remedy(text: &str, node: Option<&Node>, ty: &str) -> Option<String> {
     let (value, unit) = written.split_at(digits);
     is_number(value.trim())
         .then(|| format!("write the number alone (`{}`); `units:` says the unit, not `{unit}`", value.trim()))
-}
-
-/// A message of one of our own types, or of serde for it.
-fn message(text: &str) -> String {
-    if text.starts_with("data did not match any variant of untagged enum") {
-        return "the value fits none of the forms that are accepted here".to_owned();
-    }
-    text.to_owned()
 }

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::law::{Elasticity, JointCompliance, Misfit, Triangle, elasticity_within};
 use super::value::{CompensatorError, Value, refuse};
 use crate::description::campaign::Campaign;
+use crate::description::parameters::Owner;
 use crate::elements::Spring;
 use crate::estimation::problem::row_sigmas;
 use crate::estimation::result::Estimate;
@@ -73,7 +74,7 @@ pub fn from_deflections(
         return refuse(format!("{} readings are no deflections", campaign.observes.name()));
     }
     let [rate, length, ..] = spring.slots;
-    let joint = format!("joint{}.kar", model.frames[spring.pivot].name);
+    let joint = Owner::Joint(&model.frames[spring.pivot].name).parameter("kar");
     let Some(joint) = model.registry.slot(&joint) else {
         return refuse(format!(
             "the description gives no `{joint}`: the joint that the spring unloads has no spring of its own"
@@ -93,10 +94,33 @@ pub fn from_deflections(
         ));
     }
 
-    // In one step.
+    let own = [joint, rate, length];
+    let mut one_step = in_one_step(model, campaign, own)?;
+    let others: Vec<Slot> = one_step.others.iter().map(|(slot, _)| *slot).collect();
+    let first = by_angle(model, campaign, &groups, joint, &others, &with(&nominal, &[(rate, 0.0)]))?;
+    let (mut elasticity, misfit) =
+        elasticity_within(&triangle, &first.compliances(), &first.covariance, first.freedom)?;
+    let law = |of: &Elasticity| {
+        let all = first
+            .angles
+            .iter()
+            .map(|at| (at.compliance.compliance - of.compliance(&triangle, at.compliance.angle)).powi(2));
+        (all.sum::<f64>() / first.angles.len() as f64).sqrt()
+    };
+    elasticity.rms = law(&elasticity);
+    one_step.elasticity.rms = law(&one_step.elasticity);
+    let residual = left_by(model, campaign, own, &elasticity, &first.others)?;
+    let two_steps = Way { elasticity, others: first.others.clone(), residual };
+    Ok(FromDeflections { triangle, residual: first.residual, angles: first.angles, misfit, two_steps, one_step })
+}
+
+/// Joint, rate and free length of the spring (`own`) with all other springs that the readings determine, in one fit of the
+/// deflections.
+fn in_one_step(model: &Model, campaign: &Campaign, own: [Slot; 3]) -> Result<Way, CompensatorError> {
+    let [joint, rate, length] = own;
     let elastic = What { geometric: false, elastic: true };
     let mut slots = candidates(model, campaign, elastic).map_err(failed)?;
-    slots.extend([joint, rate, length].into_iter().filter(|slot| !slots.contains(slot)).collect::<Vec<_>>());
+    slots.extend(own.into_iter().filter(|slot| !slots.contains(slot)).collect::<Vec<_>>());
     let settings = Settings { only: Some(slots), ..Settings::default() };
     let found =
         calibrate(model, campaign, &vec![false; campaign.readings.len()], &settings, &mut |_| {}).map_err(failed)?;
@@ -109,7 +133,6 @@ pub fn from_deflections(
     if !found.converged() {
         return refuse(format!("the fit in one step did not converge ({})", found.ending));
     }
-    let own = [joint, rate, length];
     let kept = found.estimates.iter().filter(|of| of.identifiable() && !own.contains(&of.slot));
     let others: Vec<Slot> = kept.map(|of| of.slot).collect();
     let stiffness = estimate(rate)?;
@@ -119,28 +142,23 @@ pub fn from_deflections(
         free_length: estimate(length)?,
         rms: 0.0,
     };
-    let one_step = Way {
+    Ok(Way {
         others: others.iter().map(|&slot| Ok((slot, estimate(slot)?))).collect::<Result<_, CompensatorError>>()?,
         residual: found.after.fit.coordinate[0],
         elasticity,
-    };
+    })
+}
 
-    // In two.
-    let first = by_angle(model, campaign, &groups, joint, &others, &with(&nominal, &[(rate, 0.0)]))?;
-    let (mut elasticity, misfit) =
-        elasticity_within(&triangle, &first.compliances(), &first.covariance, first.freedom)?;
-    let law = |of: &Elasticity| {
-        let all = first
-            .angles
-            .iter()
-            .map(|at| (at.compliance.compliance - of.compliance(&triangle, at.compliance.angle)).powi(2));
-        (all.sum::<f64>() / first.angles.len() as f64).sqrt()
-    };
-    elasticity.rms = law(&elasticity);
-    let mut one_step = one_step;
-    one_step.elasticity.rms = law(&one_step.elasticity);
-    let mut values = nominal;
-    first.others.iter().for_each(|(slot, value)| values[*slot] = value.value);
+/// Root mean square of what a law and other springs leave of the deflections, m.
+fn left_by(
+    model: &Model,
+    campaign: &Campaign,
+    [joint, rate, length]: [Slot; 3],
+    elasticity: &Elasticity,
+    others: &[(Slot, Value)],
+) -> Result<f64, CompensatorError> {
+    let mut values = model.registry.nominal();
+    others.iter().for_each(|(slot, value)| values[*slot] = value.value);
     let all = [
         (joint, elasticity.joint.value),
         (rate, 1.0 / elasticity.spring.value),
@@ -150,9 +168,7 @@ pub fn from_deflections(
     Predictor::new(model, campaign, Vec::new())
         .and_then(|predictor| predictor.linearise(&with(&values, &all), false, &mut predicted))
         .map_err(failed)?;
-    let residual = crate::estimation::errors_of(campaign, &predicted.residual, |_| true).coordinate[0];
-    let two_steps = Way { elasticity, others: first.others.clone(), residual };
-    Ok(FromDeflections { triangle, residual: first.residual, angles: first.angles, misfit, two_steps, one_step })
+    Ok(crate::estimation::errors_of(campaign, &predicted.residual, |_| true).coordinate[0])
 }
 
 fn failed(error: impl std::fmt::Display) -> CompensatorError {

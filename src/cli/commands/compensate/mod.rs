@@ -20,6 +20,7 @@ use crate::cli::values::{hold, joints, units_with};
 use crate::compensation::{Deflects, Desired, Hold, Refusal, Settings, compensate};
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
+use crate::description::units::Units;
 use crate::description::validity::State;
 use crate::diagnostic::Diagnostic;
 use crate::elastics::{Elastics, fuzzy_doubts};
@@ -32,22 +33,7 @@ use crate::results::Compensation;
 use crate::results::units::mm;
 
 pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
-    if let Some(table) = &command.table {
-        writable_table(table)?;
-    }
-    let within = |value: f64, most: f64| value > 0.0 && value <= most;
-    if !within(residual(command), 10.0) || !within(command.largest, 90.0) {
-        return Err(Error::input(
-            "a number is out of range",
-            "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
-        ));
-    }
-    if command.keep_going && command.table.is_none() && command.program.is_none() {
-        return Err(Error::input(
-            "--keep-going, and nothing is to be written",
-            "add --table FILE or --program LANGUAGE",
-        ));
-    }
+    can_be_done(command)?;
     let program = Program::new(command, session)?;
     let held = if command.hold.is_empty() { None } else { Some(hold(&command.hold)?) };
     let loaded = session.reader.robot(&command.robot)?;
@@ -85,8 +71,8 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     diagnostics.extend(compliance_doubts(model, &path, &desired, process.is_some())?);
     let values = model.registry.nominal();
     let outcome = compensate(model, &values, &path.campaign, &desired, process.as_ref(), &settings)?;
-    let corrected = outcome.points.iter().zip(&path.campaign.readings).enumerate();
-    let states = corrected.filter_map(|(index, (point, reading))| {
+    let met = outcome.points.iter().zip(&path.campaign.readings).enumerate();
+    let states = met.filter_map(|(index, (point, reading))| {
         let temperature = path.campaign.conditions.temperature_of(index);
         Some(State { temperature, ..State::new(&point.as_ref().ok()?.corrected.joints, &reading.wrench) })
     });
@@ -95,24 +81,9 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     found.process = process.map(|process| process.name);
     diagnostics.extend(linear_doubt(command, &found));
     diagnostics.extend(program.as_ref().and_then(|program| program.doubt(&found, shown.geometry())));
-    let all_met = found.refused.is_empty();
-    let is_written = all_met || command.keep_going;
-    let mut text = render::compensation(&found, session.terminal.screen);
-    let mut tables = Vec::new();
-    if let Some(file) = &command.table {
-        let shown = file.display();
-        if is_written {
-            tables.push((file.clone(), render::table(&found, &units, file)?));
-            found.table = Some(shown.to_string());
-            text += &format!("commands, and the controller's poses of them: {shown}\n");
-        } else {
-            text += &format!("{shown} is not written, since points are refused; --keep-going writes the others\n");
-        }
-    }
-    let mut output = Output::new(text, &found)?;
-    output.tables = tables;
-    output.failed = !all_met;
+    let mut output = corrected(command, session, &mut found, &units)?;
     output.diagnostics = diagnostics;
+    let is_written = !output.failed || command.keep_going;
     match program {
         Some(program) if is_written => program.output(&found, file, output),
         Some(_) => {
@@ -123,6 +94,53 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
         }
         None => Ok(output),
     }
+}
+
+/// Refuses options out of range, and files that could not be written.
+fn can_be_done(command: &Compensate) -> Result<(), Error> {
+    if let Some(table) = &command.table {
+        writable_table(table)?;
+    }
+    let within = |value: f64, most: f64| value > 0.0 && value <= most;
+    if !within(residual(command), 10.0) || !within(command.largest, 90.0) {
+        return Err(Error::input(
+            "a number is out of range",
+            "--residual is above 0 and at most 10 mm, --largest above 0 and at most 90 deg",
+        ));
+    }
+    if command.keep_going && command.table.is_none() && command.program.is_none() {
+        return Err(Error::input(
+            "--keep-going, and nothing is to be written",
+            "add --table FILE or --program LANGUAGE",
+        ));
+    }
+    Ok(())
+}
+
+/// The commands as text and JSON, and their table where one is asked for and written.
+fn corrected(
+    command: &Compensate,
+    session: &Session,
+    found: &mut Compensation,
+    units: &Units,
+) -> Result<Output, Error> {
+    let all_met = found.refused.is_empty();
+    let mut text = render::compensation(found, session.terminal.screen);
+    let mut tables = Vec::new();
+    if let Some(file) = &command.table {
+        let shown = file.display();
+        if all_met || command.keep_going {
+            tables.push((file.clone(), render::table(found, units, file)?));
+            found.table = Some(shown.to_string());
+            text += &format!("commands, and the controller's poses of them: {shown}\n");
+        } else {
+            text += &format!("{shown} is not written, since points are refused; --keep-going writes the others\n");
+        }
+    }
+    let mut output = Output::new(text, found)?;
+    output.tables = tables;
+    output.failed = !all_met;
+    Ok(output)
 }
 
 /// Residual up to which a point counts as met, mm.

@@ -76,54 +76,15 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
 /// Readings are added to those of the file, in the session and the placement asked for, else in the last.
 fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCampaign) -> Result<Campaigned, Error> {
     let mut campaign = loaded.campaign;
-    let names = &mut campaign.sessions.names;
-    if let (true, Some(name)) = (names.iter().all(String::is_empty), &command.session) {
-        return Err(Error::input(
-            format!("--session {name}: the readings name no sessions"),
-            "leave --session out, or name the session of the readings in a column `session`",
-        ));
-    }
-    let last = names.len().saturating_sub(1);
-    let session = match &command.session {
-        None => last,
-        Some(name) => names.iter().position(|known| known == name).unwrap_or_else(|| {
-            names.push(name.clone());
-            names.len() - 1
-        }),
-    };
+    let (last, session) = sessions(command, &mut campaign.sessions.names)?;
     let is_new = session > last;
     let arranged = file.robot.model.arranged(&campaign);
     let settings = RegistrationSettings::default();
     let (mut values, _) = registered(&arranged, &campaign, &arranged.registry.nominal(), &settings)?;
     if is_new {
-        // A new session begins about where the last one ended.
-        let [from, to] = [last, session].map(|session| InSession { session, station: 0 });
-        for (shared, count, slot) in [
-            (campaign.sessions.base, 6, [arranged.base_slot(from), arranged.base_slot(to)]),
-            (
-                campaign.sessions.tool,
-                6 + 3 * arranged.markers.len(),
-                [arranged.tool_slot(from), arranged.tool_slot(to)],
-            ),
-        ] {
-            if shared == Sharing::PerSession {
-                (0..count).for_each(|k| values[slot[1] + k] = values[slot[0] + k]);
-            }
-        }
+        begin(&arranged, &campaign, [last, session], &mut values);
     }
-    let members: Vec<&str> = campaign
-        .targets
-        .iter()
-        .filter_map(|target| target.member.1.as_ref().map(|[_, member]| member.as_str()))
-        .collect();
-    let placement = match &command.placement {
-        Some(name) if !members.contains(&name.as_str()) => {
-            let diagnostic = Diagnostic::error(format!("--placement `{name}`: the readings have no such placement"));
-            return Err(Error::from(vec![diagnostic.suggest(name, members.iter().copied())]));
-        }
-        Some(name) => Some(name.clone()),
-        None => members.last().map(ToString::to_string),
-    };
+    let placement = placement(command, &campaign)?;
     let from = if is_new { last } else { session };
     let is_own = |reading: &Reading| {
         let member = campaign.targets.get(reading.target).and_then(|target| target.member.1.as_ref());
@@ -155,6 +116,54 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
         diagnostics: loaded.diagnostics,
         said,
     })
+}
+
+/// The last session of the readings and the one that is planned for, which may be a new one, by index.
+fn sessions(command: &Plan, names: &mut Vec<String>) -> Result<(usize, usize), Error> {
+    if let (true, Some(name)) = (names.iter().all(String::is_empty), &command.session) {
+        return Err(Error::input(
+            format!("--session {name}: the readings name no sessions"),
+            "leave --session out, or name the session of the readings in a column `session`",
+        ));
+    }
+    let last = names.len().saturating_sub(1);
+    let session = match &command.session {
+        None => last,
+        Some(name) => names.iter().position(|known| known == name).unwrap_or_else(|| {
+            names.push(name.clone());
+            names.len() - 1
+        }),
+    };
+    Ok((last, session))
+}
+
+/// A new session begins about where the last one ended.
+fn begin(model: &Model, campaign: &Campaign, sessions: [usize; 2], values: &mut [f64]) {
+    let [from, to] = sessions.map(|session| InSession { session, station: 0 });
+    let of_tool = 6 + 3 * model.markers.len();
+    for (shared, count, [from, to]) in [
+        (campaign.sessions.base, 6, [model.base_slot(from), model.base_slot(to)]),
+        (campaign.sessions.tool, of_tool, [model.tool_slot(from), model.tool_slot(to)]),
+    ] {
+        if shared == Sharing::PerSession {
+            values.copy_within(from..from + count, to);
+        }
+    }
+}
+
+/// The placement of fixtures that is planned for: the one asked for, else the last of the readings, if they have any.
+fn placement(command: &Plan, campaign: &Campaign) -> Result<Option<String>, Error> {
+    let members =
+        campaign.targets.iter().filter_map(|target| target.member.1.as_ref().map(|[_, member]| member.as_str()));
+    let members: Vec<&str> = members.collect();
+    match &command.placement {
+        Some(name) if !members.contains(&name.as_str()) => {
+            let diagnostic = Diagnostic::error(format!("--placement `{name}`: the readings have no such placement"));
+            Err(Error::from(vec![diagnostic.suggest(name, members.iter().copied())]))
+        }
+        Some(name) => Ok(Some(name.clone())),
+        None => Ok(members.last().map(ToString::to_string)),
+    }
 }
 
 /// What is read together at one configuration: of the configurations whose readings are all as asked, each set once, without
