@@ -63,7 +63,7 @@ pub enum Group {
     Base,
     /// Tool centre point and markers.
     Tool,
-    /// What readings refer to besides the robot: fixed points, zeros, scales.
+    /// What readings refer to in addition to the robot: fixed points, zeros, scales.
     Arrangement,
     /// The robot's own constants.
     Geometry,

@@ -45,7 +45,7 @@ pub struct Answer {
 }
 
 /// Runs one command for a program: as [`main_with`], but nothing is printed, and signals stay with the program. `arguments` are
-/// those behind the program's name; `watch` is told how far long work is. Of `--jobs`, `--format` and `--quiet` nothing is heeded.
+/// those behind the program's name; `watch` is called with how far long work is. `--jobs`, `--format` and `--quiet` are ignored.
 ///
 /// # Errors
 /// As the command, and arguments that it does not have.
@@ -107,14 +107,14 @@ fn performed(words: impl IntoIterator<Item = OsString>, reader: Reader) -> u8 {
         Ok(false) => 0,
         Ok(true) => 1,
         Err(error) => {
-            let (told, status) = match error.diagnostics() {
+            let (text, status) = match error.diagnostics() {
                 Some(diagnostics) => (render(diagnostics, color), 2),
                 None => {
                     let help = error.remedy().map_or_else(String::new, |remedy| format!(" = help: {remedy}\n"));
                     (format!("error: {error}\n{help}"), 1)
                 }
             };
-            write_error(&told);
+            write_error(&text);
             if arguments.format == Format::Json {
                 refused(&error);
             }
@@ -154,7 +154,7 @@ fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
     }
 }
 
-/// The campaign beside an existing file that names it.
+/// The campaign in the folder of an existing file that names it.
 fn campaign_of(path: &Path) -> Option<PathBuf> {
     let campaign = path.parent()?.join("campaign.yaml");
     let name = path.file_name()?.to_str()?;

@@ -84,10 +84,10 @@ impl Output {
         Ok(self)
     }
 
-    /// The first doubt for which fitted values are not to be written into a description, but for those that are `borne`; none
+    /// The first doubt for which fitted values are not to be written into a description, but for those that are `excepted`; none
     /// where that is forced.
-    pub fn doubt_in_values(&self, force: bool, borne: impl Fn(&Diagnostic) -> bool) -> Option<Code> {
-        let forbids = |found: &&Diagnostic| !force && found.code.forbids_saving() && !borne(found);
+    pub fn doubt_in_values(&self, force: bool, excepted: impl Fn(&Diagnostic) -> bool) -> Option<Code> {
+        let forbids = |found: &&Diagnostic| !force && found.code.forbids_saving() && !excepted(found);
         self.diagnostics.iter().find(forbids).map(|found| found.code)
     }
 

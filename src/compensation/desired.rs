@@ -19,7 +19,7 @@ pub struct Asked {
     pub hold: Hold,
 }
 
-/// The robot as its controller knows it: nominal, rigid. Its variables are those of the calibrated robot.
+/// The robot in its controller: nominal, rigid. Its variables are those of the calibrated robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Controller<'a> {
     /// Nominal geometry.

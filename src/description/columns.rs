@@ -8,7 +8,7 @@ pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 /// The column, and the key of an entry, that says where the wrench is applied.
 pub const LOAD_POINT: &str = "load_point";
 
-/// What a table says of a reading besides joints, wrench and values.
+/// What a table says of a reading in addition to joints, wrench and values.
 const ABOUT: [&str; 13] = [
     "pose",
     "marker",

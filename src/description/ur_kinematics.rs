@@ -124,7 +124,7 @@ pub fn read(file: &str, text: &str) -> Result<(RawRobot, Vec<Diagnostic>), Vec<D
 }
 
 /// Writes a robot as such a file: link frames are its frames, z along the joints, at joint values zero; frames that do not
-/// move are merged into the next one that does. `hash` is that by which the driver knows the robot again.
+/// move are merged into the next one that does. `hash` is that by which the driver identifies the robot.
 ///
 /// The tool, and where the robot stands, are no part of the file. A warning says so of a tool, and of a missing hash.
 ///
@@ -167,8 +167,7 @@ pub fn write(robot: &Robot, hash: Option<&str>) -> Result<(String, Vec<Diagnosti
         Some(hash) => text.push_str(&format!("  hash: {}\n", yaml::write(&hash).unwrap_or_default().trim_end())),
         None => {
             text.push_str("  hash: calib_unknown\n");
-            let message =
-                "the robot's hash is not known; `calib_unknown` is written, of which the driver will complain";
+            let message = "the robot's hash is not known; `calib_unknown` is written, and the driver will warn of it";
             let remedy = "take `hash` from the file that `ur_calibration` wrote: `ur_kinematics: {hash: calib_...}`";
             diagnostics.push(Diagnostic::warning(message).remedy(remedy));
         }

@@ -139,7 +139,7 @@ pub struct Diagnostic {
     pub related: Vec<Related>,
     /// What to do about it.
     pub remedy: Option<String>,
-    /// The figures that the message speaks of, by name; the name says the unit.
+    /// The figures of the message, by name; the name says the unit.
     pub figures: BTreeMap<String, f64>,
 }
 
@@ -183,7 +183,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds a figure that the message speaks of; what is not finite is left out.
+    /// Adds a figure of the message; what is not finite is left out.
     #[must_use]
     pub fn figure(mut self, name: &str, value: f64) -> Self {
         if value.is_finite() {

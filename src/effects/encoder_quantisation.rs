@@ -26,7 +26,7 @@ static STEP: NonlinearParameter = NonlinearParameter {
     meaning: "`step`: the step, rad",
 };
 
-/// Bits of a turn: coarser encoders are not built into robots, finer ones do not show beside a robot's repeatability.
+/// Bits of a turn: coarser encoders are not built into robots, finer ones are negligible against a robot's repeatability.
 const BITS: std::ops::RangeInclusive<i32> = 8..=13;
 
 /// See the module.

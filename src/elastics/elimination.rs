@@ -2,7 +2,7 @@
 //!
 //! Written here and not taken from faer: a structure has none to some twenty unknowns, is factored at every configuration of
 //! every iteration, and is solved for one right-hand side at a time, where a blocked factorisation with its own workspace
-//! costs more than the elimination itself. What is needed besides is the rank after balancing forces and moments, and the null
+//! costs more than the elimination itself. What is needed in addition is the rank after balancing forces and moments, and the null
 //! vectors, which name a mechanism; complete pivoting gives both from the same factors.
 
 /// Pivots below this fraction of the greatest count as none: what is left is rounding.

@@ -57,7 +57,6 @@ pub(super) fn calibrate_as_asked(
     // What follows counts in the parameters themselves.
     let scales = problem.scales(&found.x);
     found.jacobian.column_iter_mut().zip(&scales).for_each(|(mut column, scale)| column.scale_mut(scale.recip()));
-
     let covariance = covariance(&task.fitted, &problem, &found);
     let ci95 = covariance.ci95();
     let mut values = problem.values(&found.x);

@@ -11,7 +11,7 @@
 //!
 //! (Seber and Wild, *Nonlinear Regression*, 1989, sections 2.1 and 14.6; the Gauss-Newton approximation drops second
 //! derivatives, which is right as far as residuals are noise). `s` is [`Covariance::noise_ratio`]: 1 where the noise is as
-//! stated. It multiplies the covariance, so that intervals speak of the noise that the residuals show and only the ratios
+//! stated. It multiplies the covariance, so that intervals are those of the noise that the residuals show and only the ratios
 //! of stated deviations matter. A reading whose robust weight is [`OUTLIER`] or less determines nothing and is not counted
 //! in `m`; a prior counts as a reading.
 //!

@@ -21,7 +21,7 @@ use crate::identifiability::{Identifiability, merged};
 use crate::parameter::{Group, Slot};
 use crate::prediction::{PredictionError, Predictor};
 
-/// Step of the derivative along the surface, in tolerances: small beside the curvature of angles of degrees, large beside
+/// Step of the derivative along the surface, in tolerances: small against the curvature of angles of degrees, large against
 /// rounding.
 const STEP: f64 = 0.1;
 

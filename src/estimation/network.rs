@@ -80,7 +80,7 @@ impl Network {
         matches!(self, Self::Group(_, parts) if parts.iter().any(|(_, part)| matches!(part, Self::Group(..))))
     }
 
-    /// Springs beside a member that must be rigid, and those that must not hold, for it alone to stand for the network; and how
+    /// Springs next to a member that must be rigid, and those that must not hold, for it alone to stand for the network; and how
     /// many times its compliance then counts.
     pub fn alone(&self, member: Slot) -> (Vec<Slot>, Vec<Slot>, f64) {
         let Self::Group(together, parts) = self else { return (Vec::new(), Vec::new(), 1.0) };

@@ -58,7 +58,7 @@ pub fn weighed<'c>(
     Ok(Cow::Owned(weighed))
 }
 
-/// By how much the noise of angles is greater than stated beside that of lengths, from the problem linearised where a calibration
+/// By how much the noise of angles is greater than stated compared with that of lengths, from the problem linearised where a calibration
 /// ended; `None` where nothing shows it.
 fn ratio(
     model: &Model,

@@ -160,7 +160,7 @@ pub(super) fn resolved(
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
-            // What cannot be assembled here is told by the command that predicts it.
+            // What cannot be assembled here is reported by the command that predicts it.
             let _ = fill_holding_loads(&robot.model, &mut campaign);
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
@@ -235,7 +235,7 @@ fn tables(
 ) -> Vec<(RawEntry, Table)> {
     let (mut tables, mut rows) = (Vec::new(), 0);
     let files = table_files(raw, place, document, diagnostics);
-    // With a fault in what says how the files are read, their faults would be echoes.
+    // With a fault in what says how the files are read, their faults would follow from those.
     let mut keys = ["observes", "columns", "ignore", "csv", "orientation", "contacts", "loads"].into_iter();
     let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
     for file in files {

@@ -71,7 +71,7 @@ impl Journal {
     }
 }
 
-/// Whose a file is, where the system knows.
+/// Owner of a file, where the system has one.
 fn owner(path: &Path) -> Option<u32> {
     #[cfg(unix)]
     return path.symlink_metadata().ok().map(|known| std::os::unix::fs::MetadataExt::uid(&known));
@@ -87,7 +87,7 @@ pub fn settle(folder: &Path) -> Result<(), Error> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let Ok(folder) = folder.canonicalize() else { return Ok(()) };
     for above in folder.ancestors().filter(|above| of(above).is_file()) {
-        // Where folders cannot be locked nobody knows whether the writer is still at work.
+        // Where folders cannot be locked it is not known whether the writer is still at work.
         if let Ok(locked) = File::open(above).and_then(|opened| opened.lock().map(|()| opened)) {
             settle_locked(above)?;
             drop(locked);

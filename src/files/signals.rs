@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
 
-/// While it lives, signals to end are noted; they are heeded when it is dropped.
+/// While it lives, signals to end are noted; they take effect when it is dropped.
 pub(super) struct Deferred(Option<&'static State>);
 
 static LEFT: AtomicBool = AtomicBool::new(false);
@@ -18,7 +18,7 @@ pub fn leave_signals() {
 
 struct State {
     /// Whether a signal ends the program at once.
-    heeded: Arc<AtomicBool>,
+    effective: Arc<AtomicBool>,
     noted: Arc<AtomicUsize>,
 }
 
@@ -29,15 +29,15 @@ impl Deferred {
         }
         static STATE: OnceLock<State> = OnceLock::new();
         let state = STATE.get_or_init(|| {
-            let state = State { heeded: Arc::new(AtomicBool::new(true)), noted: Arc::default() };
+            let state = State { effective: Arc::new(AtomicBool::new(true)), noted: Arc::default() };
             for signal in [SIGINT, SIGTERM] {
                 // Where it cannot be registered the program ends at once, as it would without.
-                let _ = flag::register_conditional_default(signal, Arc::clone(&state.heeded));
+                let _ = flag::register_conditional_default(signal, Arc::clone(&state.effective));
                 let _ = flag::register_usize(signal, Arc::clone(&state.noted), signal.unsigned_abs() as usize);
             }
             state
         });
-        state.heeded.store(false, Ordering::SeqCst);
+        state.effective.store(false, Ordering::SeqCst);
         Self(Some(state))
     }
 }
@@ -45,7 +45,7 @@ impl Deferred {
 impl Drop for Deferred {
     fn drop(&mut self) {
         let Some(state) = self.0 else { return };
-        state.heeded.store(true, Ordering::SeqCst);
+        state.effective.store(true, Ordering::SeqCst);
         if let Ok(signal @ 1..) = i32::try_from(state.noted.load(Ordering::SeqCst)) {
             let _ = low_level::emulate_default_handler(signal);
         }

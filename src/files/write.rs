@@ -162,7 +162,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A second name of a file that is to be replaced, or a copy where the disk knows no second names; removed when dropped.
+/// A second name of a file that is to be replaced, or a copy where the disk has no second names; removed when dropped.
 fn aside(path: &Path) -> std::io::Result<Option<TempPath>> {
     if path.symlink_metadata().is_err() {
         return Ok(None);

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with `x` of length n, `r` of length m (already weighted: a residual of 1 is one standard deviation) and `rho` a
-//! [`Loss`], the identity by default. Nothing here knows what the parameters are.
+//! [`Loss`], the identity by default. It does not depend on what the parameters are.
 //!
 //! # Method
 //! A Gauss-Newton trust-region method. At every iterate the residual is linearised, `r(x + p) ~ r + J p`, and the step
@@ -33,7 +33,7 @@
 //! | `solution` | the answer, and the ways a question can be malformed |
 //!
 //! # Limits
-//! The model knows only first derivatives. At a minimum with large residuals in strongly curved directions it converges
+//! The model has first derivatives only. At a minimum with large residuals in strongly curved directions it converges
 //! linearly, and to about the square root of the rounding error.
 //!
 //! # Sources

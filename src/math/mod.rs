@@ -1,4 +1,4 @@
-//! Mathematics that knows no robot: rotations, factorisations, quantiles and summaries of samples.
+//! Mathematics, independent of robots: rotations, factorisations, quantiles and summaries of samples.
 
 pub(crate) mod linear;
 mod orthonormal;

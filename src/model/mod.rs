@@ -179,7 +179,7 @@ impl EffectParameter {
     }
 }
 
-/// The effects that a model knows: those that its description may switch on and a diagnosis tries. The standard ones are
+/// The effects of a model: those that its description may switch on and a diagnosis tries. The standard ones are
 /// `Catalogue::standard()`.
 #[derive(Debug, Clone, Default)]
 pub struct Catalogue(Vec<Arc<dyn Effect>>);

@@ -79,29 +79,11 @@ pub fn reference_noise(references: &References) -> Option<ReferenceNoise> {
     if left_freedom <= 0.0 || by_epoch.len() < 2 {
         return Some(ReferenceNoise { noise: noise(at_rest, rest_freedom), motion: None });
     }
-    let mut places = still.clone();
-    let mut motions = vec![(Rotation3::identity(), Vector3::zeros()); by_epoch.len()];
     let mut epoch_of = vec![0; readings.len()];
     for (epoch, own) in by_epoch.iter().enumerate() {
         own.iter().for_each(|&index| epoch_of[index] = epoch);
     }
-    for _ in 0..PASSES {
-        for ((motion, own), freedom) in motions.iter_mut().zip(&by_epoch).zip(&freedoms) {
-            let from: Vec<Vector3<f64>> = own.iter().map(|&index| places[readings[index].reflector]).collect();
-            let to: Vec<Vector3<f64>> = own.iter().map(|&index| readings[index].position).collect();
-            *motion = match *freedom > 3.0 {
-                true => rigid_fit(&from, &to),
-                false => {
-                    let shift: Vector3<f64> = from.iter().zip(&to).map(|(a, b)| b - a).sum();
-                    (Rotation3::identity(), shift / own.len() as f64)
-                }
-            };
-        }
-        places = means(references, count, |index| {
-            let (rotation, translation) = motions[epoch_of[index]];
-            rotation.inverse() * (readings[index].position - translation)
-        });
-    }
+    let (places, motions) = fitted(references, &by_epoch, &epoch_of, &freedoms, still.clone());
     let moved = |index: usize, from: &[Vector3<f64>]| {
         let (rotation, translation) = motions[epoch_of[index]];
         rotation * from[readings[index].reflector] + translation
@@ -126,6 +108,37 @@ pub fn reference_noise(references: &References) -> Option<ReferenceNoise> {
         },
     };
     Some(ReferenceNoise { noise: noise(left, left_freedom), motion: Some(motion) })
+}
+
+/// Places of the reflectors and motion of all of them at each time, in turns from `places`: a time with too few reflectors for
+/// a rotation has a displacement.
+fn fitted(
+    references: &References,
+    by_epoch: &[Vec<usize>],
+    epoch_of: &[usize],
+    freedoms: &[f64],
+    mut places: Vec<Vector3<f64>>,
+) -> (Vec<Vector3<f64>>, Vec<(Rotation3<f64>, Vector3<f64>)>) {
+    let readings = &references.readings;
+    let mut motions = vec![(Rotation3::identity(), Vector3::zeros()); by_epoch.len()];
+    for _ in 0..PASSES {
+        for ((motion, own), freedom) in motions.iter_mut().zip(by_epoch).zip(freedoms) {
+            let from: Vec<Vector3<f64>> = own.iter().map(|&index| places[readings[index].reflector]).collect();
+            let to: Vec<Vector3<f64>> = own.iter().map(|&index| readings[index].position).collect();
+            *motion = match *freedom > 3.0 {
+                true => rigid_fit(&from, &to),
+                false => {
+                    let shift: Vector3<f64> = from.iter().zip(&to).map(|(a, b)| b - a).sum();
+                    (Rotation3::identity(), shift / own.len() as f64)
+                }
+            };
+        }
+        places = means(references, references.reflectors.len(), |index| {
+            let (rotation, translation) = motions[epoch_of[index]];
+            rotation.inverse() * (readings[index].position - translation)
+        });
+    }
+    (places, motions)
 }
 
 /// Degrees of freedom of the motion of one time.

@@ -15,10 +15,13 @@ use super::kind::{
 pub(super) struct Contact;
 /// A socket; values of its target: its centre (m).
 pub(super) struct Socket;
-/// A face; values of its target: a normal of any length, and the distance of the ball's centre from the origin along it (m).
-pub(super) struct Plane;
-/// A sphere; values of its target: its centre and the distance of the ball's centre from it (m).
-pub(super) struct Sphere;
+/// What holds the ball in one direction alone.
+pub(super) enum Surface {
+    /// A face; values of its target: a normal of any length, and the distance of the ball's centre from the origin along it (m).
+    Plane,
+    /// A sphere; values of its target: its centre and the distance of the ball's centre from it (m).
+    Sphere,
+}
 
 const COLUMN: Option<&str> = Some("contact");
 
@@ -122,75 +125,6 @@ fn over_face(point: &MeasuredPoint) -> (Vector3<f64>, f64, f64) {
     (unit, length, unit.dot(&point.position()) - point.target[3])
 }
 
-impl Observation for Plane {
-    fn name(&self) -> &'static str {
-        "contact-plane"
-    }
-
-    fn about(&self) -> &'static str {
-        "A ball on the tool touches a face."
-    }
-
-    fn columns(&self) -> &'static [ValueColumn] {
-        &[]
-    }
-
-    fn rows(&self) -> usize {
-        1
-    }
-
-    fn length_rows(&self) -> usize {
-        1
-    }
-
-    fn target_column(&self) -> Option<&'static str> {
-        COLUMN
-    }
-
-    fn residuals_named(&self) -> &'static str {
-        "distances from the face"
-    }
-
-    fn value(&self, point: &MeasuredPoint) -> Rows {
-        row(over_face(point).2)
-    }
-
-    fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
-        row(over_face(point).0.dot(&by.total().displacement))
-    }
-
-    /// The plane of least squares through the points; its normal points away from the base of the arrangement.
-    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
-        let mean = mean(read);
-        let spread: Matrix3<f64> = read.iter().map(|(at, _)| (at - mean) * (at - mean).transpose()).sum();
-        let eigen = spread.symmetric_eigen();
-        let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-        let normal = if normal.dot(&mean) < 0.0 { -normal } else { normal };
-        let mut start = [0.0; MOST_TARGET_VALUES];
-        start[..3].copy_from_slice(normal.as_slice());
-        start[3] = normal.dot(&mean);
-        Some(start)
-    }
-
-    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
-        let (unit, length, _) = over_face(point);
-        let position = point.position();
-        row(if k == 3 { -1.0 } else { (position[k] - unit[k] * unit.dot(&position)) / length })
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        row(noise.position[0])
-    }
-
-    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
-        *measured = row(noise.position[0] * normal());
-    }
-
-    fn is_comparable(&self, _same_point: bool, same_target: bool) -> bool {
-        same_target
-    }
-}
-
 /// Direction from the centre to the ball, and how far its distance is from the one that touches.
 fn over_sphere(point: &MeasuredPoint) -> (Vector3<f64>, f64) {
     let arm = point.position() - point.anchor();
@@ -198,13 +132,35 @@ fn over_sphere(point: &MeasuredPoint) -> (Vector3<f64>, f64) {
     (arm / length.max(f64::MIN_POSITIVE), length - point.target[3])
 }
 
-impl Observation for Sphere {
+/// The plane of least squares through points; its normal points away from the base of the arrangement.
+fn plane_through(read: &[(Vector3<f64>, Rows)]) -> (Vector3<f64>, f64) {
+    let mean = mean(read);
+    let spread: Matrix3<f64> = read.iter().map(|(at, _)| (at - mean) * (at - mean).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    let normal = if normal.dot(&mean) < 0.0 { -normal } else { normal };
+    (normal, normal.dot(&mean))
+}
+
+/// The sphere of least squares of |p|^2 = 2 a.p + (R^2 - |a|^2), which is linear.
+fn sphere_through(read: &[(Vector3<f64>, Rows)]) -> Option<(Vector3<f64>, f64)> {
+    let (centre, left) = centre_of(read.iter().map(|(at, _)| (*at, at.norm_squared())))?;
+    Some((centre, (left + centre.norm_squared()).max(0.0).sqrt()))
+}
+
+impl Observation for Surface {
     fn name(&self) -> &'static str {
-        "contact-sphere"
+        match self {
+            Self::Plane => "contact-plane",
+            Self::Sphere => "contact-sphere",
+        }
     }
 
     fn about(&self) -> &'static str {
-        "A ball on the tool touches a sphere."
+        match self {
+            Self::Plane => "A ball on the tool touches a face.",
+            Self::Sphere => "A ball on the tool touches a sphere.",
+        }
     }
 
     fn columns(&self) -> &'static [ValueColumn] {
@@ -224,28 +180,48 @@ impl Observation for Sphere {
     }
 
     fn residuals_named(&self) -> &'static str {
-        "distances from the sphere"
+        match self {
+            Self::Plane => "distances from the face",
+            Self::Sphere => "distances from the sphere",
+        }
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {
-        row(over_sphere(point).1)
+        row(match self {
+            Self::Plane => over_face(point).2,
+            Self::Sphere => over_sphere(point).1,
+        })
     }
 
     fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
-        row(over_sphere(point).0.dot(&by.total().displacement))
+        let direction = match self {
+            Self::Plane => over_face(point).0,
+            Self::Sphere => over_sphere(point).0,
+        };
+        row(direction.dot(&by.total().displacement))
     }
 
-    /// The sphere of least squares of |p|^2 = 2 a.p + (R^2 - |a|^2), which is linear.
     fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
-        let (centre, left) = centre_of(read.iter().map(|(at, _)| (*at, at.norm_squared())))?;
+        let (first, last) = match self {
+            Self::Plane => plane_through(read),
+            Self::Sphere => sphere_through(read)?,
+        };
         let mut start = [0.0; MOST_TARGET_VALUES];
-        start[..3].copy_from_slice(centre.as_slice());
-        start[3] = (left + centre.norm_squared()).max(0.0).sqrt();
+        start[..3].copy_from_slice(first.as_slice());
+        start[3] = last;
         Some(start)
     }
 
     fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
-        row(if k == 3 { -1.0 } else { -over_sphere(point).0[k] })
+        row(match self {
+            _ if k == 3 => -1.0,
+            Self::Plane => {
+                let (unit, length, _) = over_face(point);
+                let position = point.position();
+                (position[k] - unit[k] * unit.dot(&position)) / length
+            }
+            Self::Sphere => -over_sphere(point).0[k],
+        })
     }
 
     fn sigmas(&self, noise: &Noise) -> Rows {

@@ -8,20 +8,11 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, ValueColumn, XYZ, rows_of};
-use super::pose::{rotation, rows};
+use super::pose::{COLUMNS as POSE_COLUMNS, rotation, rows};
 use crate::math::rotation_vector;
 
 pub(super) struct Deflection;
 pub(super) struct DeflectionPose;
-
-const SIX: [ValueColumn; 6] = [
-    ValueColumn::length("x"),
-    ValueColumn::length("y"),
-    ValueColumn::length("z"),
-    ValueColumn::angle("rx"),
-    ValueColumn::angle("ry"),
-    ValueColumn::angle("rz"),
-];
 
 impl Observation for Deflection {
     fn name(&self) -> &'static str {
@@ -76,7 +67,7 @@ impl Observation for DeflectionPose {
     }
 
     fn columns(&self) -> &'static [ValueColumn] {
-        &SIX
+        &POSE_COLUMNS
     }
 
     fn is_difference(&self) -> bool {

@@ -45,9 +45,9 @@ pub const CONTACT: Observes = Observes(&contact::Contact);
 /// A ball in a socket.
 pub const SOCKET: Observes = Observes(&contact::Socket);
 /// A ball on a face.
-pub const PLANE: Observes = Observes(&contact::Plane);
+pub const PLANE: Observes = Observes(&contact::Surface::Plane);
 /// A ball on a sphere.
-pub const SPHERE: Observes = Observes(&contact::Sphere);
+pub const SPHERE: Observes = Observes(&contact::Surface::Sphere);
 
 /// Orientation of the tool alone.
 pub const ORIENTATION: Observes = Observes(&orientation::Orientation);

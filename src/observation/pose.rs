@@ -9,7 +9,8 @@ use crate::math::rotation_vector;
 
 pub(super) struct Pose;
 
-const COLUMNS: [ValueColumn; 6] = [
+/// Position, or displacement, and rotation vector.
+pub(super) const COLUMNS: [ValueColumn; 6] = [
     ValueColumn::length("x"),
     ValueColumn::length("y"),
     ValueColumn::length("z"),

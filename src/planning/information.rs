@@ -11,7 +11,7 @@ use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
-use crate::parameter::{Group, Slot};
+use crate::parameter::{Group, Parameter, Slot};
 use crate::prediction::{Linearised, Predictor, fill_holding_loads, seated};
 use crate::simulation::{Loaded, Plan, unmeasured};
 
@@ -89,12 +89,8 @@ impl<'a> Information<'a> {
         let (seen, short_list) = (request.settings.seen, request.settings.short_list);
         let mut known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
         if request.settings.prior {
-            for (k, parameter) in kept.iter().map(|&column| &model.registry[slots[column]]).enumerate() {
-                if parameter.group == Group::Geometry && parameter.tolerance > 0.0 {
-                    let row = unwhiten.row(k).transpose() / parameter.tolerance;
-                    known.ger(1.0, &row, &row, 1.0);
-                }
-            }
+            let kept = kept.iter().map(|&column| &model.registry[slots[column]]);
+            add_prior(&mut known, &unwhiten, kept);
         }
         Ok(Self {
             model,
@@ -219,6 +215,16 @@ impl<'a> Information<'a> {
     /// Whether every combination of the parameters is seen.
     pub fn is_whole(&self, m: &DMatrix<f64>) -> bool {
         m.symmetric_eigenvalues().min() > self.seen
+    }
+}
+
+/// Adds to an information that constants of the geometry are known to their tolerances.
+fn add_prior<'p>(known: &mut DMatrix<f64>, unwhiten: &DMatrix<f64>, kept: impl Iterator<Item = &'p Parameter>) {
+    for (k, parameter) in kept.enumerate() {
+        if parameter.group == Group::Geometry && parameter.tolerance > 0.0 {
+            let row = unwhiten.row(k).transpose() / parameter.tolerance;
+            known.ger(1.0, &row, &row, 1.0);
+        }
     }
 }
 

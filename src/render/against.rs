@@ -1,4 +1,4 @@
-//! The identified parameters beside another set, as text.
+//! The identified parameters compared with another set, as text.
 
 use super::table::{Screen, number};
 use crate::results::{AgainstOther, Difference, SetErrors};

@@ -49,7 +49,7 @@ impl Rows {
 }
 
 /// Table of Denavit and Hartenberg's parameters at zero of all variables, a joint a row; the first and the last row place base and tool by
-/// position and rotation vector (`x_mm` to `rz_deg`). Those of the nominal description, and the differences, stand beside.
+/// position and rotation vector (`x_mm` to `rz_deg`). Those of the nominal description, and the differences, stand next to them.
 ///
 /// # Errors
 /// As [`Sheet::file`].

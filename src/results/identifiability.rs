@@ -142,7 +142,7 @@ pub struct ParameterSensitivity {
     /// Orientation, rad per m or rad.
     #[serde(rename = "mu_Phi")]
     pub orientation: MeanMax,
-    /// Unit in which text speaks of the parameter, and its size in SI.
+    /// Unit of the parameter in text, and its size in SI.
     #[serde(skip)]
     pub per: (&'static str, f64),
 }

@@ -85,7 +85,7 @@ pub use solve::{InverseSolution, InverseSolutions};
 pub use springs::SpringGroup;
 pub use stiffness::Stiffness;
 pub use track::{
-    Told, Track, TrackedChange, TrackedCheck, TrackedCourse, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue,
+    About, Track, TrackedChange, TrackedCheck, TrackedCourse, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue,
 };
 pub use variation::{PathDeviations, Variation, Varied};
 pub use view::{ScenePart, ToolDeflection, View};

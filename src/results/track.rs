@@ -17,7 +17,7 @@ pub struct TrackedValue {
     pub ci95: f64,
 }
 
-/// What the changes that were told make of a parameter from one check on: a level, or a line.
+/// What the changes that were reported make of a parameter from one check on: a level, or a line.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedCourse {
     /// First check, counted from 0.
@@ -55,7 +55,7 @@ pub struct TrackedParameter {
     pub changed: bool,
     /// At the checks in order.
     pub values: Vec<TrackedValue>,
-    /// What they are by the changes that were told, in order.
+    /// What they are by the changes that were reported, in order.
     pub courses: Vec<TrackedCourse>,
 }
 
@@ -154,9 +154,9 @@ pub struct Track {
     pub next: Vec<TrackedNext>,
 }
 
-/// What is known of the checks besides what was computed.
+/// What is known of the checks in addition to what was computed.
 #[derive(Debug, Clone)]
-pub struct Told {
+pub struct About {
     /// Name of the robot's description.
     pub robot: String,
     /// Dates as given, of each check.
@@ -172,28 +172,28 @@ impl Track {
         all: &Calibrated,
         history: &History,
         next: &[tracking::NextCheck],
-        told: &Told,
+        about: &About,
         settings: &tracking::Settings,
     ) -> Self {
         let names = all.checks.first().map_or(&[][..], |check| &check.robot.names);
-        let shown = Shown { model, checks: &all.checks, names, unit_of_time: told.unit_of_time };
-        let dates = told.dates.iter().cloned().chain(std::iter::repeat(None));
+        let shown = Shown { model, checks: &all.checks, names, unit_of_time: about.unit_of_time };
+        let dates = about.dates.iter().cloned().chain(std::iter::repeat(None));
         let rows = all.checks.iter().zip(&history.findings).zip(dates);
         let level = settings.of_check();
         let checks = rows.map(|((check, finding), date)| shown.check(check, finding, date, level)).collect::<Vec<_>>();
         let next = next.iter().filter_map(|next| shown.next(next)).collect();
         let mut track = Self {
-            robot: told.robot.clone(),
+            robot: about.robot.clone(),
             name: model.name.clone(),
             reference: match (all.with_description, checks.first()) {
-                (true, _) => format!("the description `{}`", told.robot),
+                (true, _) => format!("the description `{}`", about.robot),
                 (false, first) => format!("the first check, `{}`", first.map_or("", |check| check.name.as_str())),
             },
             answer: String::new(),
             level: settings.level,
             checks_a_year: settings.checks_a_year,
             level_of_test: settings.of_test(names.len()),
-            unit_of_time: told.unit_of_time,
+            unit_of_time: about.unit_of_time,
             parameters: (0..names.len()).filter_map(|k| shown.parameter(k, history)).collect(),
             checks,
             power: settings.power,
@@ -287,7 +287,7 @@ impl<'a> Shown<'a> {
         })
     }
 
-    /// Levels and lines of a parameter, from change to change as they were told.
+    /// Levels and lines of a parameter, from change to change as they were reported.
     fn courses(&self, index: usize, history: &History, values: &[TrackedValue]) -> Vec<TrackedCourse> {
         let mut starts = vec![(0, false)];
         let events = history.findings.iter().filter_map(|finding| finding.event.as_ref());

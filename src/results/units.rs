@@ -1,8 +1,8 @@
-//! Units in which results speak: mm for lengths, deg for angles, SI for everything else. Converted once, here.
+//! Units of results: mm for lengths, deg for angles, SI for everything else. Converted once, here.
 
 use crate::parameter::Kind;
 
-/// Unit in which results speak of a kind, and its size in SI.
+/// Unit in which results give a kind, and its size in SI.
 pub fn unit(kind: Kind) -> (&'static str, f64) {
     match kind {
         Kind::Length => ("mm", 1e-3),

@@ -20,7 +20,7 @@ pub struct Repeated {
     /// The same by the sides from which joints came, where they came from several and are known: of the readings of each side.
     pub directions: Vec<Direction>,
     /// vAP: greatest distance between barycentres of readings that joints reached from different sides; none where they came
-    /// from one, or nobody knows.
+    /// from one, or that is not known.
     pub variation: Option<f64>,
 }
 

@@ -15,7 +15,7 @@ use crate::observation::{PLANE, TargetValues};
 use crate::parameter::Kind;
 use crate::prediction::{SinglePredictor, Toucher, target_values};
 
-// A made-up laboratory has no source: the sizes are those of bench-top fixtures and of trackers beside a robot. What is
+// A made-up laboratory has no source: the sizes are those of bench-top fixtures and of trackers near a robot. What is
 // simulated with them is judged against its own truth, so no result depends on them.
 
 /// Largest offset of a base in the measurement frame, m and rad.
@@ -109,16 +109,13 @@ pub fn lay_out(
                 // Off the arm, as the frame of a draw wire stands.
                 direction(random).component_mul(&Vector3::new(1.5, 1.5, 0.5))
             } else {
-                // Not under the robot: of two places the one that is farther from its foot.
-                let mut places: Vec<Vector3<f64>> = Vec::new();
-                for _ in 0..2 {
-                    let q = &drawn[random.random_range(0..drawn.len())];
-                    let wrench = campaign.readings[reading].wrench;
-                    let seen = reader.place(q, &mut workspace);
-                    let seen = seen.and_then(|()| reader.see(reading, &wrench, &mut workspace));
-                    places.extend(seen.map(|seen| seen.real.translation.vector));
-                }
-                let Some(place) = places.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm())) else { continue };
+                let wrench = campaign.readings[reading].wrench;
+                let mut seen = |q: &[f64]| {
+                    let placed = reader.place(q, &mut workspace);
+                    let seen = placed.and_then(|()| reader.see(reading, &wrench, &mut workspace)).ok()?;
+                    Some(seen.real.translation.vector)
+                };
+                let Some(place) = in_reach(&drawn, &mut seen, random) else { continue };
                 (geometry.base() * Point3::from(place)).coords
             };
             if target.observes == Some(PLANE) {
@@ -156,6 +153,16 @@ fn keep_apart(model: &Model, campaign: &Campaign, faces: &[(usize, Vector3<f64>)
     }
     // Their distances, now that their directions are right.
     hold_constraints(model, campaign, values);
+}
+
+/// Where the point is at one of these configurations, base frame; not under the robot: of two the one farther from its foot.
+fn in_reach(
+    drawn: &[Vec<f64>],
+    seen: &mut dyn FnMut(&[f64]) -> Option<Vector3<f64>>,
+    random: &mut ChaCha8Rng,
+) -> Option<Vector3<f64>> {
+    let places = [(); 2].map(|()| seen(&drawn[random.random_range(0..drawn.len())]));
+    places.into_iter().flatten().max_by(|a, b| a.norm().total_cmp(&b.norm()))
 }
 
 /// An earlier target near which one stands, and their distance, m: the one to which its distance is constrained, else one of the

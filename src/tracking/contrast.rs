@@ -67,7 +67,7 @@ pub struct Amount {
 }
 
 impl Contrast {
-    /// The change of the parameters `of` with the course `g` (one of each check) beside what the checks are expected to show;
+    /// The change of the parameters `of` with the course `g` (one of each check) in addition to what the checks are expected to show;
     /// `None` where they do not determine it.
     pub fn new(checks: &[Scaled], expected: &[Design], of: &[usize], course: &[f64]) -> Option<Self> {
         let size = checks.first()?.values.len();
@@ -205,7 +205,7 @@ fn freedom(shares: impl Iterator<Item = (f64, f64)>) -> f64 {
     (1.0 / sum.max(f64::MIN_POSITIVE)).clamp(1.0, KNOWN)
 }
 
-/// What the checks' squares are beside the best fit of what they are expected to show; `None` where they do not determine it.
+/// The checks' squares about the best fit of what they are expected to show; `None` where they do not determine it.
 pub fn misfit(checks: &[Scaled], expected: &[Design]) -> Option<f64> {
     let rows = || checks.iter().zip(expected);
     let known = rows().map(|(check, n)| n.transpose() * &check.information * n).reduce(|a, b| a + b)?;

@@ -2,7 +2,7 @@
 //!
 //! [`calibrated`] estimates the same parameters from each campaign; [`monitor`] says at which check which of them changed, and
 //! how; [`next_check`] how many poses the next check needs. A base put down anew or another tool are no change of the robot:
-//! both are estimated with each campaign, and their motions are reported beside.
+//! both are estimated with each campaign, and their motions are reported separately.
 
 mod calibrated;
 mod check;

@@ -5,8 +5,8 @@
 //! together; and does this fit leave more than the earlier ones. The part is divided by the number of these tests (Bonferroni),
 //! so that a robot that stands still raises an alarm in a year with at most that level, whatever the correlations.
 //!
-//! After a jump comparison starts anew at it, so that each change is told once. After growth the next checks are compared with the
-//! line as it goes on. When growth was first told as jumps, which two or three checks cannot tell from it, a later check that shows
+//! After a jump comparison starts anew at it, so that each change is reported once. After growth the next checks are compared with the
+//! line as it goes on. When growth was first reported as jumps, which two or three checks cannot tell from it, a later check that shows
 //! more of it tells the growth in their place, if a line explains the checks since as well as the jumps do: by Schwarz's criterion
 //! (*Ann. Stat.* 6, 1978) `chi2 + q ln n` of `n` checks, in which each size, slope and time of a change counts in `q`.
 
@@ -51,7 +51,7 @@ pub struct Event {
     pub p: f64,
     /// Of growth: whether it is a new rate of what grew before.
     pub bent: bool,
-    /// Of growth: checks at which it was told as jumps.
+    /// Of growth: checks at which it was reported as jumps.
     pub revises: Vec<usize>,
     /// Of a jump: the check at which it turns out to be part of growth.
     pub part_of: Option<usize>,
@@ -146,7 +146,7 @@ pub fn monitor(checks: &[Check], settings: &Settings) -> Result<History, Trackin
         findings.push(finding);
     }
     let stretch = asked.stretch;
-    // Changes are told in SI.
+    // Changes are reported in SI.
     for change in findings.iter_mut().filter_map(|found| found.event.as_mut()).flat_map(|event| &mut event.changes) {
         let size = scale.get(change.parameter).copied().unwrap_or(1.0);
         change.change *= size;
@@ -164,10 +164,10 @@ fn in_sizes(check: &Check, start: &DVector<f64>, scale: &DVector<f64>) -> Result
     Ok(Scaled { time: check.time, values, covariance, information, freedom: robot.freedom })
 }
 
-/// A jump that was told, and what was expected before it.
+/// A jump that was reported, and what was expected before it.
 struct Jump {
     before: Stretch,
-    told: usize,
+    reported: usize,
     event: Event,
 }
 
@@ -178,7 +178,7 @@ struct Asked<'a> {
     settings: &'a Settings,
     /// What the checks are expected to show.
     stretch: Stretch,
-    /// Jumps since growth was told.
+    /// Jumps since growth was reported.
     jumps: Vec<Jump>,
     /// First check with whose residuals those of this one are compared.
     fitted_since: usize,
@@ -211,7 +211,7 @@ impl Asked<'_> {
                 self.fitted_since = at;
                 let after = self.stretch.after_jump(at);
                 let before = std::mem::replace(&mut self.stretch, after);
-                self.jumps.push(Jump { before, told: self.now, event: event.clone() });
+                self.jumps.push(Jump { before, reported: self.now, event: event.clone() });
             }
             Shape::Residuals => {
                 self.stretch = self.stretch.after_jump(self.now);
@@ -272,7 +272,7 @@ impl Asked<'_> {
                 best = Some((p, shape));
             }
         }
-        let told = |shape: Shape, p: f64| Event {
+        let reported = |shape: Shape, p: f64| Event {
             shape,
             changes: Vec::new(),
             rivals: Vec::new(),
@@ -282,7 +282,7 @@ impl Asked<'_> {
             revises: Vec::new(),
             part_of: None,
         };
-        let Some((p, shape)) = best else { return Some(worse.map(|p| told(Shape::Residuals, p))) };
+        let Some((p, shape)) = best else { return Some(worse.map(|p| reported(Shape::Residuals, p))) };
         let chosen = self.chosen(&self.contrast(shape)?, level)?;
         // When, and whether at once, is what explains most with these parameters.
         let mut best = (f64::NEG_INFINITY, shape);
@@ -294,7 +294,7 @@ impl Asked<'_> {
             }
         }
         let shape = best.1;
-        let event = self.described(&self.stretch, told(shape, p), level)?;
+        let event = self.described(&self.stretch, reported(shape, p), level)?;
         Some(Some(self.grown(&event, level).unwrap_or(event)))
     }
 
@@ -317,16 +317,16 @@ impl Asked<'_> {
         Some(Event { changes, rivals, bent: bent.is_some(), ..event })
     }
 
-    /// Growth in the place of jumps that were told and of what this check shows, where a line explains them as well.
+    /// Growth in the place of jumps that were reported and of what this check shows, where a line explains them as well.
     fn grown(&self, event: &Event, level: f64) -> Option<Event> {
         self.jumps.iter().enumerate().find_map(|(first, jump)| {
             let before = &jump.before;
             let replaced = self.jumps.get(first..)?;
-            let told: Vec<&Event> = replaced.iter().map(|jump| &jump.event).chain([event]).collect();
+            let reported: Vec<&Event> = replaced.iter().map(|jump| &jump.event).chain([event]).collect();
             let known = (self.now + 1 - before.from()) as f64;
             // Each parameter has a size or slope, and all of an event one time.
-            let as_told = self.misfit_of(before, &told)?
-                + told.iter().map(|event| event.changes.len() + 1).sum::<usize>() as f64 * known.ln();
+            let as_reported = self.misfit_of(before, &reported)?
+                + reported.iter().map(|event| event.changes.len() + 1).sum::<usize>() as f64 * known.ln();
             let mut best: Option<(f64, Event)> = None;
             for from in before.since()..self.now.saturating_sub(1) {
                 // What grows already has the slope of the first check.
@@ -338,12 +338,12 @@ impl Asked<'_> {
                 let Some(left) = self.misfit_of(before, &[&line]) else { continue };
                 let knee = usize::from(from != before.since());
                 let criterion = left + (line.changes.len() + knee) as f64 * known.ln();
-                let is_whole = told.iter().all(|jump| line.has_part(jump));
-                if is_whole && criterion <= as_told && best.as_ref().is_none_or(|(known, _)| criterion < *known) {
+                let is_whole = reported.iter().all(|jump| line.has_part(jump));
+                if is_whole && criterion <= as_reported && best.as_ref().is_none_or(|(known, _)| criterion < *known) {
                     best = Some((criterion, line));
                 }
             }
-            let revises = replaced.iter().map(|jump| jump.told).collect();
+            let revises = replaced.iter().map(|jump| jump.reported).collect();
             best.map(|(_, line)| Event { revises, ..line })
         })
     }
@@ -382,7 +382,7 @@ impl Asked<'_> {
         knees.filter(|from| *from != self.stretch.from()).map(|from| Shape::Line { from }).collect()
     }
 
-    /// Parameters that change: the strongest, then others as long as one is significant beside those, or what is left is.
+    /// Parameters that change: the strongest, then others as long as one is significant in addition to those, or what is left is.
     fn chosen(&self, contrast: &Contrast, level: f64) -> Option<Vec<usize>> {
         let mut chosen = Vec::new();
         while chosen.len() < contrast.parameters() {

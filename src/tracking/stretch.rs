@@ -1,10 +1,10 @@
-//! What the checks since the last change are expected to show: a level, and the growth that was told.
+//! What the checks since the last change are expected to show: a level, and the growth that was reported.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::contrast::{Design, Scaled, inverse};
 
-/// A course of one parameter beside its level.
+/// A course of one parameter in addition to its level.
 #[derive(Debug, Clone)]
 pub struct Term {
     /// Which.

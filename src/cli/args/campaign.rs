@@ -119,7 +119,7 @@ pub struct Identify {
     /// from an earlier campaign.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["robot", "compare", "prior"])]
     pub since: Option<String>,
-    /// Put the result beside another set of parameters: a description, an earlier `--save` for example. Both predict the readings
+    /// Compare the result with another set of parameters: a description, an earlier `--save` for example. Both predict the readings
     /// held out, with base and tool fitted anew in the same way.
     #[arg(long, value_name = "ROBOT", conflicts_with = "compare")]
     pub against: Option<String>,
@@ -302,7 +302,7 @@ pub struct Report {
     /// Another description than the campaign's.
     #[arg(long)]
     pub robot: Option<String>,
-    /// Put the result beside another set of parameters, as `identify --against` does.
+    /// Compare the result with another set of parameters, as `identify --against` does.
     #[arg(long, value_name = "ROBOT", conflicts_with = "certificate")]
     pub against: Option<String>,
     /// Write the report's data as JSON to this file, in addition to the report.

@@ -77,25 +77,7 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
         for (campaign, yaml_name, csv_name) in
             [(&drawn.campaign, "campaign.yaml", "measurements.csv"), (&drawn.fresh, "fresh.yaml", "fresh.csv")]
         {
-            let sigma = RawSigma::All((drawn.truth.noise * 1e6).round() * 1e-3);
-            let raw = RawCampaign {
-                campaign: Some(campaign.name.clone()),
-                source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
-                robot: Some(plan.reference()),
-                units: units(&plan.robot),
-                observes: Some(RawKinds::one(campaign.observes)),
-                instrument: campaign.sigma.map(|_| RawInstrument {
-                    sigma: Some(sigma),
-                    ppm: None,
-                    torque: None,
-                    orientation: None,
-                }),
-                estimate: RawEstimate::of([campaign.estimate_base, campaign.estimate_tool]),
-                calibrate: campaign.calibrate.clone(),
-                without: plan.without.clone(),
-                measurements: Some(Measurements::file(csv_name)),
-                ..RawCampaign::default()
-            };
+            let raw = file_of(campaign, plan, &hash, drawn.truth.noise, csv_name);
             files.push((folder.join(csv_name), csv(&plan.robot, campaign)?));
             files.push((folder.join(yaml_name), yaml::write(&raw)?));
         }
@@ -104,6 +86,29 @@ fn make(command: &BlindMake, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(text, &json!({"campaigns": command.count, "seed": seed}))?;
     output.files = files;
     Ok(output)
+}
+
+/// The file of a sealed campaign; `hash` seals its truth, `noise` is the instrument's (m).
+fn file_of(campaign: &Campaign, plan: &Plan, hash: &str, noise: f64, readings: &str) -> RawCampaign {
+    let sigma = RawSigma::All((noise * 1e6).round() * 1e-3);
+    RawCampaign {
+        campaign: Some(campaign.name.clone()),
+        source: Some(format!("sealed; SHA-256 of the truth: {hash}")),
+        robot: Some(plan.reference()),
+        units: units(&plan.robot),
+        observes: Some(RawKinds::one(campaign.observes)),
+        instrument: campaign.sigma.map(|_| RawInstrument {
+            sigma: Some(sigma),
+            ppm: None,
+            torque: None,
+            orientation: None,
+        }),
+        estimate: RawEstimate::of([campaign.estimate_base, campaign.estimate_tool]),
+        calibrate: campaign.calibrate.clone(),
+        without: plan.without.clone(),
+        measurements: Some(Measurements::file(readings)),
+        ..RawCampaign::default()
+    }
 }
 
 fn make_folder(folder: &Path) -> Result<(), Error> {

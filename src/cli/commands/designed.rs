@@ -8,6 +8,7 @@ use crate::cli::values::markers;
 use crate::description::campaign::raw::{Measurements, RawCampaign, RawCsv, RawEntry};
 use crate::description::campaign::{WRENCH, kinds};
 use crate::description::table::Sheet;
+use crate::description::units::Units;
 use crate::diagnostic::Code;
 use crate::files::{Design, LoadedCampaign};
 
@@ -166,8 +167,6 @@ fn rows(
     let own = robot.anchors.iter().map(|(name, _)| name).filter(|name| !raw.anchors.contains_key(*name));
     let anchors: Vec<&String> = own.chain(raw.anchors.keys()).filter(|_| needs_anchor).collect();
     let sees_points = kinds.iter().any(|kind| !kind.ignores_arrangement());
-    let markers = if sees_points && !wanted.markers.is_empty() { wanted.markers } else { &[String::new()][..] };
-    let wrenches = if wanted.wrenches.is_empty() { &[[0.0; 6]][..] } else { wanted.wrenches };
     let count = configurations.len();
     let mut all = Vec::new();
     for (k, q) in configurations.iter().enumerate() {
@@ -201,30 +200,38 @@ fn rows(
                 cells.extend(read.map(|name| (format!("{prefix}.{name}"), "1".to_string())));
             }
         }
-        for _ in 0..wanted.repeats {
-            for marker in markers {
-                for anchor in anchors.iter().map(|name| Some(*name)).chain(anchors.is_empty().then_some(None)) {
-                    for wrench in wrenches {
-                        let mut row = cells.clone();
-                        if !marker.is_empty() {
-                            row.insert("marker".into(), marker.clone());
-                        }
-                        row.extend(anchor.map(|name| ("anchor".to_string(), name.clone())));
-                        if !wanted.wrenches.is_empty() {
-                            let unit = |k: usize| if k < 3 { units.force.factor() } else { units.torque.factor() };
-                            let load = wrench.iter().enumerate();
-                            row.extend(load.map(|(k, v)| (WRENCH[k].to_string(), (v / unit(k)).to_string())));
-                        }
-                        all.push(row);
-                    }
+        let each = each_reading(wanted, sees_points, &anchors, &units);
+        all.extend(each.into_iter().map(|own| cells.clone().into_iter().chain(own).collect::<Cells>()));
+    }
+    all
+}
+
+/// What differs between the rows of one configuration: marker, anchor, wrench; repeats one after the other.
+fn each_reading(wanted: &Wanted, sees_points: bool, anchors: &[&String], units: &Units) -> Vec<Cells> {
+    let markers = if sees_points && !wanted.markers.is_empty() { wanted.markers } else { &[String::new()][..] };
+    let wrenches = if wanted.wrenches.is_empty() { &[[0.0; 6]][..] } else { wanted.wrenches };
+    let unit = |k: usize| if k < 3 { units.force.factor() } else { units.torque.factor() };
+    let mut all = Vec::new();
+    for marker in std::iter::repeat_n(markers, wanted.repeats).flatten() {
+        for anchor in anchors.iter().map(|name| Some(*name)).chain(anchors.is_empty().then_some(None)) {
+            for wrench in wrenches {
+                let mut row = Cells::new();
+                if !marker.is_empty() {
+                    row.insert("marker".into(), marker.clone());
                 }
+                row.extend(anchor.map(|name| ("anchor".to_string(), name.clone())));
+                if !wanted.wrenches.is_empty() {
+                    let load = wrench.iter().enumerate();
+                    row.extend(load.map(|(k, v)| (WRENCH[k].to_string(), (v / unit(k)).to_string())));
+                }
+                all.push(row);
             }
         }
     }
     all
 }
 
-/// What a given row says besides its joints: what is touched and where, what is carried, in which session.
+/// What a given row says in addition to its joints: what is touched and where, what is carried, in which session.
 fn named(given: &Cells, known: &Cells, raw: &RawCampaign) -> Vec<(String, String)> {
     let groups = raw.contacts.values().filter_map(|contact| contact.group.clone());
     let names = ["pose", "contact", "payload", "session", "station"].map(String::from).into_iter().chain(groups);

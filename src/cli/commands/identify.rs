@@ -125,11 +125,11 @@ pub(super) fn other<'a>(
     Ok((name, session.reader.campaign(campaign, Some(name))?))
 }
 
-/// A calibration beside another set of parameters.
+/// A calibration compared with another set of parameters.
 ///
 /// # Errors
 /// Another robot, or readings that it cannot predict.
-pub(super) fn beside(
+pub(super) fn compared(
     (name, other): (&str, &LoadedCampaign),
     (model, campaign): (&Model, &Campaign),
     found: &Calibration,
@@ -141,7 +141,7 @@ pub(super) fn beside(
     Ok(AgainstOther::new(name, (model, campaign), found, &compared))
 }
 
-/// What a calibration is asked for besides its result.
+/// What a calibration is asked for in addition to its result.
 #[derive(Debug, Default)]
 pub(super) struct Asked<'a> {
     /// Name of the description, an earlier one: what has moved since.
@@ -197,7 +197,7 @@ pub(super) fn calibrated(
     result.conventions = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
     if let Some(other) = asked.against {
-        result.against = beside(other, (model, campaign), &found, settings)?;
+        result.against = compared(other, (model, campaign), &found, settings)?;
     }
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);

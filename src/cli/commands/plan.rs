@@ -23,7 +23,7 @@ use crate::description::campaign::{Campaign, Reading, WRENCH};
 use crate::description::table::Sheet;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
-use crate::files::{LoadedRobot, writable_table};
+use crate::files::{LoadedCampaign, LoadedRobot, writable_table};
 use crate::model::Model;
 use crate::observation::{DEFLECTION, Observes, POSITION};
 use crate::planning::{self, Optimality, Planned, PlanningError, Request, Sight, plan};
@@ -41,39 +41,16 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
-    let mut planned_for = planned_for(command, session, seed)?;
-    let mut measured = match (&command.add_to, &planned_for) {
-        (Some(name), None) => Some(session.reader.campaign(name, Some(&command.robot))?),
-        _ => None,
-    };
-    // A campaign may leave elements out.
-    let mut robot = if planned_for.is_none() { Some(session.reader.robot(&command.robot)?) } else { None };
-    let own = planned_for.as_mut().map(|own| &mut own.robot).or(measured.as_mut().map(|own| &mut own.robot));
-    if let Some(own) = own.or(robot.as_mut()) {
-        keep_out(&command.keep_out, own)?;
-    }
-    let loaded = match (&planned_for, &measured, &robot) {
-        (Some(own), ..) => &own.robot,
-        (None, Some(measured), _) => &measured.robot,
-        (None, None, Some(robot)) => robot,
-        (None, None, None) => return Err(Error::input("no robot", "name one")),
-    };
-    let mut diagnostics = match (&planned_for, &measured) {
-        (Some(own), _) => own.diagnostics.clone(),
-        (None, Some(measured)) => measured.diagnostics.clone(),
-        (None, None) => loaded.diagnostics.clone(),
-    };
+    let basis = Basis::read(command, session, seed)?;
+    let loaded = basis.robot();
+    let mut diagnostics = basis.diagnostics().to_vec();
     let (model, units) = (&loaded.model, &loaded.raw.units);
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
-    let measured = match &planned_for {
-        Some(own) => own.measured.as_ref(),
-        None => measured.as_ref().map(|measured| &measured.campaign),
-    };
-    let said_by = planned_for.as_ref().map(|own| &own.design.campaign).or(measured);
+    let (measured, stated) = (basis.measured(), basis.stated());
     let length = units.length.factor();
     let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = test_poses(command, session, loaded, &mut diagnostics)?;
-    let observes = kind_of_readings(command, model, said_by, asked)?;
+    let observes = kind_of_readings(command, model, stated, asked)?;
     let what = asked.unwrap_or_else(|| What::of(observes));
     if observes.is_difference() && loads.is_empty() {
         return Err(Error::input(
@@ -91,38 +68,102 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
         count: command.poses,
         what,
         observes,
-        markers: match (&planned_for, measured) {
-            (Some(own), _) => used(own.design.ways.iter().flatten()),
-            (None, Some(measured)) if command.markers.is_empty() => used(measured.readings.iter()),
-            _ => markers(&loaded.model, &command.markers)?,
-        },
+        markers: basis.markers(&command.markers)?,
         loads,
         repeats: command.repeats,
-        sigma: said_by
-            .and_then(|m| m.sigma)
-            .map_or(command.noise * 1e-3, |sigma| sigma.into_iter().fold(0.0, f64::max)),
-        sigma_orientation: said_by
-            .and_then(|said| said.sigma_orientation)
-            .unwrap_or(command.orientation_noise.to_radians()),
-        estimate: said_by.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
+        sigma: stated.and_then(|m| m.sigma).map_or(command.noise * 1e-3, |sigma| sigma.into_iter().fold(0.0, f64::max)),
+        sigma_orientation: stated.and_then(|m| m.sigma_orientation).unwrap_or(command.orientation_noise.to_radians()),
+        estimate: stated.map_or([command.unknown_base, command.unknown_tool], |m| [m.estimate_base, m.estimate_tool]),
         criterion,
         sight: sight(command, length)?,
         workspace: command.workspace.as_deref().map(|text| space("--workspace", text, length)).transpose()?,
         apart: command.apart * length,
         tests,
         measured: measured.cloned(),
-        design: planned_for.as_ref().map(|own| own.design.clone()),
+        design: basis.design().map(|own| own.design.clone()),
         hold: command.reduction.hold.iter().filter_map(|name| model.registry.slot(name)).collect(),
         scaling,
         tolerance,
         seed,
         settings: planning::Settings { prior: command.prior, ..planning::Settings::default() },
     };
-    let mut output = carry_out(command, session, loaded, &request, planned_for.as_ref())?;
+    let mut output = carry_out(command, session, loaded, &request, basis.design())?;
     output.diagnostics = diagnostics;
     // A plan saves no description: what would be refused elsewhere is a doubt here.
     let judged = request.measured.as_ref().map(|measured| misread(model, measured));
     output.judged(judged.unwrap_or_default(), true)
+}
+
+/// Where what is planned for comes from.
+enum Basis {
+    /// A campaign file that says what can be read.
+    Design(Box<Campaigned>),
+    /// Readings of points, to which others are added.
+    Readings(Box<LoadedCampaign>),
+    /// A robot alone.
+    Robot(Box<LoadedRobot>),
+}
+
+impl Basis {
+    /// What the command names, with what the robot must not touch.
+    fn read(command: &Plan, session: &Session, seed: u64) -> Result<Self, Error> {
+        let mut basis = match (planned_for(command, session, seed)?, &command.add_to) {
+            (Some(own), _) => Self::Design(own.into()),
+            // A campaign may leave elements out.
+            (None, Some(name)) => Self::Readings(session.reader.campaign(name, Some(&command.robot))?.into()),
+            (None, None) => Self::Robot(session.reader.robot(&command.robot)?.into()),
+        };
+        let robot = match &mut basis {
+            Self::Design(own) => &mut own.robot,
+            Self::Readings(own) => &mut own.robot,
+            Self::Robot(own) => own,
+        };
+        keep_out(&command.keep_out, robot)?;
+        Ok(basis)
+    }
+
+    fn robot(&self) -> &LoadedRobot {
+        match self {
+            Self::Design(own) => &own.robot,
+            Self::Readings(own) => &own.robot,
+            Self::Robot(own) => own,
+        }
+    }
+
+    fn diagnostics(&self) -> &[Diagnostic] {
+        match self {
+            Self::Design(own) => &own.diagnostics,
+            Self::Readings(own) => &own.diagnostics,
+            Self::Robot(own) => &own.diagnostics,
+        }
+    }
+
+    fn design(&self) -> Option<&Campaigned> {
+        if let Self::Design(own) = self { Some(own) } else { None }
+    }
+
+    /// The readings made already.
+    fn measured(&self) -> Option<&Campaign> {
+        match self {
+            Self::Design(own) => own.measured.as_ref(),
+            Self::Readings(own) => Some(&own.campaign),
+            Self::Robot(_) => None,
+        }
+    }
+
+    /// The campaign that states noise and unknowns.
+    fn stated(&self) -> Option<&Campaign> {
+        self.design().map(|own| &own.design.campaign).or(self.measured())
+    }
+
+    /// The markers to read: those of a campaign, unless others are named for a robot.
+    fn markers(&self, named: &[String]) -> Result<Vec<Option<usize>>, Error> {
+        match self {
+            Self::Design(own) => Ok(used(own.design.ways.iter().flatten())),
+            Self::Readings(own) if named.is_empty() => Ok(used(own.campaign.readings.iter())),
+            _ => markers(&self.robot().model, named),
+        }
+    }
 }
 
 /// What a campaign file says of the readings to come: of the one that is to be planned for, or of the one to which is added where
@@ -150,12 +191,12 @@ fn planned_for(command: &Plan, session: &Session, seed: u64) -> Result<Option<Ca
             ));
         }
         None => {
-            let said = [
+            let stated = [
                 ("--observes", command.observes.is_some()),
                 ("--unknown-base", command.unknown_base),
                 ("--unknown-tool", command.unknown_tool),
             ];
-            if let Some((flag, _)) = said.into_iter().find(|(_, is_given)| *is_given) {
+            if let Some((flag, _)) = stated.into_iter().find(|(_, is_given)| *is_given) {
                 let message = format!("{flag}, and `{}` is a campaign, which says what is read", command.robot);
                 return Err(Error::input(message, format!("leave {flag} out")));
             }
@@ -218,8 +259,8 @@ fn carry_out(
         rename(&mut planned, &measured.poses);
     }
     let result = results::Plan::new(model, request, &planned, started.elapsed().as_secs_f64());
-    let said = planned_for.map_or("", |own| own.said.as_str());
-    let mut output = Output::new(said.to_string() + &render::plan(&result, session.terminal.screen), &result)?;
+    let assumed = planned_for.map_or("", |own| own.assumed.as_str());
+    let mut output = Output::new(assumed.to_string() + &render::plan(&result, session.terminal.screen), &result)?;
     if let Some(path) = &command.table {
         output.text += &format!("configurations to measure: {}\n", path.display());
         let table = match planned_for {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::identify::{beside, left_to_fit, not_computed, other};
+use super::identify::{compared, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
@@ -48,12 +48,12 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         let conventions = CombinedParameters::all(declared, model, found);
         report.identify.iter_mut().for_each(|own| own.conventions.clone_from(&conventions));
         if let (Some((name, other)), Some(own)) = (&other, &mut report.identify) {
-            own.against = beside((name, other), (model, campaign), found, &Settings::default())?;
+            own.against = compared((name, other), (model, campaign), found, &Settings::default())?;
         }
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
     }
     for doubt in doubts(model, campaign, &review.diagnosis, &Limits::default()) {
-        if !judged.iter().any(|told| told.code == doubt.code) {
+        if !judged.iter().any(|known| known.code == doubt.code) {
             judged.push(doubt);
         }
     }

@@ -19,7 +19,7 @@ use crate::plausibility::{Evidence, Limits, judge};
 use crate::render::diagnosis::finding;
 use crate::render::html::track_page;
 use crate::render::track as render;
-use crate::results::{self, Told, Track};
+use crate::results::{self, About, Track};
 use crate::tracking::{
     Calibrated, Measured, NextCheck, Settings, TrackingError, calibrated, monitor, next_check, usual_changes,
 };
@@ -33,14 +33,14 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (days, unused) = dates(command, &loaded)?;
     let measured = measured(command, session, &loaded, &days)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
-    let mut told = |what: &str| {
+    let mut progress = |what: &str| {
         bar.set_message(what.to_string());
         bar.tick();
     };
     let settings = Settings { checks_a_year: f64::from(command.a_year), ..Settings::default() };
     let Some(first) = loaded.first() else { return Err(refused(TrackingError::OneCheck)) };
     let fit = first.robot.raw.calibration.fit.as_ref().map(|fit| (fit, -1.0));
-    let all = calibrated(&measured, fit, &estimation::Settings::default(), &mut told).map_err(refused)?;
+    let all = calibrated(&measured, fit, &estimation::Settings::default(), &mut progress).map_err(refused)?;
     let judged = judged(&all, &measured);
     let history = monitor(&all.checks, &settings).map_err(refused)?;
     let model = &first.robot.model;
@@ -50,9 +50,9 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         dates.insert(0, None);
     }
     let unit_of_time = if days.is_empty() { "check" } else { "month" };
-    let about = Told { robot: command.robot.clone(), dates, unit_of_time };
+    let about = About { robot: command.robot.clone(), dates, unit_of_time };
     let mut found = Track::new(model, &all, &history, &next, &about, &settings);
-    explain(&mut found, &all, &measured, session, &mut told);
+    explain(&mut found, &all, &measured, session, &mut progress);
     bar.finish_and_clear();
     let mut output = Output::new(render::track(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.iter().flat_map(|loaded| loaded.diagnostics.clone()).collect();
@@ -73,7 +73,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
-/// What cannot be compared, as it is told to the user.
+/// What cannot be compared, as it is reported to the user.
 fn refused(error: TrackingError) -> Error {
     let remedy = match &error {
         TrackingError::OneCheck => "give two campaigns or more, or a description that `identify --save` wrote",
@@ -263,14 +263,20 @@ fn wanted(
 }
 
 /// What the diagnosis says of campaigns whose change is not one of constants.
-fn explain(found: &mut Track, all: &Calibrated, measured: &[Measured], session: &Session, told: &mut dyn FnMut(&str)) {
+fn explain(
+    found: &mut Track,
+    all: &Calibrated,
+    measured: &[Measured],
+    session: &Session,
+    progress: &mut dyn FnMut(&str),
+) {
     let first = usize::from(all.with_description);
     for (check, ((model, _), measured)) in found.checks.iter_mut().skip(first).zip(all.campaigns.iter().zip(measured)) {
         let Some(event) = check.event.as_mut().filter(|event| event.kind == "effect" || event.changes.len() > 1) else {
             continue;
         };
         let (campaign, held_out) = (measured.campaign, &measured.held_out);
-        told(&format!("{}: diagnosis", measured.name));
+        progress(&format!("{}: diagnosis", measured.name));
         let settings = diagnosis::Settings::new(campaign, session.seed());
         // What the checks show stands, whether a cause can be sought or not.
         event.diagnosis = Some(match diagnose(model, campaign, held_out, &settings, &mut |_| {}) {

@@ -38,7 +38,7 @@ impl ConditionColumn<'_> {
     }
 }
 
-/// Moves before the last one that are kept: friction forgets a path after some moves that are long beside the lost motion.
+/// Moves before the last one that are kept: friction forgets a path after some moves that are long compared with the lost motion.
 pub const EARLIER_MOVES: usize = 7;
 
 /// Conditions of all readings: each is absent, or has one value a reading (NaN where its file has no such column).

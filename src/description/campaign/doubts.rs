@@ -158,7 +158,7 @@ fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
 
 /// Widest range of the temperatures of one campaign, K: twice what a hall has between winter and summer.
 const TEMPERATURES: f64 = 60.0;
-/// Temperatures beside which cells that are exactly 0 are missing values, not temperatures.
+/// Temperatures next to which cells that are exactly 0 are missing values, not temperatures.
 const WARM: f64 = 5.0;
 
 /// Temperatures of which some are missing values written as 0, or in another unit.

@@ -67,7 +67,7 @@ pub struct Campaign {
     pub calibrate: Vec<String>,
     /// Elements left out.
     pub without: Vec<String>,
-    /// What readings refer to besides the robot: fixed points, contacts, gains; by name in the files.
+    /// What readings refer to in addition to the robot: fixed points, contacts, gains; by name in the files.
     pub targets: Vec<Target>,
     /// Distances between targets.
     pub constraints: Vec<Constraint>,

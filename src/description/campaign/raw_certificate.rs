@@ -1,4 +1,4 @@
-//! What a certificate says besides figures: who measured what with which instrument.
+//! What a certificate says in addition to figures: who measured what with which instrument.
 
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Image of what readings refer to besides the robot: `anchors:`, `contacts:`, `distances:`, `payloads:`.
+//! Image of what readings refer to in addition to the robot: `anchors:`, `contacts:`, `distances:`, `payloads:`.
 
 #[cfg(feature = "cli")]
 use schemars::JsonSchema;

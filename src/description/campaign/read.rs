@@ -39,38 +39,7 @@ pub fn resolve(
         true => kinds(&raw.completed(&RawEntry::default()), known),
         false => sources.iter().flat_map(|source| source.kinds.iter().copied()).collect(),
     };
-    let stated = stated_noise(raw.instrument.as_ref(), &raw.units);
-    let estimate = &raw.estimate;
-    let mut campaign = Campaign {
-        name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
-        observes: all_kinds.first().copied().unwrap_or(POSITION),
-        sigma: stated.sigma,
-        sigma_orientation: stated.orientation,
-        estimate_base: estimate.base.0.is_some(),
-        estimate_tool: estimate.tool.0.is_some(),
-        estimate_scale: estimate.scale.0.is_some(),
-        calibrate: raw.calibrate.clone(),
-        without: raw.without.clone(),
-        targets: targets(raw, robot, &sources, &all_kinds, locate, &mut diagnostics),
-        constraints: Vec::new(),
-        payloads: payloads(raw, robot, locate, &mut diagnostics),
-        bodies: bodies::bodies(robot, &sources),
-        references: References::default(),
-        sessions: Sessions {
-            base: estimate.base.0.unwrap_or_default(),
-            tool: estimate.tool.0.unwrap_or_default(),
-            scale: estimate.scale.0.unwrap_or_default(),
-            names: Vec::new(),
-            stations: Vec::new(),
-            files: files(&sources),
-        },
-        files: Vec::new(),
-        poses: Vec::new(),
-        variables: robot.variables.len(),
-        joints: Vec::new(),
-        readings: Vec::new(),
-        conditions: Conditions::default(),
-    };
+    let mut campaign = without_readings(raw, robot, (&sources, &all_kinds), locate, &mut diagnostics);
     campaign.targets.extend(bodies::mounts(raw, robot, &sources));
     campaign.targets.extend(torques::sensors(raw, robot, &all_kinds));
     diagnostics.extend(torques::faults(raw, robot, &sources, locate));
@@ -93,6 +62,48 @@ pub fn resolve(
         diagnostics.extend(doubts(&campaign, raw, locate, robot, &sources));
     }
     if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok((campaign, diagnostics)) }
+}
+
+/// What the campaign file says, before the rows of its tables are read.
+fn without_readings(
+    raw: &RawCampaign,
+    robot: &Robot,
+    (sources, kinds): (&[Source], &[Observes]),
+    locate: Locate,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Campaign {
+    let stated = stated_noise(raw.instrument.as_ref(), &raw.units);
+    let estimate = &raw.estimate;
+    Campaign {
+        name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
+        observes: kinds.first().copied().unwrap_or(POSITION),
+        sigma: stated.sigma,
+        sigma_orientation: stated.orientation,
+        estimate_base: estimate.base.0.is_some(),
+        estimate_tool: estimate.tool.0.is_some(),
+        estimate_scale: estimate.scale.0.is_some(),
+        calibrate: raw.calibrate.clone(),
+        without: raw.without.clone(),
+        targets: targets(raw, robot, sources, kinds, locate, diagnostics),
+        constraints: Vec::new(),
+        payloads: payloads(raw, robot, locate, diagnostics),
+        bodies: bodies::bodies(robot, sources),
+        references: References::default(),
+        sessions: Sessions {
+            base: estimate.base.0.unwrap_or_default(),
+            tool: estimate.tool.0.unwrap_or_default(),
+            scale: estimate.scale.0.unwrap_or_default(),
+            names: Vec::new(),
+            stations: Vec::new(),
+            files: files(sources),
+        },
+        files: Vec::new(),
+        poses: Vec::new(),
+        variables: robot.variables.len(),
+        joints: Vec::new(),
+        readings: Vec::new(),
+        conditions: Conditions::default(),
+    }
 }
 
 /// Names of the files, and the first row of each.

@@ -224,6 +224,47 @@ fn faces(raw: &RawCampaign, key: &str) -> bool {
     pair(raw, key).is_some_and(|both| both.iter().all(|(_, contact)| contact.kind == ContactKind::Plane))
 }
 
+/// Sum of the radii (m) of the balls on two faces at a known distance: a ball's centre is at its radius outside of its face.
+fn radii(
+    raw: &RawCampaign,
+    key: &str,
+    faces: [(&str, &RawContact); 2],
+    distance: OrUnknown<f64>,
+) -> Result<f64, (String, String)> {
+    if distance.known().is_none() {
+        let remedy = "leave the entry out where it is not known";
+        return Err((format!("`{key}`: the distance of two faces must be known"), remedy.into()));
+    }
+    let mut radii = 0.0;
+    for (name, face) in faces {
+        let Some(radius) = face.radius.and_then(OrUnknown::known) else {
+            let message =
+                format!("`{key}`: the radius of the ball on `{name}` is not known, and its faces' distance needs it");
+            return Err((message, format!("give `radius:` of `{name}`, the ball's")));
+        };
+        radii += radius * raw.units.length.factor();
+    }
+    Ok(radii)
+}
+
+/// A distance (m) or an angle (rad) as given; what is wrong with it, and a remedy.
+fn in_range(raw: &RawCampaign, between: Between, given: f64) -> Result<f64, (String, String)> {
+    if between == Between::Normals {
+        let angle = given * raw.units.angle.factor();
+        let remedy = "give it in the angle unit; parallel faces have no angle to fit";
+        return match (LEAST_ANGLE..=PI - LEAST_ANGLE).contains(&angle) {
+            true => Ok(angle),
+            false => Err((format!("the angle `{given}` must be between 1 and 179 deg"), remedy.into())),
+        };
+    }
+    let distance = given * raw.units.length.factor();
+    let remedy = "give it in the length unit, or write `unknown`";
+    match distance.is_finite() && distance > 0.0 {
+        true => Ok(distance),
+        false => Err((format!("the distance `{given}` must be a finite number above 0"), remedy.into())),
+    }
+}
+
 /// One entry of `distances:` or `angles:` in each group, and the target that holds it if it is unknown; what is wrong with it,
 /// and a remedy.
 fn constraint(
@@ -246,38 +287,12 @@ fn constraint(
             "`distances:` are between sockets or spheres, or between parallel planes; `angles:` between planes";
         return Err((format!("`{key}`: a known {what} is between two {shapes}"), remedy.into()));
     }
-    // The ball's centre is at its radius outside of each face.
-    let mut radii = 0.0;
-    if between == Between::Faces {
-        if value.known().is_none() {
-            let remedy = "leave the entry out where it is not known";
-            return Err((format!("`{key}`: the distance of two faces must be known"), remedy.into()));
-        }
-        for (name, face) in [(one, first), (other, second)] {
-            let Some(radius) = face.radius.and_then(OrUnknown::known) else {
-                let message = format!(
-                    "`{key}`: the radius of the ball on `{name}` is not known, and its faces' distance needs it"
-                );
-                return Err((message, format!("give `radius:` of `{name}`, the ball's")));
-            };
-            radii += radius * raw.units.length.factor();
-        }
-    }
-    let (factor, sigma) = match between {
-        Between::Normals => (raw.units.angle.factor(), ANGLE_SIGMA),
-        _ => (raw.units.length.factor(), DISTANCE_SIGMA),
+    let radii = match between {
+        Between::Faces => radii(raw, key, [(one, first), (other, second)], value)?,
+        _ => 0.0,
     };
-    let known = value.known().map(|value| value * factor);
-    if known.is_some_and(|value| between != Between::Normals && !(value.is_finite() && value > 0.0)) {
-        let given = value.known().unwrap_or_default();
-        let remedy = "give it in the length unit, or write `unknown`";
-        return Err((format!("the distance `{given}` must be a finite number above 0"), remedy.into()));
-    }
-    if known.is_some_and(|angle| between == Between::Normals && !(LEAST_ANGLE..=PI - LEAST_ANGLE).contains(&angle)) {
-        let given = value.known().unwrap_or_default();
-        let remedy = "give it in the angle unit; parallel faces have no angle to fit";
-        return Err((format!("the angle `{given}` must be between 1 and 179 deg"), remedy.into()));
-    }
+    let sigma = if between == Between::Normals { ANGLE_SIGMA } else { DISTANCE_SIGMA };
+    let known = value.known().map(|given| in_range(raw, between, given)).transpose()?;
     let of = |name: &str| -> Vec<(usize, &Target)> {
         targets.iter().enumerate().filter(|(_, target)| target.member.0 == name).collect()
     };

@@ -1,4 +1,4 @@
-//! What readings refer to besides the robot: anchors of distances, contacts. Each has values that a kind of reading reads in
+//! What readings refer to in addition to the robot: anchors of distances, contacts. Each has values that a kind of reading reads in
 //! its own order; known ones are constants, unknown ones parameters.
 
 use std::f64::consts::PI;

@@ -151,7 +151,7 @@ fn torque_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign, variables: &'
     }
 }
 
-/// What a row says of readings besides its joints, by column: what is touched and where, what is carried, in which session.
+/// What a row says of readings in addition to its joints, by column: what is touched and where, what is carried, in which session.
 pub fn names(campaign: &Campaign, readings: &[Reading]) -> IndexMap<String, String> {
     let mut cells = IndexMap::new();
     for reading in readings {

@@ -35,7 +35,7 @@ raw! {
     pub struct RawUrKinematics {
         /// The file, relative to this one. Absent in a saved description, whose `frames` hold what it gave.
         file: Option<String>,
-        /// By what the driver knows the robot again: the file's `hash`.
+        /// By what the driver identifies the robot: the file's `hash`.
         hash: Option<String>,
     }
 }

@@ -84,17 +84,18 @@ pub(super) fn doubt(columns: &[Column], units: &[OfColumn]) -> Option<Diagnostic
     let differing: Vec<(&Column, &(Unit, Place))> =
         columns.iter().zip(units).filter_map(|(column, units)| Some((column, units.other.as_ref()?))).collect();
     let (_, (_, place)) = differing.first()?;
-    let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut given: Vec<(String, Vec<&str>)> = Vec::new();
     for (column, (unit, _)) in &differing {
         let ColumnKind::Quantity(declared) = column.kind else { continue };
         let units = format!("{} where {} is declared", unit.symbol(), declared.symbol());
-        match said.iter_mut().find(|(known, _)| *known == units) {
+        match given.iter_mut().find(|(known, _)| *known == units) {
             Some((_, names)) => names.push(&column.title),
-            None => said.push((units, vec![&column.title])),
+            None => given.push((units, vec![&column.title])),
         }
     }
-    let said: Vec<String> = said.iter().map(|(units, names)| format!("{units}, of `{}`", names.join("`, `"))).collect();
-    let message = format!("the row of units says {}; the row counts", said.join(", and "));
+    let given: Vec<String> =
+        given.iter().map(|(units, names)| format!("{units}, of `{}`", names.join("`, `"))).collect();
+    let message = format!("the row of units says {}; the row counts", given.join(", and "));
     let diagnostic = Diagnostic::warning(message).at(place.clone());
     Some(diagnostic.remedy("make `units:` and the row agree, or remove the row"))
 }

@@ -99,7 +99,7 @@ pub(super) fn built<T>(
     Ok((robot, made, source.finish()))
 }
 
-/// Makes the description, and knows which frame carries each link.
+/// Makes the description; holds which frame carries each link.
 pub(super) struct Builder<'b, 'a> {
     source: &'b mut Source<'a>,
     pub(super) survey: &'b Survey<'a>,

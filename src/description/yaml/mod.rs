@@ -1,6 +1,6 @@
 //! YAML texts: read with every fault located, and written back.
 //!
-//! The only module that knows the YAML crate. A text is walked twice: once for the place of each key and value
+//! The only module that uses the YAML crate. A text is walked twice: once for the place of each key and value
 //! ([`Document`]), once for the typed value ([`read`]). The crate's own `Spanned` gives the places of values that parse,
 //! but neither those of keys nor those of values that do not, which are the ones to report.
 

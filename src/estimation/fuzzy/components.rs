@@ -110,7 +110,7 @@ impl Together<'_> {
         (components, steps.iter().map(as_step).collect(), left_out)
     }
 
-    /// Size of the displacements in which errors are told: of rotations where there is nothing else, rad, else m.
+    /// Size of the displacements in which errors are reported: of rotations where there is nothing else, rad, else m.
     fn unit(&self) -> f64 {
         let moves = self.quantities.iter().flatten().any(|[row, _]| *row < 3);
         self.samples.sizes[usize::from(!moves)]

@@ -54,7 +54,7 @@ pub struct LocalFit {
 /// Calibrates the springs by `settings`, then grows rules between local springs.
 ///
 /// # Errors
-/// [`CalibrationError::Malformed`] where no spring can be told; see [`super::super::calibrate`].
+/// [`CalibrationError::Malformed`] where no spring can be determined; see [`super::super::calibrate`].
 pub fn fit_local(
     task: &FuzzyTask,
     settings: &Settings,

@@ -7,7 +7,7 @@ use super::samples::Samples;
 
 /// Root mean square displacement (distance, m) of the fitted samples when parts of the configurations are left out in
 /// turns: without rules, and with those that `grow` makes of the others. The structure is grown anew for each part, so that
-/// what is left out has no say in it.
+/// what is left out has no influence on it.
 pub fn nested(samples: &Samples, folds: usize, grow: &(dyn Fn(&Samples) -> Grown + Sync)) -> [f64; 2] {
     let fitted = samples.indices(false, |_| true);
     let parts = samples.parts(&fitted, folds);

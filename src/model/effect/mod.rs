@@ -1,4 +1,4 @@
-//! What the trait [`super::Effect`] speaks of: sites, reading context and changes, nonlinear parameters; and how an entry
+//! The types of the trait [`super::Effect`]: sites, reading context and changes, nonlinear parameters; and how an entry
 //! of a description is resolved, validated and switched on.
 
 mod driver;

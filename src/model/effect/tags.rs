@@ -2,7 +2,7 @@
 //! whose alternatives were written as numbers.
 //!
 //! `changes_at: 0` meant the side of approach, `of_wrench: 1` a mis-stated wrench, `jump_at: -1` a steady drift. This is
-//! the only place that knows.
+//! the only place that says.
 
 use crate::description::raw::{RawAmount, RawCurve, RawEffect};
 

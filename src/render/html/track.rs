@@ -106,7 +106,7 @@ fn charted(found: &Track) -> Vec<(usize, &TrackedParameter)> {
     all
 }
 
-/// A parameter over the checks, with its intervals and the levels and lines that were told.
+/// A parameter over the checks, with its intervals and the levels and lines that were reported.
 fn over_checks(parameter: &TrackedParameter) -> String {
     let points: Vec<(f64, f64)> =
         parameter.values.iter().enumerate().map(|(k, value)| ((k + 1) as f64, value.difference)).collect();

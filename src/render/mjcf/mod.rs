@@ -76,14 +76,14 @@ fn lost_parts(writer: &mut Writer) {
     let robot = writer.robot;
     let names = |all: Vec<&str>| all.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let weak = robot.elastic.springs.iter().filter(|spring| is_soft(&spring.rate) && !is_held(spring));
-    let beside = robot.elastic.joints.iter().filter(|joint| {
+    let parallel = robot.elastic.joints.iter().filter(|joint| {
         parallel(robot, joint.frame).and_then(|k| joint.springs[k]).is_some_and(|spring| is_soft(&spring))
     });
     let lost_rules: &[&str] = if robot.fuzzy.is_some() || robot.spring_rules.is_some() { &["fuzzy"] } else { &[] };
     let parts = [
         ("beams", robot.elastic.beams.iter().map(|own| own.name.as_str()).collect::<Vec<_>>()),
         ("springs that act on the stiffness alone", weak.map(|own| own.name.as_str()).collect()),
-        ("springs beside passive joints", beside.map(|own| robot.frames[own.frame].name.as_str()).collect()),
+        ("springs beside passive joints", parallel.map(|own| robot.frames[own.frame].name.as_str()).collect()),
         ("limits of sums", robot.limits.iter().map(|own| own.name.as_str()).collect()),
         ("boxes to keep out of", robot.keep_out.iter().map(|own| own.name.as_str()).collect()),
         ("rules", lost_rules.to_vec()),

@@ -96,7 +96,7 @@ pub(super) fn directions(robot: &Robot, joint: &JointStiffness) -> Vec<(usize, S
     own.collect()
 }
 
-/// The spring of a passive joint that acts beside it, not in series: without force wherever the loop puts the joint.
+/// The spring of a passive joint that acts in parallel, not in series: without force wherever the loop puts the joint.
 pub(super) fn parallel(robot: &Robot, joint: FrameIndex) -> Option<usize> {
     let frame = robot.frames.get(joint).filter(|frame| frame.motion == Motion::Passive)?;
     Some(own_axis(frame.joint))

@@ -141,13 +141,13 @@ impl Writer<'_> {
                 self.site(&format!("{name}.1"), &Vector3::zeros(), depth);
             }
             if b == frame {
-                self.site(&format!("{name}.2"), &self.beside(own), depth);
+                self.site(&format!("{name}.2"), &self.second_point(own), depth);
             }
         }
     }
 
     /// Where the first frame of a loop meets the second, in that: links of a planar loop may lie beside each other.
-    fn beside(&self, own: &Loop) -> Vector3<f64> {
+    fn second_point(&self, own: &Loop) -> Vector3<f64> {
         let [a, b] = own.frames.map(|frame| self.start.frames[frame]);
         let gap = (b.inverse() * a).translation.vector;
         if own.kind == LoopKind::Planar && gap.z.abs() > 1e-9 { Vector3::z() * gap.z } else { Vector3::zeros() }

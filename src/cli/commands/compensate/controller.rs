@@ -1,4 +1,4 @@
-//! The robot as its controller knows it: what joints of a path mean, and poses of corrected commands.
+//! The robot in its controller: what joints of a path mean, and poses of corrected commands.
 
 use nalgebra::Rotation3;
 

@@ -26,7 +26,7 @@ pub struct Campaigned {
     pub raw: RawCampaign,
     pub diagnostics: Vec<Diagnostic>,
     /// Where what is touched is assumed to be.
-    pub said: String,
+    pub assumed: String,
 }
 
 /// Reads what can be planned for a campaign file.
@@ -68,9 +68,9 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
     let mut values = model.registry.nominal();
     lay_out(model, &campaign, true, &mut values, &mut generator(seed))?;
     let ways = ways(&campaign, |_| true);
-    let said = places(model, &campaign, &values, &file.robot);
+    let assumed = places(model, &campaign, &values, &file.robot);
     let design = Design { ways, campaign, values };
-    Ok(Campaigned { robot: loaded.robot, measured: None, design, raw, diagnostics: loaded.diagnostics, said })
+    Ok(Campaigned { robot: loaded.robot, measured: None, design, raw, diagnostics: loaded.diagnostics, assumed })
 }
 
 /// Readings are added to those of the file, in the session and the placement asked for, else in the last.
@@ -100,12 +100,12 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
     }
     ways.iter_mut().flatten().for_each(|reading| reading.session.session = session);
     let robot = LoadedRobot { model: arranged, ..loaded.robot };
-    let mut said = String::new();
+    let mut assumed = String::new();
     if campaign.sessions.is_several() {
-        said += &format!("planned for session {}\n", campaign.sessions.names[session]);
+        assumed += &format!("planned for session {}\n", campaign.sessions.names[session]);
     }
     if let Some(placement) = placement {
-        said += &format!("planned for placement {placement}\n");
+        assumed += &format!("planned for placement {placement}\n");
     }
     let design = Design { ways, values, campaign: campaign.clone() };
     Ok(Campaigned {
@@ -114,7 +114,7 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
         design,
         raw: file.raw.clone(),
         diagnostics: loaded.diagnostics,
-        said,
+        assumed,
     })
 }
 
@@ -196,7 +196,7 @@ fn ways(campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Vec<Vec<Readi
 /// Where fixtures and anchors of unknown place are assumed to be, in the robot's units.
 fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobot) -> String {
     let length = robot.raw.units.length;
-    let mut said = String::new();
+    let mut assumed = String::new();
     for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
         if !["anchor", "contact"].contains(&target.column) {
             continue;
@@ -211,9 +211,9 @@ fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobo
                 _ => format!("{own:.3}"),
             })
             .collect();
-        said += &format!("{} is assumed at {} {}\n", target.name, numbers.join(", "), length.symbol());
+        assumed += &format!("{} is assumed at {} {}\n", target.name, numbers.join(", "), length.symbol());
     }
-    said
+    assumed
 }
 
 /// Cells of a row of the campaign's file for each station: its names, and its joints in the campaign's units.

@@ -89,7 +89,7 @@ pub fn written(
     let line = schema_line(&header_file, file_name(SchemaOf::Campaign));
     let mut made = files;
     made.push(("campaign.yaml".into(), line + &yaml::write(header)?));
-    // By their digests the next run knows whether someone has edited them since.
+    // Their digests show the next run whether someone has edited them since.
     let mut truth = output.json["truth"].clone();
     let digests = made.iter().map(|(name, text)| (name.clone(), digest(text).into())).collect();
     truth.as_object_mut().map(|truth| truth.insert(DIGESTS.into(), Value::Object(digests)));

@@ -96,13 +96,13 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
 
 /// What the campaign file says, and the command must not.
 fn refuse(command: &Simulate) -> Result<(), Error> {
-    let said = [
+    let stated = [
         ("--observes", command.observes.is_some(), "`observes:`"),
         ("--unknown-base", command.unknown_base, "`estimate: {base: true}`"),
         ("--unknown-tool", command.unknown_tool, "`estimate: {tool: true}`"),
         ("--process", command.process.is_some(), "readings along a path are simulated from the robot's description"),
     ];
-    match said.into_iter().find(|(_, is_given, _)| *is_given) {
+    match stated.into_iter().find(|(_, is_given, _)| *is_given) {
         Some((flag, _, word)) => Err(Error::input(
             format!("{flag}, and `{}` is a campaign, which says what is read", command.robot),
             format!("leave {flag} out; in the campaign file it is {word}"),

@@ -1,4 +1,4 @@
-//! The identified parameters beside another set.
+//! The identified parameters compared with another set.
 
 use minijinja::context;
 
@@ -16,5 +16,5 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
         lengths => found.parameters.iter().map(|own| matches!(own.unit, "mm" | "deg")).collect::<Vec<_>>(),
     };
     let html = page.render("against.html", context);
-    Some(Section { id: "against", title: "Beside another set of parameters".into(), html })
+    Some(Section { id: "against", title: "Compared with another set of parameters".into(), html })
 }
