@@ -110,6 +110,9 @@ pub fn reference_noise(references: &References) -> Option<ReferenceNoise> {
     Some(ReferenceNoise { noise: noise(left, left_freedom), motion: Some(motion) })
 }
 
+/// A rotation and a translation (m).
+type RigidMotion = (Rotation3<f64>, Vector3<f64>);
+
 /// Places of the reflectors and motion of all of them at each time, in turns from `places`: a time with too few reflectors for
 /// a rotation has a displacement.
 fn fitted(
@@ -118,7 +121,7 @@ fn fitted(
     epoch_of: &[usize],
     freedoms: &[f64],
     mut places: Vec<Vector3<f64>>,
-) -> (Vec<Vector3<f64>>, Vec<(Rotation3<f64>, Vector3<f64>)>) {
+) -> (Vec<Vector3<f64>>, Vec<RigidMotion>) {
     let readings = &references.readings;
     let mut motions = vec![(Rotation3::identity(), Vector3::zeros()); by_epoch.len()];
     for _ in 0..PASSES {

@@ -9,7 +9,8 @@ use crate::cli::boxes;
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::compensation::{Hold, Settings, predict_path};
+use crate::compensation::{Balance, Desired, Hold, Refusal, Settings, predict_path};
+use crate::description::campaign::Campaign;
 use crate::description::limits::beyond;
 use crate::files::LoadedRobot;
 use crate::observation::POSITION;
@@ -46,26 +47,7 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let (model, mut campaign) = (&loaded.model, path.campaign);
     let found =
         predict_path(model, values, &mut campaign, &desired, Some(&process), &Settings::new(model.variables.len()))?;
-    let (mut rows, mut points) = (Vec::new(), Vec::new());
-    for (index, (balance, desired)) in found.iter().zip(&desired).enumerate() {
-        let name = campaign.poses[campaign.readings[index].pose].clone();
-        let refused =
-            |why: &crate::compensation::Refusal| Error::from(why.clone()).at(format!("point {index} ({name})"));
-        let (desired, balance) = (desired.as_ref().map_err(refused)?, balance.as_ref().map_err(refused)?);
-        let wrench = &balance.wrench;
-        let missed = balance.seen.real.translation.vector - desired.target.translation.vector;
-        let shown = |v: f64| format!("{:.4}", mm(v));
-        let mut row = vec![index.to_string(), name.clone()];
-        row.extend(missed.iter().map(|v| shown(*v)));
-        row.push(shown(missed.norm()));
-        row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
-        rows.push(row);
-        let strip = balance.strip.map(StripAt::from);
-        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench, strip });
-        let variables = campaign.variables;
-        campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
-        campaign.readings[index].wrench = *wrench;
-    }
+    let (rows, points) = balanced(&mut campaign, &found, &desired)?;
     campaign.name = format!("{}, {}, simulated", model.name, process.name);
     campaign.observes = observes;
     campaign.state_noise((command.noise > 0.0).then_some([command.noise * 1e-3; 3]), None);
@@ -96,6 +78,34 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     diagnostics.append(&mut output.diagnostics);
     output.diagnostics = diagnostics;
     Ok(output)
+}
+
+/// Puts the joints and wrenches of equilibrium into the readings: rows of a table, and the points with what they miss.
+fn balanced(
+    campaign: &mut Campaign,
+    found: &[Result<Balance, Refusal>],
+    desired: &[Result<Desired, Refusal>],
+) -> Result<(Vec<Vec<String>>, Vec<PathPoint>), Error> {
+    let (mut rows, mut points) = (Vec::new(), Vec::new());
+    for (index, (balance, desired)) in found.iter().zip(desired).enumerate() {
+        let name = campaign.poses[campaign.readings[index].pose].clone();
+        let refused = |why: &Refusal| Error::from(why.clone()).at(format!("point {index} ({name})"));
+        let (desired, balance) = (desired.as_ref().map_err(refused)?, balance.as_ref().map_err(refused)?);
+        let wrench = &balance.wrench;
+        let missed = balance.seen.real.translation.vector - desired.target.translation.vector;
+        let shown = |v: f64| format!("{:.4}", mm(v));
+        let mut row = vec![index.to_string(), name.clone()];
+        row.extend(missed.iter().map(|v| shown(*v)));
+        row.push(shown(missed.norm()));
+        row.extend(wrench[..3].iter().map(|f| format!("{f:.1}")));
+        rows.push(row);
+        let strip = balance.strip.map(StripAt::from);
+        points.push(PathPoint { index, name, missed: [missed.x, missed.y, missed.z], wrench: *wrench, strip });
+        let variables = campaign.variables;
+        campaign.joints[index * variables..(index + 1) * variables].copy_from_slice(&desired.nominal);
+        campaign.readings[index].wrench = *wrench;
+    }
+    Ok((rows, points))
 }
 
 /// The marker on which the process pushes; `None` for the tool centre point.
