@@ -21,6 +21,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from ._given import instances_of
 from ._native import Reading, Site
 
 __all__ = ["Change", "Changes", "Effect", "Reading", "Site", "deflection", "joint", "parameter", "point"]
@@ -62,23 +63,8 @@ class Effect:
 
 
 def instances(effects: object) -> list[Effect]:
-    """Effects as a list, if that is what they are.
-
-    :raises TypeError: what else it is, as a class where an instance is expected
-    """
-    if isinstance(effects, (str, bytes)) or not isinstance(effects, Iterable):
-        raise TypeError(f"`effects` is a list of instances of `elastogeo.Effect`; here {_told(effects)}")
-    given = list(effects)
-    for each in given:
-        if not isinstance(each, Effect):
-            raise TypeError(f"`effects` holds instances of `elastogeo.Effect`; here {_told(each)}")
-    return given
-
-
-def _told(given: object) -> str:
-    if isinstance(given, type):
-        return f"the class {given.__name__}: give an instance, `{given.__name__}()`"
-    return f"{given!r}, a single one: put it into a list" if isinstance(given, Effect) else repr(given)
+    """Effects as a list, if that is what they are."""
+    return instances_of(Effect, "effects", effects)
 
 
 def joint(variable: str, by: float) -> Change:

@@ -20,6 +20,7 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from . import _native
+from ._given import instances_of
 from ._native import Point
 
 __all__ = ["MOST_VALUES", "Observation", "Point", "kinds"]
@@ -65,17 +66,8 @@ class Observation:
 
 
 def kinds(observations: object) -> list[Observation]:
-    """Kinds of readings as a list, if that is what they are.
-
-    :raises TypeError: what else it is, as a class where an instance is expected
-    """
-    if isinstance(observations, (str, bytes)) or not isinstance(observations, Iterable):
-        raise TypeError(f"`observations` is a list of instances of `elastogeo.Observation`; here {_told(observations)}")
-    given = list(observations)
-    for each in given:
-        if not isinstance(each, Observation):
-            raise TypeError(f"`observations` holds instances of `elastogeo.Observation`; here {_told(each)}")
-    return given
+    """Kinds of readings as a list, if that is what they are."""
+    return instances_of(Observation, "observations", observations)
 
 
 def native(observations: Iterable[Observation]) -> list[_native.Kind]:
@@ -86,12 +78,6 @@ def native(observations: Iterable[Observation]) -> list[_native.Kind]:
             each._kind = _native.Kind(each)
         made.append(each._kind)
     return made
-
-
-def _told(given: object) -> str:
-    if isinstance(given, type):
-        return f"the class {given.__name__}: give an instance, `{given.__name__}()`"
-    return f"{given!r}, a single one: put it into a list" if isinstance(given, Observation) else repr(given)
 
 
 def _said(value: Iterable[float], count: int) -> list[float]:
