@@ -234,8 +234,8 @@ struct Height {
     columns: &'static [ValueColumn],
 }
 
-static OF_HEIGHT: [ValueColumn; 1] = [ValueColumn::length("height")];
-static OF_JOINT: [ValueColumn; 1] = [ValueColumn::length("q1")];
+const OF_HEIGHT: [ValueColumn; 1] = [ValueColumn::length("height")];
+const OF_JOINT: [ValueColumn; 1] = [ValueColumn::length("q1")];
 const HEIGHT: Observes = Observes::new(&Height { name: "height", columns: &OF_HEIGHT });
 const NAMED_AS_KNOWN: Observes = Observes::new(&Height { name: "position", columns: &OF_HEIGHT });
 const TURNED: Observes = Observes::new(&Height { name: "turned", columns: &OF_JOINT });
