@@ -2,7 +2,7 @@
 
 use elastogeo::description::campaign::Campaign;
 use elastogeo::elastics::{Elastics, Response, Statics, put_fuzzy};
-use elastogeo::files::{LoadedRobot, Reader};
+use elastogeo::files::LoadedRobot;
 use elastogeo::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates, Transform, shift};
 use elastogeo::model::Model;
 use elastogeo::prediction::{SinglePredictor, SingleWorkspace};
