@@ -154,6 +154,6 @@ def test_it_is_simulated_and_planned(tmp_path: Path) -> None:
 
     made = elastogeo.simulate("universal-ur5", 5, tmp_path, observes="height", observations=[Height()])
     assert len(elastogeo.Campaign(made.folder, observations=[Height()])) == 5
-    assert elastogeo.plan("universal-ur5", 8, observes="height", observations=[Height()]).joints.shape == (8, 6)
+    assert elastogeo.plan("universal-ur5", 20, observes="height", observations=[Height()]).joints.shape == (20, 6)
     with pytest.raises(elastogeo.Error, match="height"):
         elastogeo.simulate("universal-ur5", 5, tmp_path, observes="height")
