@@ -69,8 +69,8 @@ pub fn claims(
     let sets: Vec<Vec<usize>> = std::iter::once(cause.to_vec()).chain(singles).chain(joints).collect();
     let beside = Beside::new(&forward.selector.projection, others, &sets);
     let losses = forward.folds.losses(&beside);
-    let compared =
-        Compared { forward, sets: &sets, beside: &beside, losses: &losses, tests, is_sharp: sharp.is_some() };
+    let is_sharp = sharp.is_some();
+    let compared = Compared { forward, others, sets: &sets, beside: &beside, losses: &losses, tests, is_sharp };
     let first = |at: usize| &hypotheses[sets[at][0]];
     if first(0).is_free() {
         return vec![compared.curve(0, Level::Site)];
@@ -105,6 +105,8 @@ pub fn claims(
 /// Candidates beside the other causes, and what they leave.
 struct Compared<'a> {
     forward: &'a Forward<'a>,
+    /// Causes that stand beside all of them.
+    others: &'a [usize],
     sets: &'a [Vec<usize>],
     beside: &'a Beside<'a>,
     losses: &'a Losses,
@@ -160,7 +162,10 @@ impl Compared<'_> {
             true => Vec::new(),
             false => self.free().filter(|&at| self.is_elsewhere(at, own) && self.is_near(at, own)).collect(),
         };
-        let level = if rivals.len() < self.forward.settings.group && curves.is_empty() {
+        // What may be another law in its limit is named only beside one that is not.
+        let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
+        let has_law = is_law && curves.is_empty();
+        let level = if has_law && rivals.len() < self.forward.settings.group {
             Level::Law
         } else if rivals.iter().all(|(at, _)| shares_family(*at)) && curves.into_iter().all(shares_family) {
             Level::Family
@@ -265,6 +270,31 @@ impl Compared<'_> {
             && self.gain(at) < settings.of_free * gain
     }
 
+    /// Whether a law may be that of another effect in its limit: with the end of its continuous parameter where it becomes that,
+    /// it does as well, the law's own variants among the other causes left out.
+    fn is_in_limit(&self, at: usize) -> bool {
+        let [own] = self.sets[at][..] else { return false };
+        let (problem, noise) = (self.forward.problem, self.tests.noise);
+        let law = &problem.hypotheses[own];
+        let Some(value) = law.nonlinear.continuous() else { return false };
+        let is_variant = |h: &Hypothesis| h.is_same(law) && h.nonlinear.clone().with_continuous(value) == law.nonlinear;
+        let all = || problem.hypotheses.iter().enumerate().filter(|(_, h)| is_variant(h));
+        let of = |(h, variant): (usize, &Hypothesis)| Some((variant.nonlinear.continuous()?, h));
+        let mut values: Vec<(f64, usize)> = all().filter_map(of).collect();
+        values.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ends = [values.first(), values.last()].into_iter().zip(law.effect.is_another_at_ends(&law.nonlinear));
+        let ends: Vec<usize> = ends.filter(|(_, is_other)| *is_other).filter_map(|(end, _)| Some(end?.1)).collect();
+        let others: Vec<usize> = self.others.iter().copied().filter(|&h| !problem.hypotheses[h].is_same(law)).collect();
+        let sets: Vec<Vec<usize>> = std::iter::once(own).chain(ends).map(|h| vec![h]).collect();
+        let beside = Beside::new(&self.forward.selector.projection, &others, &sets);
+        let before = project_off(&problem.residual, &beside.basis);
+        let taken: Vec<f64> = beside.candidates.iter().map(|columns| columns.tr_mul(&before).norm_squared()).collect();
+        // The end lies in the interval of the parameter by the likelihood, readings of a configuration counting once.
+        let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
+        let least = self.forward.settings.paired_t.powi(2) * noise * noise * per_pose;
+        taken.split_first().is_some_and(|(own, ends)| ends.iter().any(|end| own - end < least))
+    }
+
     fn gates(&self, at: usize) -> Gates {
         let settings = self.forward.settings;
         let (own, gain) = (self.hypothesis(at), self.gain(at));
@@ -294,7 +324,7 @@ impl Compared<'_> {
                 elsewhere = Some(elsewhere.map_or(share, |known| known.min(share)));
             }
         }
-        Gates { of_free, is_beaten, elsewhere, of_site: self.of_site(at) }
+        Gates { of_free, is_beaten, elsewhere, of_site: self.of_site(at), is_in_limit: self.is_in_limit(at) }
     }
 }
 
@@ -307,6 +337,8 @@ struct Gates {
     is_beaten: bool,
     /// Share of what an error free in every configuration carries at the site.
     of_site: Option<f64>,
+    /// Whether it may be another law in its limit.
+    is_in_limit: bool,
 }
 
 impl Gates {

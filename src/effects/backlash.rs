@@ -76,6 +76,11 @@ impl Effect for Backlash {
         candidates
     }
 
+    /// A joint that crosses under its greatest loads is a soft one.
+    fn is_another_at_ends(&self, nonlinear: &Nonlinear) -> [bool; 2] {
+        [false, nonlinear.continuous().is_some()]
+    }
+
     fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]
     }

@@ -55,6 +55,11 @@ impl Effect for Hysteresis {
         SHARES.map(|share| Nonlinear::new([(&DISTANCE, NonlinearValue::Real(share * greatest))])).to_vec()
     }
 
+    /// A jump with the side of approach, and a lag in proportion to the last move.
+    fn is_another_at_ends(&self, _nonlinear: &Nonlinear) -> [bool; 2] {
+        [true; 2]
+    }
+
     fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]
     }

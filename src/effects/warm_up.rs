@@ -99,6 +99,11 @@ impl Effect for WarmUp {
         courses.chain(std::iter::once(of(LOGARITHMIC, SHARES[0]))).collect()
     }
 
+    /// What takes longer than the session is a steady drift.
+    fn is_another_at_ends(&self, nonlinear: &Nonlinear) -> [bool; 2] {
+        [false, nonlinear.values().first() == Some(&NonlinearValue::Choice(EXPONENTIAL))]
+    }
+
     fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
         let length = |symbol| EffectParameter::new(symbol, "m", 1e-4);
         match self {

@@ -116,6 +116,11 @@ pub trait Effect: Send + Sync {
     fn is_free_form(&self) -> bool {
         false
     }
+    /// Whether it becomes a law of another effect at the least, and at the greatest, value of its continuous parameter that is
+    /// tried: at such an end it can stand in for that one, whether the catalogue has it or not.
+    fn is_another_at_ends(&self, _nonlinear: &Nonlinear) -> [bool; 2] {
+        [false; 2]
+    }
     /// Conditions of a reading that it depends on.
     fn reads(&self) -> &'static [Condition] {
         &[]

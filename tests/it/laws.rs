@@ -1,6 +1,7 @@
 //! Laws of the catalogue that depend on time, path, cables, encoders, beams and reflectors: simulated, and found by their
 //! names or as one of a small group.
 
+use elastogeo::blind::without;
 use elastogeo::description::campaign::{Campaign, Conditions};
 use elastogeo::description::raw::{RawAmount, RawEffect};
 use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
@@ -114,6 +115,26 @@ fn laws_are_named_or_in_a_small_group() {
         })
         .collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// At an end of its parameter a law shows what another effect does: where the catalogue lacks that one, the law is not named for it.
+#[test]
+fn a_law_in_the_limit_of_another_is_not_named() {
+    let drift = vec![("x", RawAmount::from(6e-9))];
+    let cases: Vec<(Case, &str)> = vec![
+        (("settling", "joint:2", vec![("share", RawAmount::from(1e-4))]), "hysteresis"),
+        (("frame-drift", "base", drift), "base-warm-up"),
+    ];
+    for ((effect, site, parameters), other) in cases {
+        let (plain, spoiled) = arm(effect, site, &parameters);
+        let campaign = read(&plain, &spoiled, 0.7);
+        let lacking = without(&plain, &campaign, effect).expect("a catalogue without it");
+        let found = found(&lacking, &campaign);
+        let said: Vec<String> =
+            found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+        assert!(found.causes.iter().all(|cause| cause.effect != other), "{effect}: {said:?}");
+        assert!(found.causes.iter().any(|cause| cause.site == site && cause.level != Level::Law), "{effect}: {said:?}");
+    }
 }
 
 /// What one marker alone does, the robot does not: its mount slipped, and no law of the tool or of a joint is named for it.
