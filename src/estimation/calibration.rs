@@ -40,10 +40,26 @@ pub(super) fn calibrate_as_asked(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
+    calibrate_from(None, (model, campaign, held_out), settings, progress)
+}
+
+/// The same begun, and reduced, at other values (by slot) than those of the registered description.
+///
+/// # Errors
+/// As [`super::calibrate`].
+pub(super) fn calibrate_from(
+    begin: Option<&[f64]>,
+    (model, campaign, held_out): (&Model, &Campaign, &[bool]),
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
     let task = Task::new(model, campaign, held_out, settings)?;
     let (before, _) = task.errors(&task.nominal)?;
     let mut start = task.registered()?;
     let (registration, registered) = task.errors(&start)?;
+    if let Some(values) = begin {
+        start = values.to_vec();
+    }
     let mut selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
     let mut history = Vec::new();

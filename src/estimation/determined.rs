@@ -6,6 +6,7 @@
 //! wide, parameters that noise decides are left as described ([`Criterion::Noise`]). A wide interval alone does no harm.
 
 use super::calibration::calibrate_as_asked;
+use super::far::calibrate_far;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
 use crate::description::campaign::Campaign;
@@ -30,7 +31,7 @@ pub(super) fn calibrate_determined(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let found = calibrate_as_asked(model, campaign, held_out, settings, progress)?;
+    let found = calibrate_far(model, campaign, held_out, settings, progress)?;
     let is_usual = settings.only.is_none() && settings.criterion == Criterion::Relative(DEFAULT_TOLERANCE);
     let is_undetermined = |own: &Estimate| {
         let parameter = &model.registry[own.slot];

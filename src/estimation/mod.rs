@@ -12,6 +12,7 @@ pub mod covariance;
 mod determined;
 mod dropped;
 mod equivalence;
+mod far;
 mod fit;
 mod network;
 mod placing;

@@ -57,6 +57,8 @@ pub struct CampaignProblem<'a> {
     kinds: Vec<usize>,
     /// Robust standard deviations of lengths, of angles and of torques, in stated ones.
     scales: Cell<[f64; 3]>,
+    /// Norm of the rounding errors of the residuals.
+    rounding: f64,
     buffer: RefCell<Linearised>,
 }
 
@@ -66,6 +68,7 @@ impl<'a> CampaignProblem<'a> {
         Self {
             kinds: predictor.campaign.readings.iter().flat_map(row_kinds).collect(),
             logarithms: vec![false; predictor.slots.len()],
+            rounding: rounding(&predictor, start, &sigmas),
             predictor,
             start: start.to_vec(),
             sigmas,
@@ -169,9 +172,34 @@ impl<'a> CampaignProblem<'a> {
     }
 }
 
+/// Norm of the rounding errors of all residuals, in standard deviations: positions are sums of terms as long as the longest
+/// constant at `start` or as what was measured, orientations of a radian.
+fn rounding(predictor: &Predictor, start: &[f64], sigmas: &[f64]) -> f64 {
+    let (registry, campaign) = (&predictor.model.registry, predictor.campaign);
+    let lengths = start.iter().enumerate().filter(|(slot, _)| registry[*slot].kind == Kind::Length);
+    let longest = if campaign.is_difference() { 0.0 } else { lengths.map(|(_, l)| l.abs()).fold(0.0, f64::max) };
+    let of_reading = |reading: &Reading| {
+        let measured = reading.measured;
+        let lengths = reading.observes.length_rows().min(measured.len());
+        let length = measured[..lengths].iter().map(|l| l.abs()).fold(longest, f64::max);
+        let size = move |(row, kind)| match kind {
+            0 => length,
+            1 => 1.0,
+            _ => measured.get(row).map_or(0.0, |load: &f64| load.abs()),
+        };
+        row_kinds(reading).enumerate().map(size).collect::<Vec<_>>()
+    };
+    let sizes = campaign.readings.iter().flat_map(of_reading).chain(campaign.constraints.iter().map(|_| longest));
+    f64::EPSILON * sizes.zip(sigmas).map(|(size, sigma)| (size / sigma).powi(2)).sum::<f64>().sqrt()
+}
+
 impl Problem for CampaignProblem<'_> {
     fn parameters(&self) -> usize {
         self.predictor.slots.len()
+    }
+
+    fn rounding(&self) -> f64 {
+        self.rounding
     }
 
     fn residuals(&self) -> usize {

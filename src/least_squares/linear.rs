@@ -87,8 +87,8 @@ impl Reduced {
         DVector::from_iterator(self.a.ncols(), self.a.column_iter().map(|column| column.norm()))
     }
 
-    /// The model at `x` in the variables `z = D p`, for `D` of diagonal `scale`.
-    pub fn scaled(self, scale: &[f64], x: &[f64], bounds: &Bounds) -> Linear {
+    /// The model at `x` in the variables `z = D p`, for `D` of diagonal `scale`; `rounding` as [`super::Problem::rounding`].
+    pub fn scaled(self, scale: &[f64], x: &[f64], bounds: &Bounds, rounding: f64) -> Linear {
         let Self { mut a, b, residual_norm, reduction } = self;
         for (mut column, d) in a.column_iter_mut().zip(scale) {
             column /= *d;
@@ -104,7 +104,7 @@ impl Reduced {
         let gauss_newton = least_norm(free.clone(), &b);
         let noise = a.column_iter().zip(scale).zip(x).map(|((column, d), x)| column.norm() * (d * x).abs());
         Linear {
-            noise: f64::EPSILON * noise.fold(0.0, f64::max),
+            noise: (f64::EPSILON * noise.fold(0.0, f64::max)).max(rounding),
             best_reduction: 0.5 * (&free * &gauss_newton).norm_squared(),
             spectrum: OnceCell::new(),
             a,
@@ -141,7 +141,7 @@ pub(super) struct Linear {
     /// What the Gauss-Newton step promises: no step that leaves the held parameters alone can promise more.
     pub best_reduction: f64,
     /// Rounding error to be expected in the residual: it is a difference of measurements and a model made of terms as
-    /// large as `J_j x_j`.
+    /// large as `J_j x_j`, or as the problem says.
     noise: f64,
 }
 

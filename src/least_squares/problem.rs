@@ -17,6 +17,12 @@ pub trait Problem {
         1.0
     }
 
+    /// Norm of the rounding error to be expected in `r(x)`, beyond that of terms as large as `J_j x_j`: where the parameters are
+    /// changes, the model is made of far greater terms than they are.
+    fn rounding(&self) -> f64 {
+        0.0
+    }
+
     /// Writes `r(x)`, already weighted, into `residual` (m) and, if asked, `dr/dx` into `jacobian` (m x n).
     ///
     /// Both arrive with the right shape and with whatever an earlier call left in them: write every entry. The same `x`

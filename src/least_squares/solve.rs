@@ -128,7 +128,7 @@ impl<'a, P: Problem> Search<'a, P> {
             Err(reason) => return Ok(Err(reason)),
         };
         self.region = TrustRegion::new(&reduced.norms(), reduced.residual_norm, &x, self.settings.initial_radius);
-        let linear = reduced.scaled(&self.region.scale, &x, self.bounds);
+        let linear = reduced.scaled(&self.region.scale, &x, self.bounds, self.problem.rounding());
         self.take(x);
         self.initial_cost = self.cost;
         Ok(Ok(linear))
@@ -246,7 +246,7 @@ impl<'a, P: Problem> Search<'a, P> {
         Ok(match self.reduce(&x)? {
             Ok(reduced) => {
                 self.region.rescale(&reduced.norms());
-                let linear = reduced.scaled(&self.region.scale, &x, self.bounds);
+                let linear = reduced.scaled(&self.region.scale, &x, self.bounds, self.problem.rounding());
                 self.take(x);
                 Next::Moved(Box::new(linear))
             }

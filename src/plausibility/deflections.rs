@@ -34,7 +34,13 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     };
     let tried = |ways: Vec<Hypothesis>| ways.into_par_iter().filter_map(with).collect::<Vec<Trial>>();
     let mut named = tried(Hypothesis::all(model, &some));
-    named.retain(|(_, error)| error * limits.fall <= before);
+    // Forces and moments weighed otherwise against each other nearly silence one of them: nothing but noise is to be left.
+    let is_held = campaign.sigma.is_some();
+    let suffices = |way: &Hypothesis, error: f64| match way {
+        Hypothesis::Moments(_) | Hypothesis::Forces(_) => !is_held || error <= limits.noise[1] * noise(&some),
+        _ => true,
+    };
+    named.retain(|(ways, error)| error * limits.fall <= before && ways.iter().all(|way| suffices(way, *error)));
     // Of the joints springs show less: with the right ones nothing but noise is left.
     let noise = limits.noise[1] * noise(&some);
     if named.is_empty() && campaign.sigma.is_some() && before > noise {

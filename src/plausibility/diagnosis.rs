@@ -11,7 +11,8 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, Model};
-use crate::parameter::Slot;
+use crate::observation::Purpose;
+use crate::parameter::{Kind, Slot};
 
 /// Doubts about a diagnosis of a campaign: about the calibration that it starts from, and about what its readings can show.
 pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
@@ -46,6 +47,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     all.extend(little);
     all.extend(springs_held(model, campaign, found, limits));
+    all.extend(refused_as_calibration(model, campaign, found, limits));
     all.extend(
         found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
     );
@@ -53,8 +55,11 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     all
 }
 
-/// An amount of a cause that no machine has: what is negative there, longer than the robot, turned further than any part is mounted
-/// off, or heavier than the robot.
+/// Share of a declared compliance below which nothing of it is left: it ends at the bound beyond which it would be negative.
+const RIGID: f64 = 1e-3;
+
+/// An amount of a cause that no machine has: what is negative there or rigid against the description, longer than the robot,
+/// turned further than any part is mounted off, or heavier than the robot.
 fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Diagnostic> {
     let own = format!("{}@{}", entry.effect.name(), entry.site.name);
     let remedy = "the cause stands in for something else: look at signs (sides of approach, loads, gravity), masses and units of description \
@@ -65,6 +70,16 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     }
     let size = total_length(model);
     let parameters = entry.effect.parameters(model, &entry.site, &entry.nonlinear);
+    let rigid = parameters.iter().find_map(|parameter| {
+        let constant = &model.registry[model.registry.slot(&parameter.symbol)?];
+        let (declared, amount) = (constant.nominal, *entry.amounts.get(&parameter.symbol)?);
+        let is_compliance = matches!(constant.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
+        let is_none = is_compliance && declared > 0.0 && declared + amount <= RIGID * declared;
+        is_none.then_some(&parameter.symbol)
+    });
+    if let Some(symbol) = rigid {
+        return Some(told(format!("{own}: `{symbol}` comes out rigid, and readings contradict what is declared")));
+    }
     parameters.iter().find_map(|parameter| {
         let amount = *entry.amounts.get(&parameter.symbol)?;
         let most = match parameter.unit {
@@ -79,6 +94,32 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
             told(format!("{own}: `{symbol}` is {amount:.3e} {unit}, in a robot whose lengths add up to {size:.2} m"))
         })
     })
+}
+
+/// Why `identify` refuses the campaign where it calibrates the geometry that the diagnosis held: what bends constants to where no
+/// robot has them bends causes as well.
+fn refused_as_calibration(
+    model: &Model,
+    campaign: &Campaign,
+    found: &Diagnosis,
+    limits: &Limits,
+) -> Option<Diagnostic> {
+    let diagnosed = found.calibration.as_ref()?;
+    if campaign.observes.purpose() != Purpose::Geometry || !campaign.calibrate.is_empty() || found.causes.is_empty() {
+        return None;
+    }
+    let asked = Settings { second_order: false, ..Settings::default() };
+    let calibrated = calibrate(model, campaign, &diagnosed.held_out, &asked, &mut |_| {}).ok()?;
+    let judged = judge_result(&Evidence::with(model, campaign, &calibrated), limits);
+    let refuses = |diagnostic: &&Diagnostic| diagnostic.is_error() && diagnostic.code.is_plausibility();
+    let why = judged.iter().find(refuses)?;
+    let remedy = why.remedy.clone().unwrap_or_default();
+    let message = format!(
+        "`identify` refuses this campaign ({}): {}; the causes below may stand in for what is wrong there",
+        why.code.name(),
+        why.message
+    );
+    Some(Diagnostic::warning(message).code(Code::Implausible).remedy(remedy))
 }
 
 /// Springs that the description declares to be identified, and that the campaign does not name under `calibrate:`, where fitting

@@ -5,9 +5,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Rotation3, Vector3};
 
+use super::turned::Turned;
 use crate::description::campaign::{Campaign, Reading};
 use crate::math::rotation_vector;
 use crate::model::Model;
+use crate::observation::POSE;
 use crate::parameter::{Group, Kind, Slot};
 
 /// What is read otherwise.
@@ -36,6 +38,10 @@ pub enum Hypothesis {
     Reaction,
     /// Moments of the wrench times a factor, its forces as they are.
     Moments(f64),
+    /// Forces of the wrench times a factor, its moments as they are.
+    Forces(f64),
+    /// Measured orientations are written by another convention.
+    Turned(Turned),
     /// Rows of joints belong to readings one further up (-1) or down (+1); whole configurations, or single rows.
     Shifted(isize, bool),
     /// Two markers are exchanged.
@@ -66,6 +72,9 @@ pub const LENGTH_FACTORS: [f64; 12] =
 /// Of moments about the other sense, or recorded in N.mm, or in kN.m, where N.m are declared, and the reverse.
 const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
 
+/// Of forces of the other sense, or recorded in kgf, lbf or daN beside moments in N.m. Springs that are fitted take up what both share.
+const FORCE_FACTORS: [f64; 4] = [-1.0, 9.80665, 4.4482216152605, 10.0];
+
 impl Hypothesis {
     /// All that a campaign of a robot admits. Of deflections only what reverses them: a spring that is missing in the description
     /// can look like two axes exchanged, but nothing passive gives way against its load.
@@ -80,9 +89,11 @@ impl Hypothesis {
                 readings.any(|reading| reading.wrench[part.clone()].iter().any(|component| *component != 0.0))
             };
             // Moments alone are reversed, and scaled, with all else.
-            let moments = if any(0..3) && any(3..6) { &MOMENT_FACTORS[..] } else { &[] };
-            let moments = moments.iter().map(|&factor| Self::Moments(factor));
-            return std::iter::once(Self::Reaction).chain(moments).chain(mirrored).collect();
+            let both = any(0..3) && any(3..6);
+            let [moments, forces] = [&MOMENT_FACTORS[..], &FORCE_FACTORS[..]].map(|all| if both { all } else { &[] });
+            let parts = moments.iter().map(|&factor| Self::Moments(factor));
+            let parts = parts.chain(forces.iter().map(|&factor| Self::Forces(factor)));
+            return std::iter::once(Self::Reaction).chain(parts).chain(mirrored).collect();
         }
         let mut all = Self::of_joints(model, campaign);
         if model.variables.iter().any(|variable| variable.is_angle) {
@@ -95,6 +106,9 @@ impl Hypothesis {
         }
         if with_positions {
             all.extend(handedness(campaign));
+        }
+        if campaign.readings.iter().any(has_rotation) {
+            all.extend(Turned::ALL.map(Self::Turned));
         }
         if !campaign.estimate_tool {
             all.extend(pairs(model.markers.len()).map(|(a, b)| Self::Markers(a, b)));
@@ -157,6 +171,17 @@ impl Hypothesis {
                 let moments = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[3..]);
                 moments.for_each(|component| *component *= factor);
             }
+            Self::Forces(factor) => {
+                let forces = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[..3]);
+                forces.for_each(|component| *component *= factor);
+            }
+            Self::Turned(way) => {
+                campaign.readings.iter_mut().filter(|reading| has_rotation(reading)).for_each(|reading| {
+                    let own = &mut reading.measured[3..6];
+                    let read = way.read(&Vector3::from_column_slice(own));
+                    own.copy_from_slice(read.as_slice());
+                })
+            }
             Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
             Self::Markers(a, b) => campaign.readings.iter_mut().for_each(|reading| {
                 reading.marker = match reading.marker {
@@ -195,6 +220,11 @@ impl Hypothesis {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && !matches!(self, Self::Swapped(..) | Self::Negated(_))
     }
+}
+
+/// Whether a reading is a position and a rotation vector.
+fn has_rotation(reading: &Reading) -> bool {
+    reading.observes == POSE
 }
 
 /// Each two of so many.

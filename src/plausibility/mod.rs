@@ -25,6 +25,7 @@ mod sessions;
 mod springs;
 mod stated_noise;
 mod trial;
+mod turned;
 mod words;
 
 pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, told_once, why_not_computed};

@@ -104,6 +104,14 @@ fn searched(
         count += more.len();
         found = tried(trials, &more);
     }
+    // An arm is its own mirror image with some of its joints counted the other way.
+    let is_mirrored = |(ways, _): &Trial| ways.iter().any(|way| matches!(way, Hypothesis::Mirrored(..)));
+    if found.first().is_some_and(|first| decisive(first) && is_mirrored(first)) {
+        let more = signs(evidence.model.variables.len());
+        count += more.len();
+        found.extend(tried(trials, &more));
+        found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    }
     found.retain(decisive);
     // More unknowns take up what tolerances make, to a third or so: a way without them goes before.
     let least = |found: &[Trial]| found.first().map_or(f64::INFINITY, |(_, error)| *error);
@@ -167,7 +175,9 @@ pub(super) fn explained(evidence: &Evidence, fit: &str, before: Option<f64>, nam
     let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join(", or ")) };
     let message = format!("{} {fall}: {question}{others}", with(best));
     let code = if first.iter().any(|words| words.is_unit) { Code::WrongUnits } else { Code::Misread };
-    let remedy = joined(first.into_iter().map(|words| words.remedy), "; ");
+    let remedies = |words: Vec<Words>| joined(words.into_iter().map(|words| words.remedy), "; ");
+    let others = named.iter().skip(1).map(|(ways, _)| remedies(words(ways)));
+    let remedy = joined(std::iter::once(remedies(first)).chain(others), "; or: ");
     Diagnostic::error(message)
         .code(code)
         .remedy(remedy)
@@ -221,14 +231,12 @@ fn unlike(
 /// the calibrated machines and practice campaigns that it was tried on are not doubted by it.
 const LITTLE: f64 = 0.5;
 
-/// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted.
-/// Readings of which some are of another robot, as one wrong column of one session makes them, pull it to where it fits none.
+/// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted, or
+/// far more than the stated noise. Readings of which some are of another robot, as one wrong column of one session makes them, pull
+/// it to where it fits none.
 pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.calibrated() else { return Vec::new() };
     let campaign = evidence.campaign;
-    if campaign.is_difference() {
-        return Vec::new();
-    }
     let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
     let left = |residual: &[f64]| {
         let own = errors(campaign, residual, limits).enumerate().filter(|(index, _)| is_fitted(*index));
@@ -238,15 +246,20 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     if after <= LITTLE * before {
         return Vec::new();
     }
-    let Some(allowed) = Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed)
-    else {
-        return Vec::new();
-    };
     let (scale, unit) = unit_of(campaign);
-    let [before, after, allowed] = [before, after, allowed].map(|metres| mm(scale * metres));
+    let shown = |metres: f64| mm(scale * metres);
+    let allowed = || Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed);
+    let is_noise_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
+    let beyond = if is_noise_stated && found.noise_ratio > limits.noise_wrong {
+        format!("{:.0} times the stated noise", found.noise_ratio)
+    } else {
+        let Some(allowed) = (!campaign.is_difference()).then(allowed).flatten() else { return Vec::new() };
+        format!("where the description's tolerances and the noise allow {} {unit} before it", shown(allowed))
+    };
     let message = format!(
-        "calibration leaves {after} {unit} (median; registration {before}), where the description's tolerances and the noise \
-         allow {allowed} {unit} before it: no constants describe these readings together"
+        "calibration leaves {} {unit} (median; before it {}), {beyond}: no constants describe these readings together",
+        shown(after),
+        shown(before)
     );
     let remedy = "compare figures by session and file: a column of one of them may be wrong; look at some configurations by hand (`residuals`)";
     vec![Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy)]

@@ -2,6 +2,7 @@
 
 use super::evidence::Limits;
 use super::hypothesis::Hypothesis;
+use super::turned::Turned;
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 
@@ -86,6 +87,21 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             format!("are they in another unit than forces, by {factor}?"),
             "state `torque` under `units:` as the file has it",
         ),
+        Hypothesis::Forces(factor) if factor < 0.0 => say(
+            "the forces of the wrenches reversed".into(),
+            "of the robot on the load cell?",
+            "give the forces that act on the robot: negate their columns".into(),
+        ),
+        Hypothesis::Forces(factor) => {
+            let named = [(9.80665, "kgf"), (4.4482216152605, "lbf"), (10.0, "daN")];
+            let name = named.iter().find(|(own, _)| near(factor, *own)).map_or("another unit", |(_, name)| name);
+            unit(
+                format!("forces times {}", number(factor)),
+                format!("are they in {name}, beside moments in N.m?"),
+                "give forces in the unit that `force` under `units:` says",
+            )
+        }
+        Hypothesis::Turned(way) => turned(way),
         Hypothesis::Mirrored(..) if campaign.estimate_base && !campaign.is_difference() => say(
             "one axis of the readings mirrored".into(),
             "a left-handed frame, or two axes exchanged?",
@@ -145,6 +161,58 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             )
         }
     }
+}
+
+/// The words of another convention of orientations.
+fn turned(way: Turned) -> Words {
+    let (with, question, remedy) = match way {
+        Turned::Inverse => (
+            "the measured rotations inverted".into(),
+            "of the base in the body, a conjugate quaternion or a transposed matrix?",
+            "give the orientation of the body in the instrument's frame",
+        ),
+        Turned::Unit(meant, read) => {
+            let with = format!("measured rotations read as {}", meant.name());
+            let question = format!("are they in {}, and declared in {}?", meant.name(), read.name());
+            let remedy =
+                "state the angle unit of the table under `units:` of the campaign, or convert the columns".into();
+            return Words { with, question, remedy, is_unit: true };
+        }
+        Turned::Reversed => (
+            "the three angles of the orientations in the reverse order".into(),
+            "columns of A, B, C exchanged with those about x, y, z?",
+            "name the columns right under `columns:`",
+        ),
+        Turned::Xyz => (
+            "the angles of the orientations about x, y', z''".into(),
+            "another sequence of axes?",
+            "convert them to a rotation vector or a quaternion, or declare the sequence under `columns:`",
+        ),
+        Turned::Zyz => (
+            "the angles of the orientations about z, y', z''".into(),
+            "another sequence of axes?",
+            "convert them to a rotation vector or a quaternion, or declare the sequence under `columns:`",
+        ),
+        Turned::Vector => (
+            "the angles of the orientations read as a rotation vector".into(),
+            "columns of a rotation vector?",
+            "name them `rx, ry, rz` under `columns:`",
+        ),
+        Turned::Zyx => (
+            "the rotation vectors read as angles about z, y', x''".into(),
+            "columns of A, B, C?",
+            "declare the angles under `columns:`",
+        ),
+        Turned::ScalarFirst | Turned::ScalarLast => (
+            format!(
+                "the quaternions read with the scalar {}",
+                if way == Turned::ScalarFirst { "first" } else { "last" }
+            ),
+            "components in another order?",
+            "name each component right under `columns:`",
+        ),
+    };
+    Words { with, question: question.into(), remedy: remedy.into(), is_unit: false }
 }
 
 /// A factor as it is said.

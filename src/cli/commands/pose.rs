@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
+use super::stiffness::large;
 use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::boxes;
@@ -56,6 +59,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     let mut work = predictor.as_ref().map(SinglePredictor::workspace);
     let mut placements = Placements::default();
     let mut poses = Vec::new();
+    let mut beyond_small = None;
     for (row, q) in configurations.iter().enumerate() {
         let mut place = || -> Result<Found, Error> {
             geometry.place(q, &mut placements)?;
@@ -64,6 +68,9 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
             predictor.place(q, work).map_err(Refusal::from)?;
             let load = load.unwrap_or_default();
             let points = loaded_points(predictor, &load, work)?;
+            if !command.equilibrium {
+                beyond_small = beyond_small.take().or_else(|| large_deflection(&points));
+            }
             Ok(shown(&loaded.model, pose, &points, command.weight))
         };
         match place() {
@@ -84,7 +91,14 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
         _ => Output::new(text, &Poses { poses })?,
     };
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(beyond_small);
     Ok(output)
+}
+
+/// A warning where the tool is deflected further than linear springs say.
+fn large_deflection(points: &[LoadedPlace]) -> Option<Diagnostic> {
+    let (_, [x, y, z, about_x, about_y, about_z]) = points.first()?;
+    large("the tool", &Vector3::new(*x, *y, *z), &Vector3::new(*about_x, *about_y, *about_z))
 }
 
 /// Refuses an equilibrium where a fuzzy compliance, linear in the load, stands for the structure.

@@ -79,7 +79,7 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     output.diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     output.diagnostics.extend(outside);
-    output.diagnostics.extend((!command.equilibrium).then(|| large(&displacement, &rotation)).flatten());
+    output.diagnostics.extend((!command.equilibrium).then(|| large("the point", &displacement, &rotation)).flatten());
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.diagnostics.extend(fuzzy_doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
@@ -88,12 +88,12 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
 /// Rotation from which a deflection is no longer small, rad, and displacement, m: sines and lever arms are off by a hundredth of it.
 const SMALL: f64 = 0.1;
 
-/// A deflection to which the linear answer does not apply.
-fn large(displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Option<Diagnostic> {
+/// A warning of a deflection (m, rad) of `point` to which the linear answer does not apply.
+pub(super) fn large(point: &str, displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Option<Diagnostic> {
     let [far, turned] = [displacement, rotation].map(Vector3::norm);
     (far > SMALL || turned > SMALL).then(|| {
         Diagnostic::warning(format!(
-            "the point is displaced by {:.0} mm and turns by {:.1} deg: springs are linear here, and that is not small",
+            "{point} is displaced by {:.0} mm and turns by {:.1} deg: springs are linear here, and that is not small",
             1e3 * far,
             turned.to_degrees()
         ))

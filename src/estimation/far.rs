@@ -1,0 +1,65 @@
+//! Constants that end far from the description.
+//!
+//! What readings can tell apart is judged where a fit begins. A linkage whose description is a parallelogram hides constants that it
+//! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
+//! moved that far, the calibration is begun and reduced once more where the first one ended.
+
+use super::calibration::{calibrate_as_asked, calibrate_from};
+use super::problem::row_sigmas;
+use super::result::{Calibration, CalibrationError, Estimate};
+use super::settings::{Scheme, Settings};
+use crate::description::campaign::Campaign;
+use crate::least_squares::{Loss, Progress};
+use crate::math::quantiles::f_tail;
+use crate::model::Model;
+use crate::parameter::Group;
+
+/// Change of a constant over its tolerance from which the reduction is looked at again: tolerances say how far its columns are expected
+/// to hold.
+const FAR: f64 = 10.0;
+
+/// Probability, by chance alone, of what the second calibration must explain in addition.
+const CHANCE: f64 = 1e-3;
+
+/// Calibrates as asked, and once more from there where constants moved far, if that leaves certainly less.
+///
+/// # Errors
+/// As [`super::calibrate`].
+pub(super) fn calibrate_far(
+    model: &Model,
+    campaign: &Campaign,
+    held_out: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Calibration, CalibrationError> {
+    let found = calibrate_as_asked(model, campaign, held_out, settings, progress)?;
+    let is_plain = settings.loss == Loss::Squares && settings.scheme == Scheme::Batch && !settings.prior;
+    let is_far = |own: &Estimate| {
+        let parameter = &model.registry[own.slot];
+        parameter.group == Group::Geometry && (own.value - own.nominal).abs() > FAR * parameter.tolerance
+    };
+    if !is_plain || !found.converged() || !found.estimates.iter().any(is_far) {
+        return Ok(found);
+    }
+    let again = calibrate_from(Some(&found.values), (model, campaign, held_out), settings, progress);
+    let better = |other: &Calibration| {
+        let [before, after] = [&found, other].map(|of| squares(campaign, of));
+        let [fewer, more] = [&found, other].map(|of| of.identifiability.kept.len());
+        let added = more.saturating_sub(fewer).max(1) as f64;
+        let left = found.degrees_of_freedom - added;
+        f_tail((before - after) / added / (after / left), added, left) < CHANCE
+    };
+    let again = again.ok().filter(|other| other.converged() && better(other));
+    Ok(match again {
+        Some(other) => Calibration { iterations: found.iterations + other.iterations, ..other },
+        None => found,
+    })
+}
+
+/// Weighted squares of the residuals of the readings that were fitted.
+fn squares(campaign: &Campaign, of: &Calibration) -> f64 {
+    let sigmas = row_sigmas(campaign);
+    let weighted: Vec<f64> = of.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
+    let fitted = campaign.by_reading(&weighted, 1).zip(&of.held_out).filter(|(_, held_out)| !**held_out);
+    fitted.flat_map(|((_, own), _)| own).map(|own| own * own).sum()
+}

@@ -1,0 +1,137 @@
+//! Other ways to read a measured orientation: the same numbers by another convention.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+
+use crate::math::rotation_vector;
+
+/// How an orientation may be meant instead.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turned {
+    /// The rotation back: conjugate quaternion, transposed matrix, angles of the base in the body.
+    Inverse,
+    /// A rotation vector in the unit before, declared in the one after.
+    Unit(Angles, Angles),
+    /// Three angles about z, y', x'' are in the order x, y, z.
+    Reversed,
+    /// They turn about x, y', z''.
+    Xyz,
+    /// They turn about z, y', z''.
+    Zyz,
+    /// They are the components of a rotation vector.
+    Vector,
+    /// The components of a rotation vector are angles about z, y', x''.
+    Zyx,
+    /// A quaternion in the order x, y, z, w is in the order w, x, y, z.
+    ScalarFirst,
+    /// The reverse.
+    ScalarLast,
+}
+
+/// Units of angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Angles {
+    Degrees,
+    Radians,
+    Gon,
+}
+
+impl Angles {
+    /// One, rad.
+    const fn size(self) -> f64 {
+        match self {
+            Self::Degrees => PI / 180.0,
+            Self::Radians => 1.0,
+            Self::Gon => PI / 200.0,
+        }
+    }
+
+    /// As it is written.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Degrees => "deg",
+            Self::Radians => "rad",
+            Self::Gon => "gon",
+        }
+    }
+}
+
+impl Turned {
+    /// All of them.
+    pub const ALL: [Self; 12] = [
+        Self::Inverse,
+        Self::Unit(Angles::Radians, Angles::Degrees),
+        Self::Unit(Angles::Degrees, Angles::Radians),
+        Self::Unit(Angles::Gon, Angles::Degrees),
+        Self::Unit(Angles::Gon, Angles::Radians),
+        Self::Reversed,
+        Self::Xyz,
+        Self::Zyz,
+        Self::Vector,
+        Self::Zyx,
+        Self::ScalarFirst,
+        Self::ScalarLast,
+    ];
+
+    /// The rotation vector (rad) that the same numbers mean when they are read so, of what they mean as declared.
+    pub fn read(self, declared: &Vector3<f64>) -> Vector3<f64> {
+        let rotation = Rotation3::new(*declared);
+        let (x, y, z) = rotation.euler_angles();
+        let about = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+        let (x_axis, y_axis, z_axis) = (Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis());
+        let meant = match self {
+            Self::Inverse => rotation.inverse(),
+            Self::Unit(meant, read) => Rotation3::new(declared * (meant.size() / read.size())),
+            Self::Reversed => about(z_axis, x) * about(y_axis, y) * about(x_axis, z),
+            Self::Xyz => about(x_axis, x) * about(y_axis, y) * about(z_axis, z),
+            Self::Zyz => about(z_axis, z) * about(y_axis, y) * about(z_axis, x),
+            Self::Vector => Rotation3::new(Vector3::new(z, y, x)),
+            Self::Zyx => about(z_axis, declared.x) * about(y_axis, declared.y) * about(x_axis, declared.z),
+            Self::ScalarFirst => permuted(&rotation, |[x, y, z, w]| [y, z, w, x]),
+            Self::ScalarLast => permuted(&rotation, |[x, y, z, w]| [w, x, y, z]),
+        };
+        rotation_vector(&meant)
+    }
+}
+
+/// The rotation of a quaternion's components (x, y, z, w) in another order.
+fn permuted(rotation: &Rotation3<f64>, order: impl Fn([f64; 4]) -> [f64; 4]) -> Rotation3<f64> {
+    let own = UnitQuaternion::from_rotation_matrix(rotation);
+    let [x, y, z, w] = order([own.i, own.j, own.k, own.w]);
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of one orientation, written by one convention and read by another, come back when the mistake is undone.
+    #[test]
+    fn what_is_misread_is_read_again() {
+        let about = |axis, angle| Rotation3::from_axis_angle(&axis, angle);
+        let (x, y, z) = (Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis());
+        let (a, b, c) = (0.4, -0.3, 0.7);
+        let zyx = |a, b, c| rotation_vector(&(about(z, a) * about(y, b) * about(x, c)));
+        let close = |one: Vector3<f64>, other: Vector3<f64>| (one - other).norm() < 1e-12;
+        assert!(close(Turned::Reversed.read(&zyx(c, b, a)), zyx(a, b, c)));
+        let xyz = rotation_vector(&(about(x, a) * about(y, b) * about(z, c)));
+        assert!(close(Turned::Xyz.read(&zyx(c, b, a)), xyz));
+        let zyz = rotation_vector(&(about(z, a) * about(y, b) * about(z, c)));
+        assert!(close(Turned::Zyz.read(&zyx(a, b, c)), zyz));
+        let vector = Vector3::new(a, b, c);
+        assert!(close(Turned::Vector.read(&zyx(a, b, c)), vector));
+        assert!(close(Turned::Zyx.read(&vector), zyx(a, b, c)));
+        let own = UnitQuaternion::from_rotation_matrix(&Rotation3::new(vector));
+        let read = |w, i, j, k| {
+            let read = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+            rotation_vector(&read.to_rotation_matrix())
+        };
+        // Written w, x, y, z and read as x, y, z, w; then the reverse.
+        assert!(close(Turned::ScalarFirst.read(&read(own.k, own.w, own.i, own.j)), vector));
+        assert!(close(Turned::ScalarLast.read(&read(own.i, own.j, own.k, own.w)), vector));
+        assert!(close(Turned::Inverse.read(&-vector), vector));
+        let unit = Turned::Unit(Angles::Gon, Angles::Degrees);
+        assert!(close(unit.read(&(vector * (180.0 / PI) * (PI / 180.0))), vector * 0.9));
+    }
+}
