@@ -352,6 +352,51 @@ fn a_wrong_derivative_is_not_called_converged() {
     assert_eq!(solution.x, [1.0]);
 }
 
+/// `r = a x + b`, rounded: a model of far greater terms than its parameters, which are changes.
+struct Rounded {
+    exact: Linear,
+    unit: f64,
+    is_known: bool,
+}
+
+impl Problem for Rounded {
+    fn parameters(&self) -> usize {
+        self.exact.parameters()
+    }
+
+    fn residuals(&self) -> usize {
+        self.exact.residuals()
+    }
+
+    fn rounding(&self) -> f64 {
+        if self.is_known { self.unit * (self.residuals() as f64).sqrt() } else { 0.0 }
+    }
+
+    fn evaluate(
+        &self,
+        x: &[f64],
+        residual: &mut DVector<f64>,
+        jacobian: Option<&mut DMatrix<f64>>,
+    ) -> Result<(), EvaluationError> {
+        self.exact.evaluate(x, residual, jacobian)?;
+        residual.iter_mut().for_each(|r| *r = (*r / self.unit).round() * self.unit);
+        Ok(())
+    }
+}
+
+/// Begun where the last step is below the rounding of the residual, a fit has converged; no step shows it where the problem does not.
+#[test]
+fn a_fit_begun_at_its_end_converges() {
+    let of = |is_known| {
+        let a = dmatrix![1.0, 0.0; 0.0, 1.0; 1.0, 1.0; 1.0, -1.0];
+        let problem = Rounded { exact: Linear { a, b: dvector![3.0, -1.0, -2.0 + 3e-8, -4.0] }, unit: 1e-7, is_known };
+        let settings = Settings { cost_tolerance: 1e-18, ..Settings::default() };
+        minimize(&problem, &[0.0, 0.0], &Bounds::none(2), &settings).expect("well posed")
+    };
+    assert_eq!(of(true).status, Status::Cost);
+    assert!(of(true).iterations < 5 && of(false).iterations > 20, "{} {}", of(true).iterations, of(false).iterations);
+}
+
 #[test]
 fn the_iteration_limit_is_a_status() {
     let problem = decay_with_outliers();

@@ -66,6 +66,7 @@ mod planning;
 mod plausibility;
 mod plausible_loads;
 mod plausible_rows;
+mod plausible_ways;
 mod process;
 mod programs;
 mod questions;

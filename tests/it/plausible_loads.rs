@@ -101,6 +101,12 @@ fn a_hanging_arm_described_as_standing_is_doubted() {
     let ran = run(at, &["diagnose", "h", "--robot", "arm.yaml", "--apply", "wrong.yaml"]);
     assert!(ran.out.contains("DOUBTFUL (implausible)") && ran.out.contains("springs came out as none"), "{}", ran.out);
     assert!(ran.status == 1 && !at.join("wrong.yaml").exists(), "{}", ran.out);
+    // Springs that compete as causes end at the same bounds.
+    let held = std::fs::read_to_string(&campaign).expect("text").replace(", joint-compliance]", "]");
+    std::fs::write(&campaign, held).expect("written");
+    let ran = run(at, &["diagnose", "h", "--robot", "arm.yaml", "--apply", "wrong.yaml"]);
+    assert!(ran.out.contains("DOUBTFUL (implausible)") && ran.out.contains("comes out rigid"), "{}", ran.out);
+    assert!(ran.status == 1 && !at.join("wrong.yaml").exists(), "{}", ran.out);
 }
 
 /// Torques are judged by their own noise.

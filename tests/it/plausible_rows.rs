@@ -105,7 +105,7 @@ fn temperatures_of_another_kind_are_told() {
     }
 }
 
-/// Moments of the other sense, and in N.mm.
+/// Moments of the other sense, and in N.mm; forces in kgf beside moments in N.m.
 #[test]
 fn moments_against_their_forces_are_named() {
     let folder = starter();
@@ -114,9 +114,14 @@ fn moments_against_their_forces_are_named() {
         ["simulate", "kuka-kr270", "--poses", "40", "--observes", "deflection-pose", "--seed", "3", "--into", "m"];
     ok(at, &[&arm[..], &["--wrench", "200,300,-1500,100,200,300"]].concat());
     let table = std::fs::read_to_string(at.join("m/measurements.csv")).expect("a table");
-    for (factor, words) in [(-1.0, "the moments of the wrenches reversed"), (1e3, "moments times 0.001")] {
+    let moments = ["mx", "my", "mz"];
+    for (columns, factor, words) in [
+        (moments, -1.0, "the moments of the wrenches reversed"),
+        (moments, 1e3, "moments times 0.001"),
+        (["fx", "fy", "fz"], 1.0 / 9.80665, "are they in kgf, beside moments in N.m?"),
+    ] {
         std::fs::write(at.join("m/measurements.csv"), &table).expect("written");
-        spoil(&at.join("m"), |t: &mut Table| t.scale(&["mx", "my", "mz"], factor));
+        spoil(&at.join("m"), |t: &mut Table| t.scale(&columns, factor));
         let ran = run(at, &["identify", "m", "--save", "x.yaml"]);
         assert!(ran.status == 2 && ran.err.contains(words), "{factor}: {}{}", ran.out, ran.err);
     }
