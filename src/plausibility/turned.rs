@@ -23,6 +23,8 @@ pub enum Turned {
     Vector,
     /// The components of a rotation vector are angles about z, y', x''.
     Zyx,
+    /// They are angles about the fixed x, y, z.
+    RollPitchYaw,
     /// A quaternion in the order x, y, z, w is in the order w, x, y, z.
     ScalarFirst,
     /// The reverse.
@@ -59,7 +61,7 @@ impl Angles {
 
 impl Turned {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Inverse,
         Self::Unit(Angles::Radians, Angles::Degrees),
         Self::Unit(Angles::Degrees, Angles::Radians),
@@ -70,6 +72,7 @@ impl Turned {
         Self::Zyz,
         Self::Vector,
         Self::Zyx,
+        Self::RollPitchYaw,
         Self::ScalarFirst,
         Self::ScalarLast,
     ];
@@ -88,6 +91,7 @@ impl Turned {
             Self::Zyz => about(z_axis, z) * about(y_axis, y) * about(z_axis, x),
             Self::Vector => Rotation3::new(Vector3::new(z, y, x)),
             Self::Zyx => about(z_axis, declared.x) * about(y_axis, declared.y) * about(x_axis, declared.z),
+            Self::RollPitchYaw => about(z_axis, declared.z) * about(y_axis, declared.y) * about(x_axis, declared.x),
             Self::ScalarFirst => permuted(&rotation, |[x, y, z, w]| [y, z, w, x]),
             Self::ScalarLast => permuted(&rotation, |[x, y, z, w]| [w, x, y, z]),
         };
@@ -122,6 +126,7 @@ mod tests {
         let vector = Vector3::new(a, b, c);
         assert!(close(Turned::Vector.read(&zyx(a, b, c)), vector));
         assert!(close(Turned::Zyx.read(&vector), zyx(a, b, c)));
+        assert!(close(Turned::RollPitchYaw.read(&vector), zyx(c, b, a)));
         let own = UnitQuaternion::from_rotation_matrix(&Rotation3::new(vector));
         let read = |w, i, j, k| {
             let read = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));

@@ -203,6 +203,11 @@ fn turned(way: Turned) -> Words {
             "columns of A, B, C?",
             "declare the angles under `columns:`",
         ),
+        Turned::RollPitchYaw => (
+            "the rotation vectors read as roll, pitch and yaw".into(),
+            "angles about the fixed x, y, z?",
+            "declare the angles under `columns:`",
+        ),
         Turned::ScalarFirst | Turned::ScalarLast => (
             format!(
                 "the quaternions read with the scalar {}",

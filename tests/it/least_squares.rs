@@ -384,17 +384,20 @@ impl Problem for Rounded {
     }
 }
 
-/// Begun where the last step is below the rounding of the residual, a fit has converged; no step shows it where the problem does not.
+/// Begun where the last step is below the rounding of the residual, a fit has converged; where the problem does not say what that is, no
+/// step shows it: the changes are too small to tell.
 #[test]
 fn a_fit_begun_at_its_end_converges() {
+    let unit = 1e-7;
     let of = |is_known| {
-        let a = dmatrix![1.0, 0.0; 0.0, 1.0; 1.0, 1.0; 1.0, -1.0];
-        let problem = Rounded { exact: Linear { a, b: dvector![3.0, -1.0, -2.0 + 3e-8, -4.0] }, unit: 1e-7, is_known };
+        // Least at 0, but for the rounding of the first residual.
+        let b = dvector![3.0 - 0.8 * unit, -1.0, -1.0 + 0.4 * unit, -2.0 + 0.4 * unit];
+        let exact = Linear { a: dmatrix![1.0, 0.0; 0.0, 1.0; 1.0, 1.0; 1.0, -1.0], b };
         let settings = Settings { cost_tolerance: 1e-18, ..Settings::default() };
-        minimize(&problem, &[0.0, 0.0], &Bounds::none(2), &settings).expect("well posed")
+        let problem = Rounded { exact, unit, is_known };
+        minimize(&problem, &[0.0, 0.0], &Bounds::none(2), &settings).expect("well posed").status
     };
-    assert_eq!(of(true).status, Status::Cost);
-    assert!(of(true).iterations < 5 && of(false).iterations > 20, "{} {}", of(true).iterations, of(false).iterations);
+    assert_eq!([of(true), of(false)], [Status::Cost, Status::IterationLimit]);
 }
 
 #[test]

@@ -763,12 +763,12 @@ fn mistakes_in_a_row_are_never_sound() {
         changed(t, |_, v| v.iter().map(|v| v.round()).collect(), ["q1", "q2", "q3"]);
         changed(t, |_, v| v.iter().map(|v| v.round()).collect(), ["q4", "q5", "q6"]);
     };
-    for (what, spoiled, code) in [
-        ("angles", angles, "unlike-description"),
-        ("inverse", inverse, "unlike-description"),
-        ("other robot", other_robot, "unlike-description"),
-        ("pasted", pasted, "unlike-description"),
-        ("rounded", rounded, "noise-unlike-stated"),
+    for (what, spoiled, code, words) in [
+        ("angles", angles, "misread", "roll, pitch and yaw"),
+        ("inverse", inverse, "misread", "rotations inverted"),
+        ("other robot", other_robot, "unlike-description", "none of"),
+        ("pasted", pasted, "unlike-description", "none of"),
+        ("rounded", rounded, "noise-unlike-stated", ""),
     ] {
         let folder = tempfile::tempdir().expect("a folder");
         let at = folder.path();
@@ -778,7 +778,7 @@ fn mistakes_in_a_row_are_never_sound() {
         if code == "noise-unlike-stated" {
             doubts(at, &["identify", "./s"], code, &[]);
         } else {
-            refuses(at, &["identify", "./s", "--save", "i.yaml"], code, &["none of"]);
+            refuses(at, &["identify", "./s", "--save", "i.yaml"], code, &[words]);
             assert!(!at.join("i.yaml").exists(), "{what}");
         }
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::cli::run;
-use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
+use super::plausibility::{Table, json, of_code, spoil, starter};
 
 fn ok(at: &Path, arguments: &[&str]) {
     let ran = run(at, arguments);
