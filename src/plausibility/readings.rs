@@ -250,7 +250,7 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let shown = |metres: f64| mm(scale * metres);
     let allowed = || Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed);
     let is_noise_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
-    let beyond = if is_noise_stated && found.noise_ratio > limits.noise_wrong {
+    let beyond = if is_noise_stated && found.noise_ratio > limits.noise_hopeless {
         format!("{:.0} times the stated noise", found.noise_ratio)
     } else {
         let Some(allowed) = (!campaign.is_difference()).then(allowed).flatten() else { return Vec::new() };
