@@ -22,6 +22,8 @@ pub struct Elastics<'m> {
     pub(super) in_tree: usize,
     /// What is known of each closing member.
     pub(super) closings: Vec<Closing>,
+    /// Those that close a loop in its plane only.
+    pub(super) planar: Vec<usize>,
     /// Released directions of the tree.
     pub(super) releases: Vec<Release>,
     /// Number of unknowns.
@@ -120,6 +122,7 @@ impl<'m> Elastics<'m> {
             members: Vec::new(),
             in_tree: 0,
             closings: Vec::new(),
+            planar: Vec::new(),
             releases: Vec::new(),
             unknowns: 0,
             paths: Vec::new(),
@@ -162,6 +165,9 @@ impl<'m> Elastics<'m> {
                 *unknown = Some(self.unknowns);
                 self.unknowns += 1;
             }
+        }
+        if member.edge.element.closes_in_plane() {
+            self.planar.push(self.closings.len());
         }
         self.closings.push(Closing { cycle, held, unknown, shared: Vec::new(), releases: Vec::new() });
         self.members.push(member);

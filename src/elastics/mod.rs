@@ -18,6 +18,7 @@ mod derivatives;
 mod elimination;
 mod equilibrium;
 mod fuzzy;
+mod in_plane;
 mod load_case;
 mod motion;
 mod prepare;

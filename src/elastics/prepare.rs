@@ -47,6 +47,7 @@ impl Elastics<'_> {
         let at = self.configuration(placements, (&points, &local), deflected);
         self.place_members(&at, out);
         self.equations(out);
+        self.release_undetermined(out);
         out.elimination.factor(self.unknowns, &out.matrix);
         let mechanism =
             if out.elimination.rank < self.unknowns { self.mechanism(&mut out.elimination) } else { Ok(()) };

@@ -1,6 +1,6 @@
 //! Statics of one configuration: what elements are there, equations of the unknowns, own weight.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Matrix6x3, Vector3, Vector6};
 
 use super::elimination::Elimination;
 use crate::elements::{Held, Placed};
@@ -23,6 +23,7 @@ pub struct Statics {
     pub(super) closings: Vec<ClosingStatics>,
     pub(super) elimination: Elimination,
     pub(super) matrix: Vec<f64>,
+    pub(super) out_of_plane: OutOfPlane,
     /// Internal forces and deformations under own weight.
     pub(super) weight: WeightStatics,
     /// Own weight is to be left out.
@@ -41,6 +42,18 @@ pub(super) struct ClosingStatics {
     /// Internal forces along its cycle by its unit forces, and the deformations they cause.
     pub forces: Vec<Matrix6<f64>>,
     pub strains: Vec<Matrix6<f64>>,
+}
+
+/// What decides which forces out of the plane of planar loops take part.
+#[derive(Debug, Clone, Default)]
+pub(super) struct OutOfPlane {
+    /// Of each planar closing and member of its cycle: internal forces by its forces out of the plane, without those parts that do
+    /// work in the plane.
+    pub forces: Vec<Vec<Matrix6x3<f64>>>,
+    /// Compliance of the closings out of their planes, m/N, row-major.
+    pub compliance: Vec<f64>,
+    /// Unknowns in the order of the compliance's rows; in the end those that are not determined.
+    pub unknowns: Vec<usize>,
 }
 
 /// Statics under own weight and preloads.

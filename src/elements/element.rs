@@ -45,6 +45,11 @@ pub trait ElasticElement: Debug + Send + Sync {
         None
     }
 
+    /// Whether it closes a loop in the plane normal to its z axis only, that of parallel joints.
+    fn closes_in_plane(&self) -> bool {
+        false
+    }
+
     /// Of a straight uniform element: what a metre gives and weighs with these values.
     fn per_length(&self, _values: &[f64]) -> Option<PerLength> {
         None

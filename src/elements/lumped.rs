@@ -27,6 +27,8 @@ pub struct Lumped {
     pub symbols: [&'static str; 6],
     /// The beam of which it is a released end.
     pub end_of: Option<String>,
+    /// Whether it closes a loop in the plane normal to its z axis only.
+    pub in_plane: bool,
 }
 
 /// How a direction deforms.
@@ -65,7 +67,7 @@ impl Lumped {
     /// A rigid joint of two vertices.
     pub fn rigid(frame: FrameIndex, symbols: [&'static str; 6]) -> Self {
         let at = BodyPoint { frame, point: Vector3::zeros() };
-        Self { at, axes: Axes::Frame(frame), laws: [Law::Rigid; 6], symbols, end_of: None }
+        Self { at, axes: Axes::Frame(frame), laws: [Law::Rigid; 6], symbols, end_of: None, in_plane: false }
     }
 
     fn rotation(&self, frames: &Frames) -> Matrix3<f64> {
@@ -137,6 +139,10 @@ impl ElasticElement for Lumped {
 
     fn released_end_of(&self) -> Option<&str> {
         self.end_of.as_deref()
+    }
+
+    fn closes_in_plane(&self) -> bool {
+        self.in_plane
     }
 
     fn place(&self, at: &Configuration, ends: [VertexIndex; 2], _: &PerLength) -> Placed {

@@ -262,7 +262,8 @@ impl Builder<'_> {
             let at = at.map_or(origin, |node| self.node(node));
             let home = (self.structure.home[at.frame] * nalgebra::Point3::from(at.point)).coords;
             let ends = [self.carrier(frame.antecedent, &home), self.carrier(index, &home)];
-            let element = Arc::new(Lumped { at, axes: Axes::Frame(index), laws, symbols, end_of: None });
+            let element =
+                Arc::new(Lumped { at, axes: Axes::Frame(index), laws, symbols, ..Lumped::rigid(index, BASE_SYMBOLS) });
             self.edges.push(Edge { name: format!("joint:{}", frame.name), ends, element });
         }
     }
@@ -307,7 +308,8 @@ impl Builder<'_> {
                 free.iter().for_each(|&k| laws[k] = Law::Released(None));
             }
             let end = |frame: FrameIndex| self.carrier(frame, &self.structure.home[frame].translation.vector);
-            let element = Arc::new(Lumped { laws, ..Lumped::rigid(a, LUMPED) });
+            let in_plane = closed.kind == LoopKind::Planar;
+            let element = Arc::new(Lumped { laws, in_plane, ..Lumped::rigid(a, LUMPED) });
             self.edges.push(Edge { name: format!("loop:{}", closed.name), ends: [end(a), end(b)], element });
         }
     }

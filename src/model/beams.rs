@@ -129,7 +129,7 @@ impl Builder<'_> {
         let laws = released.map(|free| if free { Law::Released(None) } else { Law::Rigid });
         let (symbols, end_of) = (PLACEMENT_SYMBOLS, Some(beam.name.clone()));
         let name = format!("release:{}.{}", beam.name, ["from", "to"][end]);
-        let element = Arc::new(Lumped { at, axes, laws, symbols, end_of });
+        let element = Arc::new(Lumped { at, axes, laws, symbols, end_of, in_plane: false });
         self.edges.push(Edge { name, ends: [node, own], element });
         own
     }

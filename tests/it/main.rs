@@ -63,6 +63,7 @@ mod orthonormal;
 mod own_weight;
 mod placing;
 mod planning;
+mod planar_misalignment;
 mod plausibility;
 mod plausible_loads;
 mod plausible_rows;
