@@ -223,8 +223,12 @@ impl Campaign {
     /// Whether no reading and no constraint holds a known length: the robot could be of any size then.
     pub fn lacks_length(&self) -> bool {
         let is_unknown = |reading: &Reading| {
-            let target = self.targets.get(reading.target).filter(|target| target.column == "contact");
-            target.is_some_and(|target| {
+            let target = self.targets.get(reading.target);
+            // Readings that refer to nothing have the number of the first target.
+            let touches = |target: &&Target| {
+                target.column == "contact" && reading.observes.target_column() == Some(target.column)
+            };
+            target.filter(touches).is_some_and(|target| {
                 target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
             })
         };
