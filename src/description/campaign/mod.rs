@@ -5,6 +5,7 @@ mod bodies;
 mod columns;
 mod conditions;
 mod configurations;
+mod contradictions;
 mod doubts;
 mod faults;
 mod order;

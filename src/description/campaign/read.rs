@@ -2,6 +2,7 @@
 
 use super::bodies;
 use super::columns::{columns_of_joints, half_of_more_columns, kinds, kinds_of_file};
+use super::contradictions::{contradictions, noise_of_some_readings};
 use super::doubts::doubts;
 use super::raw::{RawCampaign, RawEntry};
 use super::read_targets::{constraints, targets};
@@ -47,6 +48,7 @@ pub fn resolve(
     diagnostics.extend(bodies::lacking_columns(robot, &sources));
     diagnostics.extend(half_of_more_columns(&sources));
     diagnostics.extend(columns_of_joints(&all_kinds, robot, locate));
+    diagnostics.extend(contradictions(robot, &sources));
     diagnostics.extend(mixed_differences(&all_kinds, locate));
     campaign.constraints = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
     let mut rows = RowReader::new(raw, robot);
@@ -56,6 +58,9 @@ pub fn resolve(
     }
     rows.finish(&mut campaign);
     settle(&mut campaign);
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(noise_of_some_readings(&campaign, raw, locate));
+    }
     diagnostics.extend(time_in_some(locate, tables));
     diagnostics.extend(unnamed_parts(&campaign, locate));
     if !diagnostics.iter().any(Diagnostic::is_error) {
