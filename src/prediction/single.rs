@@ -136,7 +136,7 @@ impl<'a> SinglePredictor<'a> {
     }
 
     fn point(&self, index: usize, wrench: &[f64; 6], state: &State) -> LoadedPoint {
-        self.mechanics.point(state, self.campaign.readings[index].marker, wrench)
+        self.mechanics.point(state, &self.campaign.readings[index], wrench)
     }
 
     /// A reading at the placed configuration under a wrench (N and N.m, base axes).
@@ -194,18 +194,9 @@ impl<'a> SinglePredictor<'a> {
 
     /// A wrench on the point of a reading, as the equilibrium at the deflected pose takes it.
     fn load(&self, index: usize, wrench: &[f64; 6], state: &State) -> PointLoad {
-        let (geometry, marker) = (self.geometry(), self.campaign.readings[index].marker);
-        let model = geometry.model;
-        let (frame, local) = match marker {
-            Some(marker) => (model.markers[marker].frame, geometry.marker(marker).coords),
-            None => (model.tool.0, geometry.tool().translation.vector),
-        };
-        PointLoad {
-            vertex: model.structure.carrier(frame, &local),
-            point: (state.placements.frames[frame] * nalgebra::Point3::from(local)).coords,
-            force: Vector3::new(wrench[0], wrench[1], wrench[2]),
-            moment: Vector3::new(wrench[3], wrench[4], wrench[5]),
-        }
+        let LoadedPoint { at, position, force, moment, .. } = self.point(index, wrench, state);
+        let vertex = self.geometry().model.structure.carrier(at.frame, &at.point);
+        PointLoad { vertex, point: position, force, moment }
     }
 
     /// How far (m) the linear deflection of a reading is off that of the equilibrium at the deflected pose, at the placed
