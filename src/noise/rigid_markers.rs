@@ -1,6 +1,6 @@
 //! Noise from the distances between markers on one body, which no motion of the robot changes.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,8 @@ use crate::model::Model;
 
 /// One sigma of a coordinate from the scatter of distances between markers of one body over the configurations: a distance
 /// between two points of equal, independent noise scatters by the square root of 2 times as much. None where no two markers of
-/// a body are measured at two configurations or more. Deflection within the body counts as noise.
+/// a body are measured at two configurations or more of a session, where tool and markers are of a session. Deflection within the
+/// body counts as noise.
 pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate> {
     let body = |marker: usize| {
         let mut frame = model.markers[marker].frame;
@@ -29,6 +30,10 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
         let known = points.entry((reading.pose, marker)).or_insert((Vector3::zeros(), 0.0));
         *known = (known.0 + at, known.1 + 1.0);
     }
+    // Which mounting of the markers each configuration is of.
+    let mut mounted = vec![0; campaign.poses.len()];
+    campaign.readings.iter().for_each(|of| mounted[of.pose] = of.session.part(campaign.sessions.tool));
+    let mountings: BTreeSet<usize> = mounted.iter().copied().collect();
     let mut markers: Vec<usize> = points.keys().map(|(_, marker)| *marker).collect();
     markers.sort_unstable();
     markers.dedup();
@@ -42,11 +47,14 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
                 // As noisy as one reading of each would be.
                 Some(((a - b).norm(), (0.5 * (1.0 / of_a + 1.0 / of_b)).sqrt()))
             };
-            let found: Vec<(f64, f64)> = (0..campaign.poses.len()).filter_map(distance).collect();
-            let count = found.len() as f64;
-            let mean = found.iter().map(|(distance, _)| distance).sum::<f64>() / count.max(1.0);
-            squares += found.iter().map(|(distance, part)| ((distance - mean) / part).powi(2)).sum::<f64>();
-            degrees_of_freedom += (count - 1.0).max(0.0);
+            for &mounting in &mountings {
+                let poses = (0..campaign.poses.len()).filter(|&pose| mounted[pose] == mounting);
+                let found: Vec<(f64, f64)> = poses.filter_map(distance).collect();
+                let count = found.len() as f64;
+                let mean = found.iter().map(|(distance, _)| distance).sum::<f64>() / count.max(1.0);
+                squares += found.iter().map(|(distance, part)| ((distance - mean) / part).powi(2)).sum::<f64>();
+                degrees_of_freedom += (count - 1.0).max(0.0);
+            }
         }
     }
     let sigma = (0.5 * squares / degrees_of_freedom).sqrt();
