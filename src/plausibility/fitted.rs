@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Evidence, Limits};
+use super::trial::{is_of_torques, lever};
 use crate::estimation::row_sigmas;
 use crate::math::orthonormal;
 use crate::parameter::Slot;
@@ -24,6 +25,8 @@ pub(super) struct Fitted<'a> {
     /// In standard deviations.
     pub residual: DVector<f64>,
     sigmas: Vec<f64>,
+    /// Whether all readings are torques and forces.
+    torques: bool,
     /// Orthonormal columns that span what the fitted parameters do.
     pub basis: DMatrix<f64>,
     /// Readings that were taken out.
@@ -57,7 +60,8 @@ impl<'a> Fitted<'a> {
             return None;
         }
         let is_out = vec![false; readings.len()];
-        Some(Self { evidence, readings, rows, residual, sigmas, basis, is_out })
+        let torques = is_of_torques(&campaign);
+        Some(Self { evidence, readings, rows, residual, sigmas, torques, basis, is_out })
     }
 
     /// A fitted reading's index in the campaign.
@@ -78,10 +82,8 @@ impl<'a> Fitted<'a> {
     /// A displacement (m) by rows in standard deviations; rotations at the end of [`Limits::arm`].
     pub fn distance(&self, k: usize, rows: &DVector<f64>, limits: &Limits) -> f64 {
         let (first, reading) = (self.rows[k], &self.evidence.campaign.readings[self.readings[k]]);
-        let lengths = reading.observes.length_rows();
         let size = |(row, value): (usize, &f64)| {
-            let arm = if row < lengths { 1.0 } else { limits.arm };
-            (arm * value * self.sigmas[first + row]).powi(2)
+            (lever(reading, row, self.torques, limits) * value * self.sigmas[first + row]).powi(2)
         };
         rows.iter().enumerate().map(size).sum::<f64>().sqrt()
     }

@@ -10,6 +10,7 @@ use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{RegistrationSettings, registered, row_sigmas};
 use crate::math::median;
 use crate::model::Model;
+use crate::observation::Noise;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{Linearised, Predictor};
 
@@ -80,13 +81,14 @@ impl<'a> Trials<'a> {
         let mut found = Linearised::default();
         Predictor::new(model, &campaign, slots).ok()?.linearise(&values, true, &mut found).ok()?;
         let sigmas = row_sigmas(&campaign);
+        let torques = is_of_torques(&campaign);
         let mut first = 0;
         let mut sum = 0.0;
         for (reading, own) in campaign.by_reading(&found.jacobian, width) {
             for (row, by) in own.chunks(width).enumerate() {
                 let spread: f64 = by.iter().zip(&tolerances).map(|(by, tolerance)| (by * tolerance).powi(2)).sum();
                 let noise = sigmas.get(first + row).map_or(0.0, |sigma| sigma * sigma);
-                let arm = if row < reading.observes.length_rows() { 1.0 } else { self.limits.arm };
+                let arm = lever(reading, row, torques, self.limits);
                 sum += arm * arm * (spread + noise);
             }
             first += reading.observes.rows();
@@ -115,15 +117,33 @@ pub fn typical(campaign: &Campaign, residual: &[f64], limits: &Limits) -> Option
     median(&mut errors(campaign, residual, limits).collect::<Vec<f64>>())
 }
 
+/// Whether all readings are torques and forces.
+pub fn is_of_torques(campaign: &Campaign) -> bool {
+    campaign.readings.iter().all(|reading| reading.observes.by_variable().is_some())
+}
+
+/// What a unit of a reading's row counts, m: a length its own, a rotation what it moves at the end of [`Limits::arm`], a torque or
+/// force as many standard deviations of a coordinate as it has of its own, but [`Limits::arm`] where all readings are `torques`.
+pub fn lever(reading: &Reading, row: usize, torques: bool, limits: &Limits) -> f64 {
+    let Noise { position, load, .. } = reading.noise;
+    if reading.observes.by_variable().is_some() && !torques {
+        position.iter().sum::<f64>() / 3.0 / load
+    } else if row < reading.observes.length_rows() {
+        1.0
+    } else {
+        limits.arm
+    }
+}
+
 /// Error of each reading, m.
 pub fn errors<'a>(
     campaign: &'a Campaign,
     residual: &'a [f64],
     limits: &'a Limits,
 ) -> impl Iterator<Item = f64> + use<'a> {
-    campaign.by_reading(residual, 1).map(|(reading, own)| {
-        let lengths = reading.observes.length_rows();
-        let square = |(row, r): (usize, &f64)| (if row < lengths { *r } else { limits.arm * r }).powi(2);
+    let torques = is_of_torques(campaign);
+    campaign.by_reading(residual, 1).map(move |(reading, own)| {
+        let square = |(row, r): (usize, &f64)| (lever(reading, row, torques, limits) * r).powi(2);
         own.iter().enumerate().map(square).sum::<f64>().sqrt()
     })
 }
