@@ -27,7 +27,7 @@ pub use effect::{
 pub use fault::Fault;
 pub use local_springs::LocalSprings;
 pub use loops::{LoopGroup, LoopPlan, Stage};
-pub use rewrite::{with_fuzzy, with_values};
+pub use rewrite::{of_sessions, with_fuzzy, with_values};
 pub use structure::{Edge, MassElement, Spot, Structure, Vertex};
 
 use crate::description::fuzzy::Input;

@@ -4,6 +4,7 @@ use super::Model;
 use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules, Tree};
 use crate::description::parameters::{Owner, parameters};
 use crate::description::raw::{JointKind, RawBranch, RawFuzzy, RawFuzzyComponent, RawRobot, RawSplit};
+use crate::parameter::{Group, Parameter};
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
 /// The zero of a joint goes to `offset`, so that couplings and loops see it when the file is read again.
@@ -44,6 +45,20 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
         }
     }
     written
+}
+
+/// Bases, tools and markers (`base@monday`) whose values changed and that [`with_values`] does not write, because each is of a
+/// session or station: a description has one of each.
+#[must_use]
+pub fn of_sessions(model: &Model, values: &[f64]) -> Vec<String> {
+    let of = model.registry.all().iter().zip(values);
+    let changed = of.filter(|(parameter, value)| {
+        matches!(parameter.group, Group::Base | Group::Tool) && **value != parameter.nominal
+    });
+    let owner = |(parameter, _): (&Parameter, &f64)| Some(parameter.name.rsplit_once('.')?.0.to_string());
+    let mut owners: Vec<String> = changed.filter_map(owner).filter(|owner| owner.contains('@')).collect();
+    owners.dedup();
+    owners
 }
 
 /// The description with the model's rules put in, in the file's units.

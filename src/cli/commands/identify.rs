@@ -18,7 +18,7 @@ use crate::estimation::{
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
-use crate::model::{Model, with_values};
+use crate::model::{Model, of_sessions, with_values};
 use crate::plausibility::{Evidence, Limits, forced, judge, why_not_computed};
 use crate::render::identification as render;
 use crate::render::tables;
@@ -214,6 +214,7 @@ pub(super) fn calibrated(
         Some(path) => {
             let (text, diagnostics) = written(&saved, path)?;
             output.diagnostics.extend(diagnostics);
+            output.diagnostics.extend(unwritten(model, &found.values, path));
             output.text += &format!("calibrated description: {}\n", path.display());
             output.files.push((path.to_path_buf(), text));
         }
@@ -237,6 +238,20 @@ fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> 
         output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
     }
     Ok(())
+}
+
+/// A warning of bases, tools and markers that are a session's or station's: a description has one of each.
+fn unwritten(model: &Model, values: &[f64], path: &Path) -> Option<Diagnostic> {
+    let owners = of_sessions(model, values);
+    (!owners.is_empty()).then(|| {
+        let text = format!(
+            "`{}` holds one base and one of each marker, and those of the campaign's sessions are not written to it: {}",
+            path.display(),
+            owners.join(", ")
+        );
+        let remedy = "find them again with `register` and the campaign; `--table` or `--format json` holds them";
+        Diagnostic::warning(text).remedy(remedy)
+    })
 }
 
 /// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.
