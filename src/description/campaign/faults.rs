@@ -1,7 +1,7 @@
 //! Faults and doubts of a campaign file alone, before its tables are read.
 
 use super::columns::kinds;
-use super::raw::{RawAnchor, RawCampaign, RawEntry, RawInstrument, RawSigma};
+use super::raw::{ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact, RawEntry, RawInstrument, RawSigma};
 use crate::description::resolve::{Explained, GREATEST, Locate};
 use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
@@ -47,6 +47,11 @@ pub fn faults(
             diagnostics.push(diagnostic.at(locate(&["anchors", name])));
         }
     }
+    for (name, contact) in &raw.contacts {
+        let own = contact_faults(contact, raw.units.length.factor()).into_iter();
+        let located = |(key, fault): (&str, Diagnostic)| fault.at(locate(&["contacts", name, key]));
+        diagnostics.extend(own.map(located));
+    }
     let whole = raw.completed(&RawEntry::default());
     diagnostics.extend(instrument(raw.instrument.as_ref(), &whole, kinds, &[], locate));
     for (k, entry) in raw.measurements.iter().flat_map(|all| &all.0).enumerate() {
@@ -64,6 +69,33 @@ pub fn faults(
         }
     }
     diagnostics
+}
+
+/// What cannot be of a contact, with the key of it; lengths are in a unit of `length` m.
+fn contact_faults(contact: &RawContact, length: f64) -> Vec<(&'static str, Diagnostic)> {
+    let mut faults = Vec::new();
+    if let Some(normal) = contact.normal.and_then(OrUnknown::known) {
+        let size = normal.iter().map(|v| v * v).sum::<f64>();
+        if !(size > 0.0 && size.is_finite()) {
+            let diagnostic = Diagnostic::error(format!("the normal {normal:?} has no direction"));
+            faults.push((
+                "normal",
+                diagnostic.remedy("give a vector towards the ball, or leave it out: it is estimated"),
+            ));
+        }
+    }
+    let radius = contact.radius.map(OrUnknown::known);
+    if radius.is_some() && contact.kind == ContactKind::Socket {
+        let diagnostic = Diagnostic::error("a socket holds the ball's centre at a point, and has no radius");
+        faults.push(("radius", diagnostic.remedy("leave it out, or write `kind: sphere`")));
+    } else if let Some(radius) = radius.flatten() {
+        let least = if contact.kind == ContactKind::Sphere { f64::MIN_POSITIVE } else { 0.0 };
+        if !(least..=GREATEST).contains(&(radius * length)) {
+            let diagnostic = Diagnostic::error(format!("the radius `{radius}` is no distance of the ball's centre"));
+            faults.push(("radius", diagnostic.remedy("give a positive length, or leave it out")));
+        }
+    }
+    faults
 }
 
 /// The fault of a name of a session or station that parameters (`base@NAME.x`) could not have.

@@ -79,6 +79,7 @@ impl<'a> RowReader<'a> {
                 check,
             };
             self.check_sides(&row, &mut faults);
+            check_order(&row, &mut faults);
             let first = campaign.readings.len();
             kinds.iter().for_each(|&kind| self.readings(&row, (kind, entry), blank, campaign, &mut faults));
             for _ in first..campaign.readings.len() {
@@ -246,6 +247,14 @@ impl<'a> RowReader<'a> {
         }
         let all = campaign.readings.len();
         conditions.all_mut().for_each(|column| column.resize(all, f64::NAN));
+    }
+}
+
+/// A number in the order of measurement is an integer.
+fn check_order(row: &Row, faults: &mut Faults) {
+    if let Some(number) = row.given("order").filter(|number| number.fract() != 0.0) {
+        let diagnostic = Diagnostic::error(format!("column `order`: `{number}` is no whole number"));
+        faults.push(diagnostic.at(row.place("order")).remedy("number the readings 1, 2, 3 as they were measured"));
     }
 }
 
