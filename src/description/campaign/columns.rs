@@ -76,6 +76,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
     let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
     let number = |name: &str, required| column(name, ColumnKind::Number, required);
     let text = |name: &str| column(name, ColumnKind::Text, false);
+    let text_or_none = |name: &str| column(name, ColumnKind::TextOrNone, false);
     let units = entry.units.unwrap_or(raw.units);
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
     let mut columns = vec![text("pose"), text("marker"), text("session"), text("station")];
@@ -104,7 +105,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
     if raw.loads.joints == LoadSource::Measured {
         columns.extend(torque_columns(raw, entry, robot, TORQUE));
     }
-    columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text));
+    columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text_or_none));
     columns.push(text(LOAD_POINT));
     let wrench = WRENCH.into_iter().zip(units.of_wrench());
     columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit), false)));

@@ -133,7 +133,9 @@ fn groups(contact: &RawContact, sources: &[Source]) -> Vec<Option<[String; 2]>> 
     let mut members: Vec<String> = Vec::new();
     for source in sources {
         let texts = source.table.texts(column).map_or(&[][..], |texts| texts.texts());
-        members.extend(texts.iter().filter(|text| !members.contains(text)).cloned().collect::<Vec<_>>());
+        members.extend(
+            texts.iter().filter(|text| !text.is_empty() && !members.contains(text)).cloned().collect::<Vec<_>>(),
+        );
     }
     members.into_iter().map(|member| Some([column.clone(), member])).collect()
 }

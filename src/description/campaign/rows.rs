@@ -307,6 +307,14 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
     if let Some((index, _)) = found {
         return index;
     }
+    // Of a contact without a group the cell may be empty.
+    let mut groups =
+        own.clone().filter(|(_, target)| target.member.0 == name).filter_map(|(_, of)| of.member.1.as_ref());
+    if let Some([group, _]) = groups.find(|[group, _]| row.text(group).is_some_and(str::is_empty)) {
+        let message = format!("empty cell in column `{group}`, by which the {column} `{name}` is grouped");
+        faults.push(Diagnostic::error(message).at(row.place(group)).remedy("fill it in, or remove the row"));
+        return 0;
+    }
     // Where none is declared, that is said once, of the campaign.
     if own.clone().next().is_some() || !matches!(column, "anchor" | "contact") {
         faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));

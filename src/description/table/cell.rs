@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// The cells of one column so far.
 pub(super) enum Data {
     Numbers(Vec<f64>),
-    Texts { column: TextColumn, known: HashMap<String, u32> },
+    Texts { column: TextColumn, known: HashMap<String, u32>, or_none: bool },
 }
 
 /// What is wrong with a cell.
@@ -81,14 +81,18 @@ impl Data {
     pub fn of(kind: ColumnKind) -> Self {
         match kind {
             ColumnKind::Number | ColumnKind::Quantity(_) => Self::Numbers(Vec::new()),
-            ColumnKind::Text => Self::Texts { column: TextColumn::default(), known: HashMap::new() },
+            ColumnKind::Text | ColumnKind::TextOrNone => Self::Texts {
+                column: TextColumn::default(),
+                known: HashMap::new(),
+                or_none: kind == ColumnKind::TextOrNone,
+            },
         }
     }
 
     /// Checks a cell and, if asked to, keeps it. The first number with a decimal sign settles one that is open.
     pub fn push(&mut self, cell: &[u8], decimal: &mut Option<char>, keep: bool) -> Result<(), Wrong> {
         let text = unquoted(std::str::from_utf8(cell).map_err(|_| Wrong::NotText)?);
-        if text.is_empty() {
+        if text.is_empty() && !matches!(self, Self::Texts { or_none: true, .. }) {
             return Err(Wrong::Empty);
         }
         match self {
@@ -98,7 +102,7 @@ impl Data {
                     numbers.push(number);
                 }
             }
-            Self::Texts { column, known } if keep => {
+            Self::Texts { column, known, .. } if keep => {
                 let index = match known.get(text) {
                     Some(&index) => index,
                     None => {
@@ -119,7 +123,7 @@ impl Data {
     pub fn forget(&mut self) {
         match self {
             Self::Numbers(numbers) => *numbers = Vec::new(),
-            Self::Texts { column, known } => (*column, *known) = (TextColumn::default(), HashMap::new()),
+            Self::Texts { column, known, .. } => (*column, *known) = (TextColumn::default(), HashMap::new()),
         }
     }
 }

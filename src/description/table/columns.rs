@@ -16,6 +16,8 @@ pub enum ColumnKind {
     Quantity(Unit),
     /// Texts, such as names; each different one is kept once.
     Text,
+    /// The same, of which a cell may be empty.
+    TextOrNone,
 }
 
 /// A column that a file may or must have.

@@ -25,7 +25,7 @@ fn bare(cell: &[u8]) -> Option<&str> {
 
 /// Whether a row is one of units: it has some in columns of numbers, and no number in any of them.
 pub(super) fn is_row_of_units(record: &ByteRecord, columns: &[Column]) -> bool {
-    let numeric = || columns.iter().filter(|column| column.kind != ColumnKind::Text);
+    let numeric = || columns.iter().filter(|column| !matches!(column.kind, ColumnKind::Text | ColumnKind::TextOrNone));
     let cell = |column: &Column| bare(record.get(column.field).unwrap_or_default());
     let is_number = |cell: &str| cell.replace(',', ".").parse::<f64>().is_ok();
     numeric().any(|column| cell(column).is_some_and(|cell| Unit::named(cell).is_some()))
@@ -55,7 +55,7 @@ fn of_column(column: &Column, cell: &str, row: &Row) -> Result<OfColumn, Diagnos
             let message = format!("the column `{}` is read as it is, and cannot be in `{cell}`", column.title);
             return Err(Diagnostic::error(message).at(place).remedy("leave this cell of the row of units empty"));
         }
-        ColumnKind::Number | ColumnKind::Text => return Ok(as_expected),
+        ColumnKind::Number | ColumnKind::Text | ColumnKind::TextOrNone => return Ok(as_expected),
     };
     if matches!(cell, "" | "-") {
         return Ok(as_expected);
