@@ -79,10 +79,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
     let text_or_none = |name: &str| column(name, ColumnKind::TextOrNone, false);
     let units = entry.units.unwrap_or(raw.units);
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
-    let mut columns = vec![text("pose"), text("marker"), text("session"), text("station")];
-    if !raw.payloads.is_empty() {
-        columns.push(text("payload"));
-    }
+    let mut columns = ["pose", "marker", "session", "station", "payload"].map(text).to_vec();
     for variable in &robot.variables {
         let quantity = of_kind(variable.kind());
         columns.push(column(&joint_column(raw, &variable.name), quantity, true));

@@ -55,7 +55,8 @@ pub fn payload(row: &Row, entry: &RawEntry, campaign: &Campaign, faults: &mut Fa
     let found = campaign.payloads.iter().find(|(known, _)| known == name);
     if found.is_none() {
         let known = campaign.payloads.iter().map(|(known, _)| known.as_str());
-        faults.unknown(row, "payload", name, known.chain(["none"]));
+        let none = if campaign.payloads.is_empty() { None } else { Some("none") };
+        faults.unknown(row, "payload", name, known.chain(none));
     }
     found.map(|(_, payload)| *payload)
 }
