@@ -164,9 +164,14 @@ fn independent(columns: &Columns, about: &[Column]) -> (Vec<usize>, Vec<f64>) {
     let (mut chosen, mut left) = (Vec::new(), vec![0.0; n]);
     let mut basis = DMatrix::<f64>::zeros(n, 0);
     let bias = |column: usize| about[column].preference * (1.0 + TIE * column as f64);
-    // The arrangement first, then the robot, then what is held (to know whether it is exactly dependent).
-    for class in 0..3 {
-        let class_of = |column: &Column| if column.held { 2 } else { usize::from(!column.first) };
+    // Base and tool first, then what else comes before the robot, the robot, what is held (to know whether it is exactly dependent).
+    for class in 0..4 {
+        let class_of = |column: &Column| match column {
+            Column { held: true, .. } => 3,
+            Column { placed: true, .. } => 0,
+            Column { first: true, .. } => 1,
+            _ => 2,
+        };
         let is_candidate = |&j: &usize| class_of(&about[j]) == class && !columns.is_zero(j);
         let candidates: Vec<usize> = (0..n).filter(is_candidate).collect();
         let mut biased = project_off(&columns.choose(&candidates), &basis);
