@@ -243,7 +243,7 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Error> {
     Ok(serde_json::from_value(all)?)
 }
 
-/// Markers of a robot by name; the tool centre point where none is named.
+/// Markers of a robot by name, `TCP` the tool centre point; that where none is named.
 ///
 /// # Errors
 /// No such marker.
@@ -255,8 +255,9 @@ pub fn markers(model: &Model, names: &[String]) -> Result<Vec<Option<usize>>, Er
     for name in names {
         match model.marker(name) {
             Some(marker) => markers.push(Some(marker)),
+            None if matches!(name.as_str(), "TCP" | "tcp" | "tool") => markers.push(None),
             None => {
-                let valid = model.markers.iter().map(|marker| marker.name.as_str());
+                let valid = model.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
                 return Err(Error::from(vec![
                     Diagnostic::error(format!("unknown marker `{name}`")).suggest(name, valid),
                 ]));
