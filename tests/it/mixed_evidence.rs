@@ -1,0 +1,312 @@
+//! Evidence of several kinds together: contacts beside poses, torques beside poses, what the tool carries, sessions with a tool
+//! of each, noise that some readings state and others do not.
+
+use std::path::Path;
+
+use elastogeo::files::{LoadedCampaign, load_campaign};
+use elastogeo::noise::rigid_markers;
+
+use super::cli::{PLANAR, run};
+
+/// An arm of six joints with weights and two springs.
+const SIX: &str = "robot: six
+units: {length: mm, angle: deg, force: N, mass: kg, stiffness: N/mm, rotational_stiffness: N.m/rad}
+variables: [q1, q2, q3, q4, q5, q6]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 450, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 150, alpha: -90, theta: -90, limits: [-90, 110]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 600, limits: [-120, 80]}
+  4: {antecedent: 3, joint: revolute, variable: q4, d: 120, alpha: -90, r: 640, limits: [-180, 180]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, limits: [-120, 120]}
+  6: {antecedent: 5, joint: revolute, variable: q6, alpha: -90, r: 100, limits: [-300, 300]}
+tool: {frame: 6, at: [20, 0, 150]}
+markers:
+  a: {frame: 6, at: [80, 10, 60]}
+  b: {frame: 6, at: [-60, 50, 80]}
+bodies:
+  2: {mass: 40, com: [300, 0, 0]}
+  3: {mass: 30, com: [60, 0, 100]}
+  5: {mass: 8, com: [0, 0, 40]}
+joint_stiffness:
+  2: {kar: {value: 200000, identifiable: true}}
+  3: {kar: {value: 120000, identifiable: true}}
+";
+
+/// A folder with the arm and a campaign about it, simulated into `made`.
+fn simulated(campaign: &str, flags: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("six.yaml"), SIX).expect("written");
+    let text = format!("robot: six.yaml\nunits: {{length: mm, angle: deg}}\n{campaign}");
+    std::fs::write(folder.path().join("c.yaml"), text).expect("written");
+    let command = [&["simulate", "c.yaml", "--poses", "40", "--seed", "3", "--into", "made"], flags].concat();
+    let ran = run(folder.path(), &command);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    folder
+}
+
+fn result(folder: &Path, command: &[&str]) -> serde_json::Value {
+    let ran = run(folder, &[command, &["--format", "json"]].concat());
+    assert!(!ran.out.is_empty(), "{command:?}: {}", ran.err);
+    serde_json::from_str(&ran.out).expect("JSON")
+}
+
+fn loaded(folder: &Path) -> LoadedCampaign {
+    load_campaign(&folder.join("made/campaign.yaml").to_string_lossy(), None).expect("readable")
+}
+
+fn noise_ratio(of: &serde_json::Value) -> f64 {
+    of.pointer("/noise_ratio").and_then(serde_json::Value::as_f64).expect("a number")
+}
+
+#[test]
+fn contacts_beside_poses_do_not_hold_the_size_of_the_robot() {
+    let folder = simulated(
+        "instrument: {sigma: 0.05, orientation: 0.003}
+calibrate: [geometry, joint-offset]
+estimate: {base: true, tool: true}
+contacts: {s1: {kind: socket}}
+measurements:
+- {file: a.csv, observes: pose}
+- {file: b.csv, observes: contact}
+",
+        &[],
+    );
+    let both = loaded(folder.path());
+    assert!(!both.campaign.lacks_length());
+    let mut alone = both.campaign.clone();
+    alone.readings.retain(|reading| reading.observes.target_column().is_some());
+    assert!(!alone.readings.is_empty() && alone.lacks_length());
+    let found = result(folder.path(), &["identify", "made"]);
+    let ratio = noise_ratio(&found);
+    assert!((0.7..1.3).contains(&ratio), "residuals are {ratio} times the noise");
+}
+
+#[test]
+fn balls_are_seated_with_what_the_tool_carries() {
+    let folder = simulated(
+        "observes: contact
+instrument: {sigma: 0.05}
+estimate: {tool: true}
+contacts: {s1: {kind: socket}, s2: {kind: socket}}
+distances: {s1-s2: 80}
+payloads: {blk: {mass: 10, com: [0, 0, 40]}}
+measurements: b.csv
+",
+        &["--errors", "0"],
+    );
+    let ratio = noise_ratio(&result(folder.path(), &["register", "made"]));
+    assert!((0.7..1.3).contains(&ratio), "residuals are {ratio} times the noise");
+}
+
+#[test]
+fn markers_mounted_anew_do_not_count_as_noise() {
+    let folder = simulated(
+        "observes: position
+instrument: {sigma: 0.03}
+estimate: {base: per-session, tool: per-session}
+measurements: r.csv
+",
+        &["--sessions", "mon,fri", "--markers", "a,b"],
+    );
+    let loaded = loaded(folder.path());
+    let found = rigid_markers(&loaded.robot.model, &loaded.campaign).expect("two markers").sigma;
+    assert!((2e-5..4.5e-5).contains(&found), "{found:e} m for 3e-5 m");
+    assert!(!run(folder.path(), &["register", "made"]).err.contains("scatter by"));
+}
+
+#[test]
+fn torques_are_no_rotations() {
+    let folder = simulated(
+        "instrument: {sigma: 0.05, orientation: 0.003, torque: 0.5}
+calibrate: [geometry, joint-offset]
+estimate: {base: true, tool: true}
+torques: {q2: {gain: unknown, offset: unknown}, q3: {}}
+measurements:
+- {file: a.csv, observes: [pose, torque]}
+- {file: b.csv, observes: orientation}
+",
+        &[],
+    );
+    let ran = run(folder.path(), &["identify", "made"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    assert!(!ran.err.contains("far off"), "{}", ran.err);
+}
+
+#[test]
+fn grouped_and_single_contacts_share_a_file() {
+    let folder = simulated(
+        "observes: contact
+instrument: {sigma: 0.05}
+estimate: {tool: true}
+contacts: {s1: {kind: socket, group: placement}, fx: {kind: plane}}
+measurements: b.csv
+",
+        &["--placements", "2"],
+    );
+    let ran = run(folder.path(), &["check", "made"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let file = folder.path().join("made/measurements.csv");
+    let text = std::fs::read_to_string(&file).expect("readings");
+    let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+    let at = |name: &str| header.iter().position(|column| *column == name).expect("a column");
+    let (contact, placement) = (at("contact"), at("placement"));
+    // A single contact stands in no placement, a grouped one must.
+    let emptied = |of: &str, most: usize| -> String {
+        let mut count = 0;
+        let row = |line: &str| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            if cells[contact] == of && count < most {
+                cells[placement] = "";
+                count += 1;
+            }
+            cells.join(",") + "\n"
+        };
+        text.lines().map(row).collect()
+    };
+    std::fs::write(&file, emptied("fx", usize::MAX)).expect("written");
+    let ran = run(folder.path(), &["check", "made"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    std::fs::write(&file, emptied("s1", 1)).expect("written");
+    let ran = run(folder.path(), &["check", "made"]);
+    assert_eq!(ran.status, 2, "{}", ran.err);
+    assert!(ran.err.contains("by which the contact `s1` is grouped"), "{}", ran.err);
+}
+
+#[test]
+fn a_description_says_which_sessions_it_does_not_hold() {
+    let folder = simulated(
+        "observes: position
+instrument: {sigma: 0.03}
+estimate: {base: per-session, tool: true}
+measurements: r.csv
+",
+        &["--sessions", "mon,fri", "--errors", "0"],
+    );
+    let ran = run(folder.path(), &["register", "made", "--save", "found.yaml"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    assert!(ran.err.contains("are not written to it: base@mon, base@fri"), "{}", ran.err);
+    let saved = std::fs::read_to_string(folder.path().join("found.yaml")).expect("written");
+    assert!(saved.contains("tool:"), "{saved}");
+}
+
+/// A joint that is coupled to another, whose spring shows as the height of the base does.
+const COUPLED: &str = "units: {length: mm, angle: deg, rotational_stiffness: N.m/rad}
+variables: [q1, q2]
+gravity: [0, 0, -9.81]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 300}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: 90, d: 100}
+  3: {antecedent: 2, joint: revolute, d: 400}
+  E: {antecedent: 3, d: 300}
+couplings: [\"3 = -1 * 2\"]
+tool: {frame: E}
+bodies: {2: {mass: 10, com: [200, 0, 0]}, 3: {mass: 5, com: [150, 0, 0]}}
+joint_stiffness:
+  3: {kar: {value: 2.0e4, identifiable: true}}
+  2: {kar: {value: 5.0e4, identifiable: true}}
+";
+
+#[test]
+fn the_base_is_kept_before_a_spring_that_shows_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("arm.yaml"), COUPLED).expect("written");
+    let drawn = ["--poses", "40", "--noise", "0.02", "--seed", "3", "--errors", "0", "--unknown-base"];
+    let made = run(folder.path(), &[&["simulate", "arm.yaml", "--into", "made"][..], &drawn].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let found = result(folder.path(), &["identify", "made", "--what", "geometric,elastic"]);
+    let dropped = found.pointer("/dropped").and_then(serde_json::Value::as_array).expect("a list");
+    let names: Vec<&str> = dropped.iter().filter_map(|of| of.pointer("/name")?.as_str()).collect();
+    assert!(names.contains(&"joint3.kar") && !names.iter().any(|name| name.starts_with("base.")), "{names:?}");
+}
+
+/// `TCP` is a point as markers are.
+#[test]
+fn the_tool_centre_point_is_named_beside_markers() {
+    let folder = simulated(
+        "observes: position\ninstrument: {sigma: 0.03}\nestimate: {base: true}\nmeasurements: r.csv\n",
+        &["--markers", "TCP,a"],
+    );
+    let text = std::fs::read_to_string(folder.path().join("made/measurements.csv")).expect("readings");
+    assert!(text.contains(",TCP,") && text.contains(",a,"), "{text}");
+}
+
+/// A campaign of two files with changes, and what is said of them; nothing where it is read.
+fn told(campaign: &str, first: &str, second: &str, expected: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("arm.yaml"), PLANAR).expect("written");
+    let head = "robot: arm.yaml\nunits: {length: mm, angle: deg}\n";
+    for (name, text) in [("c.yaml", &*format!("{head}{campaign}")), ("a.csv", first), ("b.csv", second)] {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let ran = run(folder.path(), &["check", "c.yaml", "--force"]);
+    assert_eq!(ran.status, if expected.is_empty() { 0 } else { 2 }, "{campaign}\n{}", ran.err);
+    for word in expected {
+        assert!(ran.err.contains(word), "`{word}` is not said of\n{campaign}{first}\n{}", ran.err);
+    }
+    assert!(expected.is_empty() || ran.err.contains("help: "), "no remedy: {}", ran.err);
+}
+
+const READ: &str = "pose,q1,q2,x,y,z\na,90,0,0,900,0\nb,0,0,900,0,0\n";
+
+/// The readings with another column behind them.
+fn with(column: &str, cells: [&str; 2]) -> String {
+    let mut lines = READ.lines();
+    let mut next = |cell: &str| format!("{},{cell}\n", lines.next().expect("a line"));
+    next(column) + &next(cells[0]) + &next(cells[1])
+}
+
+#[test]
+fn noise_of_some_axes_or_some_readings_is_refused() {
+    let two = "observes: position\nmeasurements: [a.csv, b.csv]\n";
+    let other = READ.replace("a,90", "c,91").replace("b,0", "d,1");
+    let one_axis = with("sigma.x", ["0.1", "0.1"]);
+    told(
+        two,
+        &one_axis,
+        &other,
+        &["a.csv:", "`sigma.x` states the noise of some axes", "`sigma.y`, `sigma.z` is missing"],
+    );
+    told(&two.replace("meas", "instrument: {sigma: 0.1}\nmeas"), &one_axis, &other, &[]);
+    let all = with("sigma", ["0.1", "0.1"]);
+    told(two, &all, &other, &["2 of 4 readings state their noise", "from b.csv:2"]);
+    told(&two.replace("b.csv", "{file: b.csv, instrument: {sigma: 0.2}}"), &all, &other, &[]);
+    told(two, READ, &other, &[]);
+    let twice = with("sigma,U95", ["0.1,0.2", "0.1,0.2"]);
+    told("observes: position\nmeasurements: a.csv\n", &twice, "", &["`sigma` and `U95` both give the noise"]);
+}
+
+#[test]
+fn what_is_said_twice_is_refused() {
+    let entry = |key: &str| {
+        format!("observes: position\npayloads: {{heavy: {{mass: 5}}}}\nmeasurements: [{{file: a.csv, {key}}}]\n")
+    };
+    let session = with("session", ["mon", "fri"]);
+    told(&entry("session: mon"), &session, "", &["a.csv:3:", "`session` says `fri`", "`session: mon`"]);
+    told(&entry("session: mon"), &with("session", ["mon", "mon"]), "", &[]);
+    told(&entry("session: mon"), READ, "", &[]);
+    let payload = with("payload", ["heavy", "none"]);
+    told(&entry("payload: heavy"), &payload, "", &["a.csv:3:", "`payload` says `none`", "`payload: heavy`"]);
+    told(&entry("station: s"), &payload, "", &[]);
+    let undeclared = ["`heavy`", "declare it under `payloads:`"];
+    told("observes: position\nmeasurements: a.csv\n", &payload, "", &undeclared);
+    let inclination = "observes: inclination\nmeasurements: a.csv\n";
+    let both = "pose,q1,q2,gx,gy,gz,pitch,roll\na,90,0,0,0,-1,0,0\nb,0,0,0,0,-1,0,0\n";
+    told(inclination, both, "", &["`gx` and `pitch` both give the inclination"]);
+    let axis = "observes: axis\nmeasurements: a.csv\n";
+    let both = "pose,q1,q2,axis.x,axis.y,axis.z,azimuth,elevation\na,90,0,0,0,1,0,90\nb,0,0,0,0,1,0,90\n";
+    told(axis, both, "", &["`axis.x` and `azimuth` both give the axis"]);
+}
+
+#[test]
+fn orders_and_contacts_that_cannot_be_are_refused() {
+    let order = with("order", ["0.5", "1.5"]);
+    told("observes: position\nmeasurements: a.csv\n", &order, "", &["a.csv:2:", "`0.5` is no whole number"]);
+    let touched = "pose,q1,q2,contact\na,90,0,t\nb,0,0,t\n";
+    let contact = |of: &str| format!("observes: contact\ncontacts: {{t: {of}}}\nmeasurements: a.csv\n");
+    let refused = |of: &str, expected: &[&str]| told(&contact(of), touched, "", expected);
+    refused("{kind: plane, normal: [0, 0, 0]}", &["c.yaml:4:", "has no direction"]);
+    refused("{kind: plane, radius: -5}", &["c.yaml:4:", "the radius `-5`"]);
+    refused("{kind: sphere, radius: 0}", &["c.yaml:4:", "the radius `0`"]);
+    refused("{kind: socket, radius: 5}", &["c.yaml:4:", "a socket holds"]);
+    refused("{kind: plane, normal: [0, 0, 2], radius: 5}", &[]);
+}
