@@ -393,7 +393,7 @@ fn a_fit_begun_at_its_end_converges() {
         // Least at 0, but for the rounding of the first residual.
         let b = dvector![3.0 - 0.8 * unit, -1.0, -1.0 + 0.4 * unit, -2.0 + 0.4 * unit];
         let exact = Linear { a: dmatrix![1.0, 0.0; 0.0, 1.0; 1.0, 1.0; 1.0, -1.0], b };
-        let settings = Settings { cost_tolerance: 1e-18, ..Settings::default() };
+        let settings = Settings { cost_tolerance: 1e-18, max_iterations: 200, ..Settings::default() };
         let problem = Rounded { exact, unit, is_known };
         minimize(&problem, &[0.0, 0.0], &Bounds::none(2), &settings).expect("well posed").status
     };

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::stiffness::large;
 use crate::Error;
 use crate::cli::args::Pose;
 use crate::cli::boxes;
@@ -99,6 +98,22 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
 fn large_deflection(points: &[LoadedPlace]) -> Option<Diagnostic> {
     let (_, [x, y, z, about_x, about_y, about_z]) = points.first()?;
     large("the tool", &Vector3::new(*x, *y, *z), &Vector3::new(*about_x, *about_y, *about_z))
+}
+
+/// Rotation from which a deflection is no longer small, rad, and displacement, m: sines and lever arms are off by a hundredth of it.
+const SMALL: f64 = 0.1;
+
+/// A warning of a deflection (m, rad) of `point` to which the linear answer does not apply.
+pub(super) fn large(point: &str, displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Option<Diagnostic> {
+    let [far, turned] = [displacement, rotation].map(Vector3::norm);
+    (far > SMALL || turned > SMALL).then(|| {
+        Diagnostic::warning(format!(
+            "{point} is displaced by {:.0} mm and turns by {:.1} deg: springs are linear here, and that is not small",
+            1e3 * far,
+            turned.to_degrees()
+        ))
+        .remedy("check the units of stiffness and load; `--equilibrium` follows large deflections")
+    })
 }
 
 /// Refuses an equilibrium where a fuzzy compliance, linear in the load, stands for the structure.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::pose::{beyond_limits, linear};
+use super::pose::{beyond_limits, large, linear};
 use crate::Error;
 use crate::cli::args::Stiffness;
 use crate::cli::output::Output;
@@ -83,20 +83,4 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.diagnostics.extend(fuzzy_doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
-}
-
-/// Rotation from which a deflection is no longer small, rad, and displacement, m: sines and lever arms are off by a hundredth of it.
-const SMALL: f64 = 0.1;
-
-/// A warning of a deflection (m, rad) of `point` to which the linear answer does not apply.
-pub(super) fn large(point: &str, displacement: &Vector3<f64>, rotation: &Vector3<f64>) -> Option<Diagnostic> {
-    let [far, turned] = [displacement, rotation].map(Vector3::norm);
-    (far > SMALL || turned > SMALL).then(|| {
-        Diagnostic::warning(format!(
-            "{point} is displaced by {:.0} mm and turns by {:.1} deg: springs are linear here, and that is not small",
-            1e3 * far,
-            turned.to_degrees()
-        ))
-        .remedy("check the units of stiffness and load; `--equilibrium` follows large deflections")
-    })
 }
