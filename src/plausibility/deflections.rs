@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
 use super::readings::{AS_GOOD, SAID, Trial, explained};
-use super::trial::{drawn, typical};
+use super::trial::{drawn, noise, typical};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, What, calibrate, row_sigmas};
@@ -90,12 +90,6 @@ fn linear_error(model: &Model, campaign: &Campaign, values: &[f64], limits: &Lim
     let left = &residual - &basis * basis.tr_mul(&residual);
     let left: Vec<f64> = left.iter().zip(&sigmas).map(|(left, sigma)| left * sigma).collect();
     typical(campaign, &left, limits)
-}
-
-/// Size of the noise of a reading, m: the mean over the campaign.
-fn noise(campaign: &Campaign) -> f64 {
-    let size = |reading: &Reading| reading.noise.position.iter().map(|sigma| sigma * sigma).sum::<f64>().sqrt();
-    campaign.readings.iter().map(size).sum::<f64>() / campaign.readings.len().max(1) as f64
 }
 
 /// Deflections against those of the springs as declared, before anything is fitted: all are in proportion too great or too small

@@ -30,8 +30,12 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         let ratio = diagnostic.figures.get("ratio").copied().unwrap_or(0.0);
         diagnostic.code == Code::NoiseUnlikeStated && (1.0..limits.noise_wrong).contains(&ratio)
     };
+    // So it is where causes explain it.
+    let is_explained =
+        |diagnostic: &Diagnostic| diagnostic.code == Code::UnlikeDescription && found.verdict == Verdict::Explained;
     let about_figures = |diagnostic: &Diagnostic| {
-        diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData && !is_gap(diagnostic)
+        let is_own = diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData;
+        is_own && !is_gap(diagnostic) && !is_explained(diagnostic)
     };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
     let (amount, fitted) = &found.evidence;

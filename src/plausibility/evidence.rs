@@ -97,8 +97,8 @@ pub struct Limits {
     /// Residuals over the stated noise from which a diagnosis doubts that statement, although it is the gap that it looks for: noise
     /// stated in rad for deg, or in m for mm, is 57 or 1000 times too small. A gap may be as great; then the doubt is needless.
     pub noise_wrong: f64,
-    /// Residuals over the stated noise from which a calibration that brings little describes nothing: of measured arms one driven by
-    /// cables leaves 66 times it, all others less than 20 times. A judgement.
+    /// Median residual over the stated noise from which a calibration describes nothing: of measured arms one driven by cables leaves
+    /// 36 times it, all others less than 20 times. A judgement.
     pub noise_hopeless: f64,
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
@@ -159,7 +159,7 @@ impl Default for Limits {
             stiffness_factor: 100.0,
             noise: [0.2, 5.0],
             noise_wrong: 40.0,
-            noise_hopeless: 100.0,
+            noise_hopeless: 60.0,
             deflection_factor: 5.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
-use super::trial::{Trials, errors, typical};
+use super::trial::{Trials, errors, noise, typical};
 use super::words::{Words, mm, unit_of, words_of};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::math::median;
@@ -231,8 +231,8 @@ fn unlike(
 /// the calibrated machines and practice campaigns that it was tried on are not doubted by it.
 const LITTLE: f64 = 0.5;
 
-/// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted, or
-/// far more than the stated noise. Readings of which some are of another robot, as one wrong column of one session makes them, pull
+/// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted; or far
+/// more than the stated noise. Readings of which some are of another robot, as one wrong column of one session makes them, pull
 /// it to where it fits none.
 pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.calibrated() else { return Vec::new() };
@@ -243,17 +243,16 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
         median(&mut own.map(|(_, error)| error).collect::<Vec<f64>>())
     };
     let (Some(after), Some(before)) = (left(&found.residual), left(&found.registered)) else { return Vec::new() };
-    if after <= LITTLE * before {
-        return Vec::new();
-    }
     let (scale, unit) = unit_of(campaign);
     let shown = |metres: f64| mm(scale * metres);
+    let is_little = after > LITTLE * before && !campaign.is_difference();
     let allowed = || Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed);
     let is_noise_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
-    let beyond = if is_noise_stated && found.noise_ratio > limits.noise_hopeless {
-        format!("{:.0} times the stated noise", found.noise_ratio)
+    let ratio = after / noise(campaign);
+    let beyond = if is_noise_stated && ratio > limits.noise_hopeless {
+        format!("{ratio:.0} times the stated noise")
     } else {
-        let Some(allowed) = (!campaign.is_difference()).then(allowed).flatten() else { return Vec::new() };
+        let Some(allowed) = is_little.then(allowed).flatten() else { return Vec::new() };
         format!("where the description's tolerances and the noise allow {} {unit} before it", shown(allowed))
     };
     let message = format!(

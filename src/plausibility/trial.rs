@@ -154,3 +154,9 @@ pub fn searching(campaign: &Campaign, limits: &Limits) -> RegistrationSettings {
     let starts = if campaign.readings.iter().all(is_position) { 2 } else { usize::MAX };
     RegistrationSettings { readings: limits.readings, iterations: 12, finalists: 1, starts, last_iterations: 20 }
 }
+
+/// Size of the noise of a reading, m: the mean over the campaign.
+pub fn noise(campaign: &Campaign) -> f64 {
+    let size = |reading: &Reading| reading.noise.position.iter().map(|sigma| sigma * sigma).sum::<f64>().sqrt();
+    campaign.readings.iter().map(size).sum::<f64>() / campaign.readings.len().max(1) as f64
+}
