@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::cli::run;
-use super::plausibility::{Table, json, of_code, spoil, starter};
+use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
 
 fn ok(at: &Path, arguments: &[&str]) {
     let ran = run(at, arguments);
@@ -71,4 +71,69 @@ fn copied(from: &Path, to: &Path) {
             fs::copy(&path, to.join(name)).expect("a copy");
         }
     }
+}
+
+/// A palletiser whose third zero is three degrees off: what its linkage tells there and not where it is a parallelogram is fitted too.
+#[test]
+fn a_zero_that_is_far_off_is_fitted_to_the_noise() {
+    let folder = starter();
+    let at = folder.path();
+    let made = ["simulate", "palletiser", "--poses", "50", "--seed", "1", "--noise", "0.03", "--errors", "1"];
+    ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", "p"]].concat());
+    spoil(&at.join("p"), |t: &mut Table| {
+        let column = t.column("q3");
+        t.rows.iter_mut().for_each(|row| row[column] = (row[column].parse::<f64>().expect("deg") + 3.0).to_string());
+    });
+    let found = doubts(at, &["identify", "p"], "moved-far", &["crank.theta"]);
+    let left = found["residuals"]["check_after"]["rms"].as_f64().expect("mm");
+    assert!(left < 0.07, "{left} mm, where the noise is 0.052");
+}
+
+/// A gantry's readings, whose noise is 0.01 mm.
+fn gantry(at: &Path, spoiled: impl Fn(&mut Table)) {
+    let made = ["simulate", "scara-rail", "--poses", "50", "--seed", "1", "--noise", "0.01", "--errors", "1"];
+    ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", "s"]].concat());
+    spoil(&at.join("s"), spoiled);
+}
+
+/// What a cause explains is applied, however little calibration alone explains.
+#[test]
+fn a_cause_is_applied_where_calibration_explains_little() {
+    let folder = starter();
+    let at = folder.path();
+    gantry(at, |t| t.scale(&["rail"], 1.02));
+    let ran = run(at, &["diagnose", "s", "--apply", "x.yaml"]);
+    assert!(ran.status == 0 && at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
+    assert!(ran.out.contains("Explained: gear-ratio at joint:carriage"), "{}", ran.out);
+}
+
+/// One axis of the readings stretched: constants take up a part of it, and what is left is hundreds of times the noise.
+#[test]
+fn what_is_left_far_above_the_noise_is_not_saved() {
+    let folder = starter();
+    let at = folder.path();
+    gantry(at, |t| t.scale(&["y"], 1.02));
+    doubts(
+        at,
+        &["identify", "s"],
+        "unlike-description",
+        &["times the stated noise: no constants describe these readings"],
+    );
+    let ran = run(at, &["identify", "s", "--save", "x.yaml"]);
+    assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
+}
+
+/// Without `calibrate:` geometry competes as a cause; what a calibration then says of the readings is said.
+#[test]
+fn a_diagnosis_says_what_identify_refuses() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t: &mut Table| t.scale(&["x", "y", "z"], 1.05));
+    let campaign = at.join("c/campaign.yaml");
+    let text = fs::read_to_string(&campaign).expect("text");
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("calibrate:")).collect();
+    fs::write(&campaign, lines.join("\n") + "\n").expect("written");
+    let ran = run(at, &["diagnose", "c", "--apply", "x.yaml"]);
+    assert!(ran.out.contains("`identify` refuses this campaign (moved-far)"), "{}{}", ran.out, ran.err);
+    assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
 }
