@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::law::Law;
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, Condition, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
 
 const APPROACH: &str = "approach";
@@ -28,42 +28,18 @@ static CHANGES_AT: NonlinearParameter = NonlinearParameter {
 /// near balance.
 const SHARES: [f64; 4] = [0.01, 0.02, 0.04, 0.07];
 
-/// See the module.
-pub struct Backlash;
-
-impl Effect for Backlash {
-    fn name(&self) -> &'static str {
-        "backlash"
-    }
-
-    fn family(&self, nonlinear: &Nonlinear) -> Family {
-        match nonlinear.values()[..] {
-            [NonlinearValue::Choice(LOAD), ..] => Family::Elastic,
-            _ => Family::History,
-        }
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "two populations of one joint: the angle jumps with the side of approach, or with the sign of the load"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "approach from one side only; readjust the gear or belt"
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::Approach]
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&BY, &CHANGES_AT]
-    }
-
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "backlash",
+    sits_at: SiteKind::Joint,
+    family: Some(|nonlinear| match nonlinear.values()[..] {
+        [NonlinearValue::Choice(LOAD), ..] => Family::Elastic,
+        _ => Family::History,
+    }),
+    signature: "two populations of one joint: the angle jumps with the side of approach, or with the sign of the load",
+    remedy: "approach from one side only; readjust the gear or belt",
+    reads: &[Condition::Approach],
+    nonlinear: &[&BY, &CHANGES_AT],
+    candidates: |_, site, survey| {
         let mut candidates = Vec::new();
         if survey.sides.get(site.variable) == Some(&true) && !survey.is_difference {
             candidates.push(Nonlinear::new([(&BY, NonlinearValue::Choice(APPROACH))]));
@@ -74,18 +50,11 @@ impl Effect for Backlash {
             candidates.extend(SHARES.map(at));
         }
         candidates
-    }
-
-    /// A joint that crosses under its greatest loads is a soft one.
-    fn is_another_at_ends(&self, nonlinear: &Nonlinear) -> [bool; 2] {
-        [false, nonlinear.continuous().is_some()]
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+    },
+    // A joint that crosses under its greatest loads is a soft one.
+    is_another_at_ends: |nonlinear| [false, nonlinear.continuous().is_some()],
+    parameters: Some(|_, _, _| vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]),
+    changes: |_, site, nonlinear| {
         let v = site.variable;
         match nonlinear.values()[..] {
             [_, NonlinearValue::Real(at)] => Arc::new(move |context, out| {
@@ -93,5 +62,6 @@ impl Effect for Backlash {
             }),
             _ => Arc::new(move |context, out| out.push((0, Change::Joint(v, context.side[v])))),
         }
-    }
-}
+    },
+    ..Law::NOTHING
+};

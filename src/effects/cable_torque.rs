@@ -5,10 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
-};
+use super::law::{Law, nothing};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
 
 static SLACK: NonlinearParameter = NonlinearParameter {
     name: "slack",
@@ -28,31 +26,13 @@ static MIDDLE: NonlinearParameter = NonlinearParameter {
 /// Slacks that are tried, as shares of half the range.
 const SHARES: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
 
-/// See the module.
-pub struct CableTorque;
-
-impl Effect for CableTorque {
-    fn name(&self) -> &'static str {
-        "cable-torque"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint that is right in the middle of its range and falls short towards both ends"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "lengthen or guide the cable or hose package; measure with it taken off"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&SLACK, &MIDDLE]
-    }
-
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "cable-torque",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint that is right in the middle of its range and falls short towards both ends",
+    remedy: "lengthen or guide the cable or hose package; measure with it taken off",
+    nonlinear: &[&SLACK, &MIDDLE],
+    candidates: |_, site, survey| {
         let Some(&[least, greatest]) = survey.ranges.get(site.variable) else { return Vec::new() };
         let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
         if survey.is_difference || half.is_nan() || half <= 0.0 {
@@ -63,15 +43,11 @@ impl Effect for CableTorque {
             Nonlinear::new([(&SLACK, slack), (&MIDDLE, middle)])
         };
         SHARES.map(of).to_vec()
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("pull", "1", 3e-4)]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("pull", "1", 3e-4)]),
+    changes: |_, site, nonlinear| {
         let [NonlinearValue::Real(slack), NonlinearValue::Real(middle)] = nonlinear.values()[..] else {
-            return Arc::new(|_, _| {});
+            return nothing();
         };
         let variable = site.variable;
         Arc::new(move |context, out| {
@@ -79,5 +55,6 @@ impl Effect for CableTorque {
             let taut = (turned.abs() - slack).max(0.0);
             out.push((0, Change::Joint(variable, -turned.signum() * taut)));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -4,10 +4,8 @@
 
 use std::sync::Arc;
 
-use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
-};
+use super::law::{Law, nothing};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
 
 const ROUNDED: &str = "rounded";
 const CUT_OFF: &str = "cut-off";
@@ -29,31 +27,13 @@ static STEP: NonlinearParameter = NonlinearParameter {
 /// Bits of a turn: coarser encoders are not built into robots, finer ones are negligible against a robot's repeatability.
 const BITS: std::ops::RangeInclusive<i32> = 8..=13;
 
-/// See the module.
-pub struct EncoderQuantisation;
-
-impl Effect for EncoderQuantisation {
-    fn name(&self) -> &'static str {
-        "encoder-quantisation"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint that is off by up to half a step, as a saw tooth over the joint"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "command values that are whole steps; evaluate at what the encoder reads; fit a finer encoder"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&TO, &STEP]
-    }
-
-    fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "encoder-quantisation",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint that is off by up to half a step, as a saw tooth over the joint",
+    remedy: "command values that are whole steps; evaluate at what the encoder reads; fit a finer encoder",
+    nonlinear: &[&TO, &STEP],
+    candidates: |model, site, survey| {
         let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
         if !turns || survey.is_difference {
             return Vec::new();
@@ -63,15 +43,11 @@ impl Effect for EncoderQuantisation {
             Nonlinear::new([(&TO, NonlinearValue::Choice(to)), (&STEP, NonlinearValue::Real(step))])
         };
         BITS.flat_map(|bits| [of(ROUNDED, bits), of(CUT_OFF, bits)]).collect()
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("share", "1", 1.0)]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("share", "1", 1.0)]),
+    changes: |_, site, nonlinear| {
         let [NonlinearValue::Choice(to), NonlinearValue::Real(step)] = nonlinear.values()[..] else {
-            return Arc::new(|_, _| {});
+            return nothing();
         };
         let (variable, is_cut) = (site.variable, to == CUT_OFF);
         Arc::new(move |context, out| {
@@ -80,5 +56,6 @@ impl Effect for EncoderQuantisation {
             let whole = if is_cut { steps.floor() + 0.5 } else { steps.round() };
             out.push((0, Change::Joint(variable, (whole - steps) * step)));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

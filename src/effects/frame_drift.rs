@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
+use super::law::{Law, base_moves};
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind, Survey,
 };
 
 const STEADY: &str = "steady";
@@ -31,39 +29,15 @@ const MOST_TIMES: usize = 24;
 /// Configurations before and after a jump, at least: fewer than three are outliers.
 const LEAST_BEFORE: usize = 3;
 
-/// See the module.
-pub struct FrameDrift;
-
-impl Effect for FrameDrift {
-    fn name(&self) -> &'static str {
-        "frame-drift"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Base
-    }
-
-    fn is_of_the_measurement(&self) -> bool {
-        true
-    }
-
-    fn signature(&self) -> &'static str {
-        "all readings move together with time, steadily or at one time, whatever the posture"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "fasten tracker and robot; measure a fixed target between poses"
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::Time]
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&COURSE, &JUMP_AT]
-    }
-
-    fn candidates(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "frame-drift",
+    sits_at: SiteKind::Base,
+    signature: "all readings move together with time, steadily or at one time, whatever the posture",
+    remedy: "fasten tracker and robot; measure a fixed target between poses",
+    reads: &[Condition::Time],
+    nonlinear: &[&COURSE, &JUMP_AT],
+    is_of_the_measurement: true,
+    candidates: |_, _, survey| {
         let (Some(&first), Some(&last)) = (survey.times.first(), survey.times.last()) else { return Vec::new() };
         if survey.is_difference || last <= first {
             return Vec::new();
@@ -72,31 +46,25 @@ impl Effect for FrameDrift {
         let jumps = jumps(survey, MOST_TIMES)
             .map(|at| Nonlinear::new([(&COURSE, NonlinearValue::Choice(JUMP)), (&JUMP_AT, NonlinearValue::Real(at))]));
         std::iter::once(steady).chain(jumps).collect()
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+    },
+    parameters: Some(|_, _, nonlinear| {
         let (length, angle, scale) = match jump_at(nonlinear) {
             None => ("m/s", "rad/s", 1e-8),
             Some(_) => ("m", "rad", 1e-4),
         };
         let units = [("x", length), ("y", length), ("z", length), ("rx", angle), ("ry", angle), ("rz", angle)];
         units.map(|(symbol, unit)| EffectParameter::new(symbol, unit, scale)).to_vec()
-    }
-
-    fn changes(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Changes {
+    }),
+    changes: |_, _, nonlinear| {
         let jump_at = jump_at(nonlinear);
         Arc::new(move |context, out| {
             let Some(time) = context.time else { return };
             let amount = jump_at.map_or(time, |at| f64::from(u8::from(time >= at)));
-            for k in 0..3 {
-                let mut axis = Vector3::zeros();
-                axis[k] = amount;
-                out.push((k, Change::Point(axis, Vector3::zeros())));
-                out.push((k + 3, Change::Point(axis.cross(&(context.position - context.base)), axis)));
-            }
+            base_moves(context, amount, 0, out);
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};
 
 /// At most so many times between two configurations at which something may have jumped, s.
 pub(super) fn jumps(survey: &Survey, most: usize) -> impl Iterator<Item = f64> {

@@ -4,12 +4,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
+use super::law::{Law, base_moves, nothing};
 use crate::math::NaturalSpline;
 use crate::model::{
-    Change, Changes, Driver, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, Driver, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
 
 static FOLLOWS: NonlinearParameter = NonlinearParameter {
@@ -32,50 +30,25 @@ const BODY: [(&str, &str); 6] = [("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad
 /// Common size of an amount, rad or m.
 const SCALE: f64 = 3e-4;
 
-/// See the module.
-pub struct FreeForm;
-
-impl Effect for FreeForm {
-    fn name(&self) -> &'static str {
-        "free-form"
-    }
-
-    fn family(&self, nonlinear: &Nonlinear) -> Family {
-        match law(nonlinear) {
-            Some((Driver::Angle(_), _)) | None => Family::Kinematic,
-            Some((Driver::OwnLoad(_) | Driver::Load(_), _)) => Family::Elastic,
-            Some((Driver::LastMove(_), _)) => Family::History,
-            Some((Driver::Time | Driver::SessionTime, _)) => Family::Time,
-            Some((Driver::Temperature, _)) => Family::Temperature,
-        }
-    }
-
-    fn is_free_form(&self) -> bool {
-        true
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn sites(&self, model: &Model) -> Vec<Site> {
+pub(super) static LAW: Law = Law {
+    name: "free-form",
+    sits_at: SiteKind::Joint,
+    family: Some(|nonlinear| match law(nonlinear) {
+        Some((Driver::Angle(_), _)) | None => Family::Kinematic,
+        Some((Driver::OwnLoad(_) | Driver::Load(_), _)) => Family::Elastic,
+        Some((Driver::LastMove(_), _)) => Family::History,
+        Some((Driver::Time | Driver::SessionTime, _)) => Family::Time,
+        Some((Driver::Temperature, _)) => Family::Temperature,
+    }),
+    signature: "a curve at one site whose law is not known",
+    remedy: "compensate by the curve within the range where it was found; measure there more densely to find its law",
+    nonlinear: &[&FOLLOWS, &AT],
+    is_free_form: true,
+    sites: Some(|model| {
         [SiteKind::Joint, SiteKind::Base, SiteKind::Tool].into_iter().flat_map(|kind| model.sites(kind)).collect()
-    }
-
-    fn signature(&self) -> &'static str {
-        "a curve at one site whose law is not known"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "compensate by the curve within the range where it was found; measure there more densely to find its law"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&FOLLOWS, &AT]
-    }
-
-    /// Every driver of every joint; of base and tool time and temperature. A difference of two readings shows loads alone.
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+    }),
+    // Every driver of every joint; of base and tool time and temperature. A difference of two readings shows loads alone.
+    candidates: |_, site, survey| {
         let is_possible = |driver: Driver| match (site.kind, driver) {
             (SiteKind::Joint, Driver::OwnLoad(v)) => v == site.variable && !survey.is_difference && survey.loaded,
             (SiteKind::Joint, Driver::Load(v)) => v == site.variable,
@@ -89,9 +62,8 @@ impl Effect for FreeForm {
             Nonlinear::new([(&FOLLOWS, driver), (&AT, at)])
         };
         survey.knots.iter().filter(|(driver, _)| is_possible(*driver)).map(of).collect()
-    }
-
-    fn parameters(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+    },
+    parameters: Some(|model, site, nonlinear| {
         let Some((_, knots)) = law(nonlinear) else { return Vec::new() };
         if site.kind == SiteKind::Joint {
             let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
@@ -100,23 +72,15 @@ impl Effect for FreeForm {
         }
         let of = |k: usize| BODY.map(|(symbol, unit)| EffectParameter::new(format!("{symbol}{k}"), unit, SCALE));
         (1..=knots.len()).flat_map(of).collect()
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let Some((driver, knots)) = law(nonlinear) else { return Arc::new(|_, _| {}) };
-        let Some(spline) = NaturalSpline::new(&knots) else { return Arc::new(|_, _| {}) };
+    }),
+    changes: |_, site, nonlinear| {
+        let Some((driver, knots)) = law(nonlinear) else { return nothing() };
+        let Some(spline) = NaturalSpline::new(&knots) else { return nothing() };
         let (variable, is_joint) = (site.variable, site.kind == SiteKind::Joint);
         Arc::new(move |context, out| {
             let Some(value) = context.driver(driver) else { return };
             if !is_joint {
-                spline.weights(value, |knot, weight| {
-                    for k in 0..3 {
-                        let axis = Vector3::ith(k, weight);
-                        let arm = context.position - context.base;
-                        out.push((6 * knot + k, Change::Point(axis, Vector3::zeros())));
-                        out.push((6 * knot + k + 3, Change::Point(axis.cross(&arm), axis)));
-                    }
-                });
+                spline.weights(value, |knot, weight| base_moves(context, weight, 6 * knot, out));
             } else if let Driver::Load(of) = driver {
                 spline.weights(value, |knot, weight| out.push((knot, Change::Deflection(variable, weight))));
                 if context.is_difference {
@@ -129,8 +93,9 @@ impl Effect for FreeForm {
                 spline.weights(value, |knot, weight| out.push((knot, Change::Joint(variable, weight))));
             }
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};
 
 /// What the curve follows, and its knots.
 fn law(nonlinear: &Nonlinear) -> Option<(Driver, Arc<[f64]>)> {

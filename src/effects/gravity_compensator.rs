@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::law::Law;
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
 
 static HARMONICS: NonlinearParameter = NonlinearParameter {
@@ -20,35 +20,14 @@ const MOST_HARMONICS: usize = 2;
 /// balance the joints that carry the arm, and no others.
 const LEAST_SHARE: f64 = 0.25;
 
-/// See the module.
-pub struct GravityCompensator;
-
-impl Effect for GravityCompensator {
-    fn name(&self) -> &'static str {
-        "gravity-compensator"
-    }
-
-    fn family(&self, _nonlinear: &Nonlinear) -> Family {
-        Family::Elastic
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "one joint is stiffer at some of its angles than at others"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "describe the compensator (`springs:`) and identify it (`compensator`)"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&HARMONICS]
-    }
-
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "gravity-compensator",
+    sits_at: SiteKind::Joint,
+    family: Some(|_| Family::Elastic),
+    signature: "one joint is stiffer at some of its angles than at others",
+    remedy: "describe the compensator (`springs:`) and identify it (`compensator`)",
+    nonlinear: &[&HARMONICS],
+    candidates: |_, site, survey| {
         let most = survey.greatest_own_load.iter().copied().fold(0.0, f64::max);
         let is_light = survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < LEAST_SHARE * most);
         let is_loaded = survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0);
@@ -56,16 +35,14 @@ impl Effect for GravityCompensator {
             return Vec::new();
         }
         (1..=MOST_HARMONICS).map(|count| Nonlinear::new([(&HARMONICS, NonlinearValue::Count(count))])).collect()
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Vec<EffectParameter> {
+    },
+    parameters: Some(|_, _, nonlinear| {
         // Change of compliance over the joint's angle: the stiffness K a L eta(q) of a spring to the previous link, by
         // its first harmonics (its constant part is a joint compliance).
         let symbols = (1..=harmonics(nonlinear)).flat_map(|k| [format!("cos{k}"), format!("sin{k}")]);
         symbols.map(|symbol| EffectParameter::new(symbol, "rad/(N.m)", 3e-8)).collect()
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+    }),
+    changes: |_, site, nonlinear| {
         let (v, joint, count) = (site.variable, site.frame, harmonics(nonlinear));
         Arc::new(move |context, out| {
             let load = context.of_load(v, |load| load);
@@ -75,8 +52,9 @@ impl Effect for GravityCompensator {
                 out.push((2 * k + 1, Change::Deflection(v, load * sine)));
             }
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};
 
 fn harmonics(nonlinear: &Nonlinear) -> usize {
     match nonlinear.values()[..] {

@@ -5,9 +5,9 @@
 
 use std::sync::Arc;
 
+use super::law::{Law, nothing};
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
 
 static DISTANCE: NonlinearParameter = NonlinearParameter {
@@ -21,51 +21,23 @@ static DISTANCE: NonlinearParameter = NonlinearParameter {
 /// Distances that are tried, as shares of the greatest move: from a jump with the side of approach to what a lag is.
 const SHARES: [f64; 4] = [0.01, 0.05, 0.2, 0.6];
 
-/// See the module.
-pub struct Hysteresis;
-
-impl Effect for Hysteresis {
-    fn name(&self) -> &'static str {
-        "hysteresis"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint that depends on the path by which it came, less on small moves than on large ones"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "approach all poses from one side and from far; look at friction and preload of the gear"
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::LastMove]
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&DISTANCE]
-    }
-
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "hysteresis",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint that depends on the path by which it came, less on small moves than on large ones",
+    remedy: "approach all poses from one side and from far; look at friction and preload of the gear",
+    reads: &[Condition::LastMove],
+    nonlinear: &[&DISTANCE],
+    candidates: |_, site, survey| {
         let greatest = survey.greatest_moves.get(site.variable).copied().filter(|greatest| *greatest > 0.0);
         let Some(greatest) = greatest.filter(|_| !survey.is_difference) else { return Vec::new() };
         SHARES.map(|share| Nonlinear::new([(&DISTANCE, NonlinearValue::Real(share * greatest))])).to_vec()
-    }
-
-    /// A jump with the side of approach, and a lag in proportion to the last move.
-    fn is_another_at_ends(&self, _nonlinear: &Nonlinear) -> [bool; 2] {
-        [true; 2]
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let [NonlinearValue::Real(distance)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+    },
+    // A jump with the side of approach, and a lag in proportion to the last move.
+    is_another_at_ends: |_| [true; 2],
+    parameters: Some(|_, _, _| vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]),
+    changes: |_, site, nonlinear| {
+        let [NonlinearValue::Real(distance)] = nonlinear.values()[..] else { return nothing() };
         let variable = site.variable;
         Arc::new(move |context, out| {
             let (mut state, mut memory) = (0.0, 1.0);
@@ -76,5 +48,6 @@ impl Effect for Hysteresis {
             }
             out.push((0, Change::Joint(variable, state)));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -7,10 +7,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
-};
+use super::law::{Law, nothing};
+use crate::model::{Change, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind};
 
 const AXES: [&str; 6] = ["x", "y", "z", "-x", "-y", "-z"];
 static AXIS: NonlinearParameter = NonlinearParameter {
@@ -21,42 +19,20 @@ static AXIS: NonlinearParameter = NonlinearParameter {
     meaning: "`axis`: the axis of the body along which the reflector looks",
 };
 
-/// See the module.
-pub struct Incidence;
-
-impl Effect for Incidence {
-    fn name(&self) -> &'static str {
-        "incidence"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Instrument
-    }
-
-    fn signature(&self) -> &'static str {
-        "distances from the instrument are off with the angle under which the reflector is seen"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "turn the reflector towards the instrument at each pose; use one with a larger acceptance angle"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&AXIS]
-    }
-
-    /// Opposite axes differ by a part that goes with the cosine alone, which a point of the tool's takes up: three are tried.
-    fn candidates(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "incidence",
+    sits_at: SiteKind::Instrument,
+    signature: "distances from the instrument are off with the angle under which the reflector is seen",
+    remedy: "turn the reflector towards the instrument at each pose; use one with a larger acceptance angle",
+    nonlinear: &[&AXIS],
+    // Opposite axes differ by a part that goes with the cosine alone, which a point of the tool's takes up: three are tried.
+    candidates: |_, _, survey| {
         let of = |axis: &&'static str| Nonlinear::new([(&AXIS, NonlinearValue::Choice(axis))]);
         if survey.is_difference { Vec::new() } else { AXES.iter().map(of).collect() }
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("amount", "m", 1e-4)]
-    }
-
-    fn changes(&self, _model: &Model, _site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let [NonlinearValue::Choice(axis)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("amount", "m", 1e-4)]),
+    changes: |_, _, nonlinear| {
+        let [NonlinearValue::Choice(axis)] = nonlinear.values()[..] else { return nothing() };
         let index = AXES.iter().position(|known| *known == axis).unwrap_or(2);
         let looks = Vector3::ith(index % 3, if index < 3 { 1.0 } else { -1.0 });
         Arc::new(move |context, out| {
@@ -65,5 +41,6 @@ impl Effect for Incidence {
             let cosine = beam.dot(&(context.body * looks));
             out.push((0, Change::Point(-beam * (1.0 - cosine), Vector3::zeros())));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -4,36 +4,20 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::model::{Change, Changes, Effect, EffectParameter, Model, Nonlinear, Site, SiteKind};
+use super::law::Law;
+use crate::model::{Change, EffectParameter, SiteKind};
 
-/// See the module.
-pub struct InstrumentScale;
-
-impl Effect for InstrumentScale {
-    fn name(&self) -> &'static str {
-        "instrument-scale"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Instrument
-    }
-
-    fn signature(&self) -> &'static str {
-        "all distances are in proportion too long or too short"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "check the instrument on a scale bar; enter temperature and pressure"
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("scale", "1", 5e-3)]
-    }
-
-    fn changes(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Changes {
+pub(super) static LAW: Law = Law {
+    name: "instrument-scale",
+    sits_at: SiteKind::Instrument,
+    signature: "all distances are in proportion too long or too short",
+    remedy: "check the instrument on a scale bar; enter temperature and pressure",
+    parameters: Some(|_, _, _| vec![EffectParameter::new("scale", "1", 5e-3)]),
+    changes: |_, _, _| {
         Arc::new(|context, out| {
             let length = if context.is_difference { context.deflection } else { context.position };
             out.push((0, Change::Point(length, Vector3::zeros())));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::law::{Law, nothing};
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Family, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
 
 static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
@@ -19,50 +19,26 @@ static WOUND_UP_AT: NonlinearParameter = NonlinearParameter {
 /// so that the diagnosis refines between them.
 const SHARES: [f64; 8] = [0.07, 0.1, 0.15, 0.22, 0.33, 0.5, 0.8, 1.2];
 
-/// See the module.
-pub struct JointStiffening;
-
-impl Effect for JointStiffening {
-    fn name(&self) -> &'static str {
-        "joint-stiffening"
-    }
-
-    fn family(&self, _nonlinear: &Nonlinear) -> Family {
-        Family::Elastic
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint that grows with small loads and then hardly any more"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "preload the gear; identify at the loads of the process"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&WOUND_UP_AT]
-    }
-
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "joint-stiffening",
+    sits_at: SiteKind::Joint,
+    family: Some(|_| Family::Elastic),
+    signature: "an angle of one joint that grows with small loads and then hardly any more",
+    remedy: "preload the gear; identify at the loads of the process",
+    nonlinear: &[&WOUND_UP_AT],
+    candidates: |_, site, survey| {
         let greatest = survey.greatest_load.get(site.variable).copied().unwrap_or_default();
         let at = |share: f64| Nonlinear::new([(&WOUND_UP_AT, NonlinearValue::Real(share * greatest))]);
         if greatest > 0.0 { SHARES.map(at).to_vec() } else { Vec::new() }
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("wind_up", "rad", 3e-4)]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("wind_up", "rad", 3e-4)]),
+    changes: |_, site, nonlinear| {
         let v = site.variable;
-        let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+        let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return nothing() };
         let at = at.max(f64::MIN_POSITIVE);
         Arc::new(move |context, out| {
             out.push((0, Change::Deflection(v, context.of_load(v, |load| (load / at).tanh()))));
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -1,38 +1,18 @@
 //! `link-weight`: mass or centre of mass of a link off nominal.
 
-use crate::model::{Effect, Family, Model, Nonlinear, Site, SiteKind};
-use crate::parameter::Slot;
+use super::law::Law;
+use crate::model::{Family, SiteKind};
 
-/// See the module.
-pub struct LinkWeight;
-
-impl Effect for LinkWeight {
-    fn name(&self) -> &'static str {
-        "link-weight"
-    }
-
-    fn family(&self, _nonlinear: &Nonlinear) -> Family {
-        Family::Elastic
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Link
-    }
-
-    fn signature(&self) -> &'static str {
-        "unloaded, the arm sags more or less than its masses say, as the posture of the link changes"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "weigh, or identify the masses; note cables and added equipment"
-    }
-
-    fn sites(&self, model: &Model) -> Vec<Site> {
-        model.sites_with_constants(self)
-    }
-
-    fn constants(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<Slot> {
+pub(super) static LAW: Law = Law {
+    name: "link-weight",
+    sits_at: SiteKind::Link,
+    family: Some(|_| Family::Elastic),
+    signature: "unloaded, the arm sags more or less than its masses say, as the posture of the link changes",
+    remedy: "weigh, or identify the masses; note cables and added equipment",
+    sites: Some(|model| model.sites_with_constants(&&LAW)),
+    constants: |model, site, _| {
         let link = &model.frames[site.frame].name;
         model.slots_named(["mass", "x", "y", "z"].map(|symbol| format!("body{link}.{symbol}")))
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -22,6 +22,7 @@ mod joint_compliance;
 mod joint_coupling;
 mod joint_offset;
 mod joint_stiffening;
+mod law;
 mod link_compliance;
 mod link_weight;
 mod motor_eccentricity;
@@ -40,43 +41,45 @@ pub use crate::model::{
     Catalogue, Change, Changes, Condition, Driver, Effect, EffectEntry, EffectParameter, Family, Nonlinear,
     NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site, SiteKind, Survey,
 };
+use law::Law;
 
 impl Catalogue {
     /// The effects of `docs/effects.md`, in its order.
     pub fn standard() -> Self {
-        Self::new(vec![
-            Arc::new(geometry::Geometry),
-            Arc::new(joint_offset::JointOffset),
-            Arc::new(gear_ratio::GearRatio),
-            Arc::new(transmission_error::TransmissionError),
-            Arc::new(motor_eccentricity::MotorEccentricity),
-            Arc::new(encoder_quantisation::EncoderQuantisation),
-            Arc::new(cable_torque::CableTorque),
-            Arc::new(joint_coupling::JointCoupling),
-            Arc::new(backlash::Backlash),
-            Arc::new(settling::Settling),
-            Arc::new(hysteresis::Hysteresis),
-            Arc::new(slip::Slip::Joint),
-            Arc::new(slip::Slip::Tool),
-            Arc::new(joint_compliance::JointCompliance),
-            Arc::new(joint_stiffening::JointStiffening),
-            Arc::new(bearing_compliance::BearingCompliance),
-            Arc::new(link_compliance::LinkCompliance),
-            Arc::new(actuator_compliance::ActuatorCompliance),
-            Arc::new(gravity_compensator::GravityCompensator),
-            Arc::new(link_weight::LinkWeight),
-            Arc::new(payload::Payload),
-            Arc::new(base_compliance::BaseCompliance),
-            Arc::new(thermal_expansion::ThermalExpansion),
-            Arc::new(warm_up::WarmUp::Link),
-            Arc::new(warm_up::WarmUp::Base),
-            Arc::new(warm_up::WarmUp::Tool),
-            Arc::new(frame_drift::FrameDrift),
-            Arc::new(instrument_scale::InstrumentScale),
-            Arc::new(refraction::Refraction),
-            Arc::new(incidence::Incidence),
-            Arc::new(free_form::FreeForm),
-            Arc::new(outliers::Outliers),
-        ])
+        let laws: [&'static Law; 32] = [
+            &geometry::LAW,
+            &joint_offset::LAW,
+            &gear_ratio::LAW,
+            &transmission_error::LAW,
+            &motor_eccentricity::LAW,
+            &encoder_quantisation::LAW,
+            &cable_torque::LAW,
+            &joint_coupling::LAW,
+            &backlash::LAW,
+            &settling::LAW,
+            &hysteresis::LAW,
+            &slip::JOINT,
+            &slip::TOOL,
+            &joint_compliance::LAW,
+            &joint_stiffening::LAW,
+            &bearing_compliance::LAW,
+            &link_compliance::LAW,
+            &actuator_compliance::LAW,
+            &gravity_compensator::LAW,
+            &link_weight::LAW,
+            &payload::LAW,
+            &base_compliance::LAW,
+            &thermal_expansion::LAW,
+            &warm_up::LINK,
+            &warm_up::BASE,
+            &warm_up::TOOL,
+            &frame_drift::LAW,
+            &instrument_scale::LAW,
+            &refraction::LAW,
+            &incidence::LAW,
+            &free_form::LAW,
+            &outliers::LAW,
+        ];
+        Self::new(laws.map(|law| Arc::new(law) as Arc<dyn Effect>).to_vec())
     }
 }

@@ -2,46 +2,24 @@
 
 use std::sync::Arc;
 
-use crate::model::{Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, Site, SiteKind, Survey};
+use super::law::Law;
+use crate::model::{Change, Condition, EffectParameter, Nonlinear, SiteKind};
 
-/// See the module.
-pub struct Settling;
-
-impl Effect for Settling {
-    fn name(&self) -> &'static str {
-        "settling"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint in proportion to its last move"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "wait longer before reading; evaluate at the commanded joints"
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::LastMove]
-    }
-
-    /// Only where the campaign gives the order of its readings: that of rows may be any.
-    fn candidates(&self, _model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
-        match survey.moves.get(site.variable) {
-            Some(true) if !survey.is_difference => vec![Nonlinear::default()],
-            _ => Vec::new(),
-        }
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("share", "1", 1e-3)]
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Changes {
+pub(super) static LAW: Law = Law {
+    name: "settling",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint in proportion to its last move",
+    remedy: "wait longer before reading; evaluate at the commanded joints",
+    reads: &[Condition::LastMove],
+    // Only where the campaign gives the order of its readings: that of rows may be any.
+    candidates: |_, site, survey| match survey.moves.get(site.variable) {
+        Some(true) if !survey.is_difference => vec![Nonlinear::default()],
+        _ => Vec::new(),
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("share", "1", 1e-3)]),
+    changes: |_, site, _| {
         let variable = site.variable;
         Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.last_move[variable]))))
-    }
-}
+    },
+    ..Law::NOTHING
+};

@@ -3,12 +3,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
 use super::frame_drift::jumps;
+use super::law::{Law, nothing, tool_moves};
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, Changes, Condition, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
+    ReadingContext, SiteKind,
 };
 
 static SLIP_AT: NonlinearParameter = NonlinearParameter {
@@ -22,84 +21,51 @@ static SLIP_AT: NonlinearParameter = NonlinearParameter {
 /// Most times that are tried: readings between the true one and the nearest tried are outliers to the law.
 const MOST_TIMES: usize = 60;
 
-/// What slips.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Slip {
-    /// A joint's zero.
-    Joint,
-    /// The tool's points, in the tool's frame.
-    Tool,
-}
+/// A joint's zero.
+pub(super) static JOINT: Law = Law {
+    name: "joint-slip",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint that jumps at one time and stays",
+    remedy: "look at belt, coupling and encoder of the joint; master it anew",
+    parameters: Some(|model, site, _| {
+        let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
+        vec![EffectParameter::new("offset", if turns { "rad" } else { "m" }, 3e-4)]
+    }),
+    changes: |_, site, nonlinear| {
+        let variable = site.variable;
+        after(nonlinear, move |_, amount, out| out.push((0, Change::Joint(variable, amount))))
+    },
+    ..SLIP
+};
 
-impl Effect for Slip {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Joint => "joint-slip",
-            Self::Tool => "tool-slip",
-        }
-    }
+/// The tool's points, in the tool's frame. A tool that slipped is the tool of that day.
+pub(super) static TOOL: Law = Law {
+    name: "tool-slip",
+    sits_at: SiteKind::Tool,
+    signature: "the tool's point jumps at one time and stays, with the tool",
+    remedy: "fasten tool and markers; measure the tool anew",
+    is_of_the_measurement: true,
+    parameters: Some(|_, _, _| ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()),
+    changes: |_, _, nonlinear| after(nonlinear, tool_moves),
+    ..SLIP
+};
 
-    fn sits_at(&self) -> SiteKind {
-        match self {
-            Self::Joint => SiteKind::Joint,
-            Self::Tool => SiteKind::Tool,
-        }
-    }
-
-    /// A tool that slipped is the tool of that day.
-    fn is_of_the_measurement(&self) -> bool {
-        *self == Self::Tool
-    }
-
-    fn signature(&self) -> &'static str {
-        match self {
-            Self::Joint => "an angle of one joint that jumps at one time and stays",
-            Self::Tool => "the tool's point jumps at one time and stays, with the tool",
-        }
-    }
-
-    fn remedy(&self) -> &'static str {
-        match self {
-            Self::Joint => "look at belt, coupling and encoder of the joint; master it anew",
-            Self::Tool => "fasten tool and markers; measure the tool anew",
-        }
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::Time]
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&SLIP_AT]
-    }
-
-    fn candidates(&self, _model: &Model, _site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+const SLIP: Law = Law {
+    reads: &[Condition::Time],
+    nonlinear: &[&SLIP_AT],
+    candidates: |_, _, survey| {
         jumps(survey, MOST_TIMES).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
-    }
+    },
+    ..Law::NOTHING
+};
 
-    fn parameters(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        let length = |symbol| EffectParameter::new(symbol, "m", 1e-4);
-        match self {
-            Self::Tool => ["x", "y", "z"].map(length).to_vec(),
-            Self::Joint => {
-                let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
-                vec![EffectParameter::new("offset", if turns { "rad" } else { "m" }, 3e-4)]
-            }
-        }
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
-        let (variable, what) = (site.variable, *self);
-        Arc::new(move |context, out| {
-            let amount = f64::from(u8::from(context.time.is_some_and(|time| time >= at)));
-            match what {
-                Self::Joint => out.push((0, Change::Joint(variable, amount))),
-                Self::Tool => {
-                    let moved = |k| context.body * Vector3::ith(k, amount);
-                    out.extend((0..3).map(|k| (k, Change::Point(moved(k), Vector3::zeros()))));
-                }
-            }
-        })
-    }
+/// What one unit changes from the time of the slip on, given 0 before and 1 after.
+fn after(
+    nonlinear: &Nonlinear,
+    change: impl Fn(&ReadingContext, f64, &mut Vec<(usize, Change)>) + Send + Sync + 'static,
+) -> Changes {
+    let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return nothing() };
+    Arc::new(move |context, out| {
+        change(context, f64::from(u8::from(context.time.is_some_and(|time| time >= at))), out);
+    })
 }

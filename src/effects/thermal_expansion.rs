@@ -5,9 +5,10 @@
 
 use std::sync::Arc;
 
+use super::law::{Law, nothing};
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter,
-    NonlinearValue, Site, SiteKind, Survey,
+    Change, Condition, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, Site,
+    SiteKind,
 };
 use crate::parameter::Slot;
 
@@ -42,35 +43,14 @@ const SHARES: [f64; 2] = [0.05, 0.2];
 /// Lengths below this one, m, expand by nothing that shows.
 const LEAST_LENGTH: f64 = 1e-3;
 
-/// See the module.
-pub struct ThermalExpansion;
-
-impl Effect for ThermalExpansion {
-    fn name(&self) -> &'static str {
-        "thermal-expansion"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Link
-    }
-
-    fn signature(&self) -> &'static str {
-        "a link grows in step with the temperature, or as the robot warms up"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "warm the robot up; measure temperatures and scale the link"
-    }
-
-    fn reads(&self) -> &'static [Condition] {
-        &[Condition::Temperature]
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&REFERENCE, &COURSE, &TIME_CONSTANT]
-    }
-
-    fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "thermal-expansion",
+    sits_at: SiteKind::Link,
+    signature: "a link grows in step with the temperature, or as the robot warms up",
+    remedy: "warm the robot up; measure temperatures and scale the link",
+    reads: &[Condition::Temperature],
+    nonlinear: &[&REFERENCE, &COURSE, &TIME_CONSTANT],
+    candidates: |model, site, survey| {
         let mean = survey.mean_temperature(site).filter(|_| !lengths(model, site).is_empty());
         let Some(mean) = mean else { return Vec::new() };
         let of = |course| vec![(&REFERENCE, NonlinearValue::Real(mean)), (&COURSE, NonlinearValue::Choice(course))];
@@ -79,18 +59,11 @@ impl Effect for ThermalExpansion {
             Nonlinear::new(of(DELAYED).into_iter().chain([(&TIME_CONSTANT, NonlinearValue::Real(delay))]))
         });
         std::iter::once(Nonlinear::new(of(AT_ONCE))).chain(delayed).collect()
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        vec![EffectParameter::new("expansion", "1/K", 1.2e-5)]
-    }
-
-    fn thermal_delay(&self, nonlinear: &Nonlinear) -> Option<f64> {
-        nonlinear.continuous()
-    }
-
-    fn changes(&self, model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let Some(&NonlinearValue::Real(reference)) = nonlinear.values().first() else { return Arc::new(|_, _| {}) };
+    },
+    parameters: Some(|_, _, _| vec![EffectParameter::new("expansion", "1/K", 1.2e-5)]),
+    thermal_delay: |nonlinear| nonlinear.continuous(),
+    changes: |model, site, nonlinear| {
+        let Some(&NonlinearValue::Real(reference)) = nonlinear.values().first() else { return nothing() };
         let lengths = lengths(model, site);
         Arc::new(move |context, out| {
             let Some(temperature) = context.temperature else { return };
@@ -98,8 +71,9 @@ impl Effect for ThermalExpansion {
                 lengths.iter().map(|&(slot, length)| (0, Change::Slot(slot, length * (temperature - reference)))),
             );
         })
-    }
-}
+    },
+    ..Law::NOTHING
+};
 
 /// Lengths of a link, m: constants b, d and r of the frames that it carries.
 pub(super) fn lengths(model: &Model, site: &Site) -> Vec<(Slot, f64)> {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::law::{Law, nothing};
 use crate::model::{
-    Change, Changes, Effect, EffectParameter, Model, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    Site, SiteKind, Survey,
+    Change, Changes, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, Site, SiteKind,
 };
 
 pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
@@ -19,45 +19,24 @@ pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
 /// of faster meshes would need more configurations than a campaign has.
 const ORDERS: [f64; 14] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 20.0];
 
-/// See the module.
-pub struct TransmissionError;
-
-impl Effect for TransmissionError {
-    fn name(&self) -> &'static str {
-        "transmission-error"
-    }
-
-    fn sits_at(&self) -> SiteKind {
-        SiteKind::Joint
-    }
-
-    fn signature(&self) -> &'static str {
-        "an angle of one joint that swings with the joint, once or several times a turn"
-    }
-
-    fn remedy(&self) -> &'static str {
-        "measure the joint over a turn and map it in the controller; inspect bearing seats and gear mesh"
-    }
-
-    fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
-        vec![&ORDER]
-    }
-
-    fn candidates(&self, model: &Model, site: &Site, _survey: &Survey) -> Vec<Nonlinear> {
+pub(super) static LAW: Law = Law {
+    name: "transmission-error",
+    sits_at: SiteKind::Joint,
+    signature: "an angle of one joint that swings with the joint, once or several times a turn",
+    remedy: "measure the joint over a turn and map it in the controller; inspect bearing seats and gear mesh",
+    nonlinear: &[&ORDER],
+    candidates: |model, site, _| {
         let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
         let of = |order: f64| Nonlinear::new([(&ORDER, NonlinearValue::Real(order))]);
         if turns { ORDERS.map(of).to_vec() } else { Vec::new() }
-    }
-
-    fn parameters(&self, _model: &Model, _site: &Site, _nonlinear: &Nonlinear) -> Vec<EffectParameter> {
-        ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 3e-4)).to_vec()
-    }
-
-    fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return Arc::new(|_, _| {}) };
+    },
+    parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 3e-4)).to_vec()),
+    changes: |_, site, nonlinear| {
+        let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return nothing() };
         periodic(site, order)
-    }
-}
+    },
+    ..Law::NOTHING
+};
 
 /// A joint's angle swings so many times in its turn: by cosine and sine, rad.
 pub(super) fn periodic(site: &Site, order: f64) -> Changes {

@@ -104,13 +104,7 @@ pub trait Effect: Send + Sync {
     }
     /// What kind of thing it is, with these nonlinear values; by default by what it reads and where it sits.
     fn family(&self, _nonlinear: &Nonlinear) -> Family {
-        match (self.reads().first(), self.sits_at()) {
-            (Some(Condition::Time), _) => Family::Time,
-            (Some(Condition::Temperature), _) => Family::Temperature,
-            (Some(Condition::Approach | Condition::LastMove), _) => Family::History,
-            (None, SiteKind::Instrument) => Family::Instrument,
-            (Some(Condition::GearRatio) | None, _) => Family::Kinematic,
-        }
+        Family::by_default(self.reads(), self.sits_at())
     }
     /// Whether its parameters are the amounts of a free curve, each of which can be left out alone.
     fn is_free_form(&self) -> bool {

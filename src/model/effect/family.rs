@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+use super::reading_context::Condition;
+use super::site::SiteKind;
+
 /// A kind of cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -25,6 +28,17 @@ pub enum Family {
 }
 
 impl Family {
+    /// That of an effect which reads these conditions and sits there.
+    pub fn by_default(reads: &[Condition], sits_at: SiteKind) -> Self {
+        match (reads.first(), sits_at) {
+            (Some(Condition::Time), _) => Self::Time,
+            (Some(Condition::Temperature), _) => Self::Temperature,
+            (Some(Condition::Approach | Condition::LastMove), _) => Self::History,
+            (None, SiteKind::Instrument) => Self::Instrument,
+            (Some(Condition::GearRatio) | None, _) => Self::Kinematic,
+        }
+    }
+
     /// As it is written.
     pub fn name(self) -> &'static str {
         match self {
