@@ -7,8 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::kind::{
-    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of,
-    rows_of,
+    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, centre_of, row, rows_of,
 };
 
 /// As files name the kind; what is touched says which of the others a reading is.
@@ -29,10 +28,6 @@ fn mean(read: &[(Vector3<f64>, Rows)]) -> Vector3<f64> {
     read.iter().map(|(at, _)| at).sum::<Vector3<f64>>() / read.len().max(1) as f64
 }
 
-fn row(value: f64) -> Rows {
-    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
-}
-
 impl Observation for Contact {
     fn name(&self) -> &'static str {
         "contact"
@@ -40,10 +35,6 @@ impl Observation for Contact {
 
     fn about(&self) -> &'static str {
         "A ball on the tool touches a socket, a face or a sphere."
-    }
-
-    fn columns(&self) -> &'static [ValueColumn] {
-        &[]
     }
 
     fn target_column(&self) -> Option<&'static str> {
@@ -70,10 +61,6 @@ impl Observation for Socket {
 
     fn about(&self) -> &'static str {
         "A ball on the tool sits in a socket."
-    }
-
-    fn columns(&self) -> &'static [ValueColumn] {
-        &[]
     }
 
     fn rows(&self) -> usize {
@@ -106,10 +93,6 @@ impl Observation for Socket {
         let mut rows = [0.0; 6];
         rows[k] = -1.0;
         rows
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows_of(&noise.position.into())
     }
 
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
@@ -161,10 +144,6 @@ impl Observation for Surface {
             Self::Plane => "A ball on the tool touches a face.",
             Self::Sphere => "A ball on the tool touches a sphere.",
         }
-    }
-
-    fn columns(&self) -> &'static [ValueColumn] {
-        &[]
     }
 
     fn rows(&self) -> usize {
@@ -222,10 +201,6 @@ impl Observation for Surface {
             }
             Self::Sphere => -over_sphere(point).0[k],
         })
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        row(noise.position[0])
     }
 
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {

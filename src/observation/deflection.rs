@@ -7,7 +7,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, ValueColumn, XYZ, rows_of};
+use super::kind::{MeasuredPoint, Observation, PointDerivative, Purpose, Rows, ValueColumn, XYZ, rows_of};
 use super::pose::{COLUMNS as POSE_COLUMNS, rotation, rows};
 use crate::math::rotation_vector;
 
@@ -45,10 +45,6 @@ impl Observation for Deflection {
 
     fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
         rows_of(&by.deflection.displacement)
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows_of(&noise.position.into())
     }
 
     /// Deflections of one point share the unloaded reading.
@@ -89,10 +85,6 @@ impl Observation for DeflectionPose {
 
     fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
         rows(&by.deflection.displacement, &by.deflection.rotation)
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows(&noise.position.into(), &Vector3::repeat(noise.orientation))
     }
 
     /// Deflections of one point share the unloaded reading.

@@ -1,32 +1,110 @@
-//! Directions as readings: two residuals (rad) across what was measured.
+//! Directions as readings: two residuals (rad), the components of the predicted direction across the measured one.
 
 use nalgebra::Vector3;
 
-use super::kind::Rows;
+use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn, rows_of};
 
 /// Below this length a direction is none.
-pub(super) const LEAST: f64 = 1e-9;
+const LEAST: f64 = 1e-9;
 
-/// Two unit vectors across the measured direction; across the predicted one where nothing is measured yet.
-pub(super) fn across(measured: &Rows, predicted: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let along = read(measured).try_normalize(LEAST).unwrap_or(*predicted);
-    let first = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
-    [first, along.cross(&first)]
+/// A kind of reading that is a direction.
+pub(super) struct Direction {
+    pub name: &'static str,
+    pub about: &'static str,
+    /// Columns of a vector of any length.
+    pub columns: &'static [ValueColumn; 3],
+    /// Columns of two angles, and the vector that they say.
+    pub angles: &'static [ValueColumn; 2],
+    pub of_angles: fn([f64; 2]) -> Vector3<f64>,
+    /// Residuals in reports.
+    pub residuals: &'static str,
+    /// What a vector of no length is told.
+    pub fault: &'static str,
+    /// A body is read, wherever the robot stands, and not the tool.
+    pub is_of_body: bool,
+    /// The predicted unit vector.
+    pub predicted: fn(&MeasuredPoint) -> Vector3<f64>,
+    /// Its change with the point.
+    pub change: fn(&MeasuredPoint, &PointDerivative) -> Vector3<f64>,
+    /// Its change with the value `k` of the target.
+    pub by_target: fn(&MeasuredPoint, usize) -> Vector3<f64>,
 }
 
 /// The measured vector, of any length.
-pub(super) fn read(measured: &Rows) -> Vector3<f64> {
+fn read(measured: &Rows) -> Vector3<f64> {
     Vector3::from_column_slice(&measured[..3])
 }
 
-/// Two residuals.
-pub(super) fn two(of: [f64; 2]) -> Rows {
-    [of[0], of[1], 0.0, 0.0, 0.0, 0.0]
+/// The components of a vector along two unit vectors across the measured direction; across the predicted one where nothing is
+/// measured yet.
+fn across(measured: &Rows, predicted: &Vector3<f64>, vector: &Vector3<f64>) -> Rows {
+    let along = read(measured).try_normalize(LEAST).unwrap_or(*predicted);
+    let first = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+    let second = along.cross(&first);
+    [first.dot(vector), second.dot(vector), 0.0, 0.0, 0.0, 0.0]
 }
 
-/// An ideal direction with noise (rad) across it.
-pub(super) fn disturbed(measured: &Rows, sigma: f64, normal: &mut dyn FnMut() -> f64) -> Vector3<f64> {
-    let along = read(measured);
-    let noisy = along + Vector3::from_fn(|_, _| sigma * normal());
-    noisy.try_normalize(LEAST).unwrap_or(along)
+impl Observation for Direction {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+
+    fn columns(&self) -> &'static [ValueColumn] {
+        self.columns
+    }
+
+    fn other_columns(&self) -> &'static [ValueColumn] {
+        self.angles
+    }
+
+    fn of_other_columns(&self, read: &[f64]) -> Rows {
+        rows_of(&(self.of_angles)([0, 1].map(|k| read.get(k).copied().unwrap_or(0.0))))
+    }
+
+    fn rows(&self) -> usize {
+        2
+    }
+
+    fn ignores_arrangement(&self) -> bool {
+        self.is_of_body
+    }
+
+    fn sees_orientation(&self) -> bool {
+        !self.is_of_body
+    }
+
+    fn residuals_named(&self) -> &'static str {
+        self.residuals
+    }
+
+    fn fault(&self, measured: &Rows) -> Option<(&'static str, &'static str)> {
+        (read(measured).norm() < LEAST).then_some((self.columns[0].name, self.fault))
+    }
+
+    fn value(&self, point: &MeasuredPoint) -> Rows {
+        rows_of(&(self.predicted)(point))
+    }
+
+    fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
+        let predicted = (self.predicted)(point);
+        across(measured, &predicted, &predicted).map(|component| -component)
+    }
+
+    fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
+        across(&point.measured, &(self.predicted)(point), &(self.change)(point, by))
+    }
+
+    fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
+        across(&point.measured, &(self.predicted)(point), &(self.by_target)(point, k))
+    }
+
+    fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
+        let along = read(measured);
+        let noisy = along + Vector3::from_fn(|_, _| noise.orientation * normal());
+        *measured = rows_of(&noisy.try_normalize(LEAST).unwrap_or(along));
+    }
 }

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::kind::{
-    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of,
+    MOST_TARGET_VALUES, MeasuredPoint, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of, row,
 };
 
 pub(super) struct Distance;
@@ -19,10 +19,6 @@ fn from_anchor(point: &MeasuredPoint) -> (f64, Vector3<f64>) {
     let arm = point.position() - point.anchor();
     let length = arm.norm();
     (length, arm / length.max(f64::MIN_POSITIVE))
-}
-
-fn row(value: f64) -> Rows {
-    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
 }
 
 impl Observation for Distance {
@@ -69,10 +65,6 @@ impl Observation for Distance {
     fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
         let (_, direction) = from_anchor(point);
         row(if k == ZERO { 1.0 } else { -direction[k.min(2)] })
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        row(noise.position[0])
     }
 
     /// The direction of a distance is that to its anchor.

@@ -187,8 +187,10 @@ pub trait Observation: Sync {
     /// One sentence about it, for the JSON Schema and the help.
     fn about(&self) -> &'static str;
 
-    /// Columns of the measured values, lengths first, in the order of [`Rows`].
-    fn columns(&self) -> &'static [ValueColumn];
+    /// Columns of the measured values, lengths first, in the order of [`Rows`]; by default none.
+    fn columns(&self) -> &'static [ValueColumn] {
+        &[]
+    }
 
     /// Other columns in which files may have the same; none, or all of them, where they lack [`Observation::columns`].
     fn other_columns(&self) -> &'static [ValueColumn] {
@@ -291,8 +293,15 @@ pub trait Observation: Sync {
     /// Derivative of the prediction by a parameter, with the sign of [`Observation::residual`]'s `measured`.
     fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows;
 
-    /// One sigma of each row, m and rad.
-    fn sigmas(&self, noise: &Noise) -> Rows;
+    /// One sigma of each row, m and rad; by default that of positions for lengths and that of orientations for all others.
+    fn sigmas(&self, noise: &Noise) -> Rows {
+        let (lengths, rows) = (self.length_rows(), self.rows());
+        std::array::from_fn(|k| match noise.position.get(k) {
+            Some(sigma) if k < lengths => *sigma,
+            _ if k < rows => noise.orientation,
+            _ => 0.0,
+        })
+    }
 
     /// Adds noise to an ideal reading; `normal` draws standard normal numbers, in the order of rows.
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
@@ -312,6 +321,11 @@ pub trait Observation: Sync {
 /// A vector in the first three rows.
 pub fn rows_of(vector: &Vector3<f64>) -> Rows {
     [vector.x, vector.y, vector.z, 0.0, 0.0, 0.0]
+}
+
+/// A single row.
+pub(super) fn row(value: f64) -> Rows {
+    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
 }
 
 /// Centre a and constant c of the least-squares solution of y = 2 a.p + c over points p (m) and y (m^2): what spheres and

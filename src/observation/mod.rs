@@ -53,10 +53,10 @@ pub const SPHERE: Observes = Observes(&contact::Surface::Sphere);
 pub const ORIENTATION: Observes = Observes(&orientation::Orientation);
 
 /// Direction of the tool's z axis.
-pub const AXIS: Observes = Observes(&axis::Axis);
+pub const AXIS: Observes = Observes(&axis::AXIS);
 
 /// Direction of gravity in a body.
-pub const INCLINATION: Observes = Observes(&inclination::Inclination);
+pub const INCLINATION: Observes = Observes(&inclination::INCLINATION);
 
 /// Torque with which a motor holds its joint.
 pub const TORQUE: Observes = Observes(&torque::Torque);

@@ -52,10 +52,6 @@ impl Observation for Orientation {
         rows_of(&by.total().rotation)
     }
 
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows_of(&Vector3::repeat(noise.orientation))
-    }
-
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
         let turn = Rotation3::new(Vector3::from_fn(|_, _| noise.orientation * normal())) * rotation(measured);
         *measured = rows_of(&rotation_vector(&turn));

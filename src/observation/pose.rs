@@ -68,10 +68,6 @@ impl Observation for Pose {
         rows(&total.displacement, &total.rotation)
     }
 
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows(&noise.position.into(), &Vector3::repeat(noise.orientation))
-    }
-
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {
         for (value, sigma) in measured.iter_mut().zip(noise.position) {
             *value += sigma * normal();

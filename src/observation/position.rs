@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn, XYZ, rows_of};
+use super::kind::{MeasuredPoint, Observation, PointDerivative, Rows, ValueColumn, XYZ, rows_of};
 
 pub(super) struct Position;
 
@@ -30,9 +30,5 @@ impl Observation for Position {
 
     fn derivative(&self, _point: &MeasuredPoint, by: &PointDerivative) -> Rows {
         rows_of(&by.total().displacement)
-    }
-
-    fn sigmas(&self, noise: &Noise) -> Rows {
-        rows_of(&noise.position.into())
     }
 }

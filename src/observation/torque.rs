@@ -5,13 +5,9 @@
 //! as described. It does not change with what calibration changes: a millimetre of a link's length is a tenth of
 //! a N.m under 10 kg, below the noise of the sensors in use.
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn};
+use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, row};
 
 pub(super) struct Torque;
-
-fn row(value: f64) -> Rows {
-    [value, 0.0, 0.0, 0.0, 0.0, 0.0]
-}
 
 impl Observation for Torque {
     fn name(&self) -> &'static str {
@@ -20,10 +16,6 @@ impl Observation for Torque {
 
     fn about(&self) -> &'static str {
         "Torque or current with which a motor holds its joint."
-    }
-
-    fn columns(&self) -> &'static [ValueColumn] {
-        &[]
     }
 
     fn by_variable(&self) -> Option<&'static str> {
