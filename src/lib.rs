@@ -64,6 +64,7 @@ pub mod render;
 pub mod results;
 pub mod review;
 pub mod scene;
+mod settings;
 pub mod simulation;
 pub mod snapshot;
 pub mod state;

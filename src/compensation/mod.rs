@@ -27,6 +27,7 @@ pub use crate::kinematics::Hold;
 use crate::kinematics::Transform;
 use crate::prediction::SingleError;
 use crate::process::ProcessError;
+use crate::settings::settings;
 
 /// How compensation proceeds.
 ///
@@ -87,18 +88,14 @@ impl Settings {
     }
 }
 
-/// The search for the balance of arm and process ([`settle`]).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BalanceSettings {
-    /// Most of Newton's steps; without a kink of the process fewer than ten are needed.
-    pub max_steps: usize,
-    /// A gap below this counts as closed, m: rounding of positions of a few metres.
-    pub closed: f64,
-}
-
-impl Default for BalanceSettings {
-    fn default() -> Self {
-        Self { max_steps: 60, closed: 1e-12 }
+settings! {
+    /// The search for the balance of arm and process ([`settle`]).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct BalanceSettings {
+        /// Most of Newton's steps; without a kink of the process fewer than ten are needed.
+        pub max_steps: usize = 60,
+        /// A gap below this counts as closed, m: rounding of positions of a few metres.
+        pub closed: f64 = 1e-12,
     }
 }
 

@@ -7,6 +7,7 @@ use crate::least_squares::{self, Loss};
 use crate::model::{Model, Nonlinear};
 use crate::observation::{Observes, Purpose};
 use crate::parameter::{Group, Slot};
+use crate::settings::settings;
 
 /// How the fit proceeds. All schemes end at the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,78 +96,56 @@ impl What {
     }
 }
 
-/// What is asked of a calibration.
-///
-/// The defaults calibrate what the campaign was made for, by all readings at once, and suit every robot tried so far. What
-/// changes the question (which parameters, which readings count how much) is for the user; the limits of the iteration
-/// further down are for whoever studies the method.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Which parameters are estimated; what the readings are made for where `None`.
-    pub what: Option<What>,
-    /// Exactly these parameters next to base and tool, whatever [`Settings::what`] and the description.
-    pub only: Option<Vec<Slot>>,
-    /// Parameters to hold at their nominal values, by name.
-    pub hold: Vec<String>,
-    /// How springs that act as one are split back into their members.
-    pub split: Split,
-    /// Fit the logarithms of springs: their values stay above 0, and their intervals are of factors. Batch scheme only.
-    pub logarithms: bool,
-    /// Scheme of the fit. The iterative schemes exist to compare with the papers; leave it at `Batch`.
-    pub scheme: Scheme,
-    /// Weights of readings.
-    pub weights: Weights,
-    /// Robust loss, for campaigns with outliers; its own documentation gives the usual scales, within [`loss_fault`]'s
-    /// limits. The scale counts standard deviations: the stated ones, or those that the median absolute deviation of a first
-    /// robust fit's residuals shows where they are greater or none is stated.
-    pub loss: Loss,
-    /// Whether the tolerances of geometric parameters pull them towards their nominal values: for campaigns too small to
-    /// determine them.
-    pub prior: bool,
-    /// Column scaling of the reduction.
-    pub scaling: Scaling,
-    /// When a parameter that is not exactly dependent is dropped. The default keeps what the IR663 paper kept with its 27
-    /// poses; a smaller value keeps parameters that noise decides.
-    pub criterion: Criterion,
-    /// Whether factors of merged parameters are those at the solution, and intervals count what dropped parameters do in
-    /// second order: one linearisation for each dropped one. To be left out where nobody looks at intervals.
-    pub second_order: bool,
-    /// Whether springs that come out far from what is declared, though readings hardly tell them, are held as declared also where
-    /// they end within their bounds. A diagnosis leaves that out: what it looks for is still in the residuals by which it is judged.
-    pub hold_far_springs: bool,
-    /// Most iterations; where `None`, [`Scheme::iterations`].
-    pub max_iterations: Option<usize>,
-    /// [`crate::least_squares::Settings::cost_tolerance`] of the fit. Deflections are hundreds of standard deviations: a
-    /// relative change of the cost below 1e-12 is far less than a thousandth of a standard deviation of any parameter, and
-    /// what remains to be followed is rounding of the model, not the data.
-    pub cost_tolerance: f64,
-    /// The first guess of base, tool and markers.
-    pub registration: RegistrationSettings,
-    /// The search for a start of the springs.
-    pub start: StartSettings,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            what: None,
-            only: None,
-            hold: Vec::new(),
-            split: Split::default(),
-            logarithms: false,
-            scheme: Scheme::Batch,
-            weights: Weights::Stated,
-            loss: Loss::Squares,
-            prior: false,
-            scaling: Scaling::Norm,
-            criterion: Criterion::Relative(DEFAULT_TOLERANCE),
-            second_order: true,
-            hold_far_springs: true,
-            max_iterations: None,
-            cost_tolerance: 1e-12,
-            registration: RegistrationSettings::default(),
-            start: StartSettings::default(),
-        }
+settings! {
+    /// What is asked of a calibration.
+    ///
+    /// The defaults calibrate what the campaign was made for, by all readings at once, and suit every robot tried so far. What
+    /// changes the question (which parameters, which readings count how much) is for the user; the limits of the iteration
+    /// further down are for whoever studies the method.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Settings {
+        /// Which parameters are estimated; what the readings are made for where `None`.
+        pub what: Option<What> = None,
+        /// Exactly these parameters next to base and tool, whatever [`Settings::what`] and the description.
+        pub only: Option<Vec<Slot>> = None,
+        /// Parameters to hold at their nominal values, by name.
+        pub hold: Vec<String> = Vec::new(),
+        /// How springs that act as one are split back into their members.
+        pub split: Split = Split::default(),
+        /// Fit the logarithms of springs: their values stay above 0, and their intervals are of factors. Batch scheme only.
+        pub logarithms: bool = false,
+        /// Scheme of the fit. The iterative schemes exist to compare with the papers; leave it at `Batch`.
+        pub scheme: Scheme = Scheme::Batch,
+        /// Weights of readings.
+        pub weights: Weights = Weights::Stated,
+        /// Robust loss, for campaigns with outliers; its own documentation gives the usual scales, within [`loss_fault`]'s
+        /// limits. The scale counts standard deviations: the stated ones, or those that the median absolute deviation of a first
+        /// robust fit's residuals shows where they are greater or none is stated.
+        pub loss: Loss = Loss::Squares,
+        /// Whether the tolerances of geometric parameters pull them towards their nominal values: for campaigns too small to
+        /// determine them.
+        pub prior: bool = false,
+        /// Column scaling of the reduction.
+        pub scaling: Scaling = Scaling::Norm,
+        /// When a parameter that is not exactly dependent is dropped. The default keeps what the IR663 paper kept with its 27
+        /// poses; a smaller value keeps parameters that noise decides.
+        pub criterion: Criterion = Criterion::Relative(DEFAULT_TOLERANCE),
+        /// Whether factors of merged parameters are those at the solution, and intervals count what dropped parameters do in
+        /// second order: one linearisation for each dropped one. To be left out where nobody looks at intervals.
+        pub second_order: bool = true,
+        /// Whether springs that come out far from what is declared, though readings hardly tell them, are held as declared also where
+        /// they end within their bounds. A diagnosis leaves that out: what it looks for is still in the residuals by which it is judged.
+        pub hold_far_springs: bool = true,
+        /// Most iterations; where `None`, [`Scheme::iterations`].
+        pub max_iterations: Option<usize> = None,
+        /// [`crate::least_squares::Settings::cost_tolerance`] of the fit. Deflections are hundreds of standard deviations: a
+        /// relative change of the cost below 1e-12 is far less than a thousandth of a standard deviation of any parameter, and
+        /// what remains to be followed is rounding of the model, not the data.
+        pub cost_tolerance: f64 = 1e-12,
+        /// The first guess of base, tool and markers.
+        pub registration: RegistrationSettings = RegistrationSettings::default(),
+        /// The search for a start of the springs.
+        pub start: StartSettings = StartSettings::default(),
     }
 }
 
@@ -184,46 +163,38 @@ impl Settings {
 /// is rounding, of which no step can be judged.
 const PERFECT: f64 = 1e-9;
 
-/// The first guess of base, tool and markers ([`crate::estimation`] fits them properly afterwards).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RegistrationSettings {
-    /// Most readings that a trial looks at, spread evenly: several times the dozen unknowns.
-    pub readings: usize,
-    /// Most iterations of a trial; a dozen bring a trial in the right valley to a fraction of the others' cost.
-    pub iterations: usize,
-    /// Trials that are fitted to all readings to the end.
-    pub finalists: usize,
-    /// Most trials. The first sets out from the description, the second from the rigid fit of measured positions; the others
-    /// turn that every way, for readings that are no positions and tools that are far from their description.
-    pub starts: usize,
-    /// Most iterations of the fit to all readings.
-    pub last_iterations: usize,
-}
-
-impl Default for RegistrationSettings {
-    fn default() -> Self {
-        Self { readings: 60, iterations: 15, finalists: 4, starts: usize::MAX, last_iterations: 500 }
+settings! {
+    /// The first guess of base, tool and markers ([`crate::estimation`] fits them properly afterwards).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RegistrationSettings {
+        /// Most readings that a trial looks at, spread evenly: several times the dozen unknowns.
+        pub readings: usize = 60,
+        /// Most iterations of a trial; a dozen bring a trial in the right valley to a fraction of the others' cost.
+        pub iterations: usize = 15,
+        /// Trials that are fitted to all readings to the end.
+        pub finalists: usize = 4,
+        /// Most trials. The first sets out from the description, the second from the rigid fit of measured positions; the others
+        /// turn that every way, for readings that are no positions and tools that are far from their description.
+        pub starts: usize = usize::MAX,
+        /// Most iterations of the fit to all readings.
+        pub last_iterations: usize = 500,
     }
 }
 
-/// The search for a start of the springs: deflections are nearly linear in compliances, but a spring parallel to a joint can
-/// hide the joint, and its rate and free length enter as a product.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StartSettings {
-    /// All springs are multiplied by the power of ten that fits best, up to this many decades on either side of the
-    /// description: from plastic gears to steel blocks lie four.
-    pub decades: i32,
-    /// Free lengths that are tried for a spring between bodies, as parts of its mean length over the campaign: from strongly
-    /// stretched to compressed.
-    pub lengths: [f64; 4],
-    /// Most iterations of each trial fit. Trials are compared, not reported: those that need more are not near a minimum.
-    pub max_iterations: usize,
-    /// Cost tolerance of each trial fit: one part in 1e9 of the cost does not change which trial is best.
-    pub cost_tolerance: f64,
-}
-
-impl Default for StartSettings {
-    fn default() -> Self {
-        Self { decades: 4, lengths: [0.3, 0.6, 0.9, 1.2], max_iterations: 30, cost_tolerance: 1e-9 }
+settings! {
+    /// The search for a start of the springs: deflections are nearly linear in compliances, but a spring parallel to a joint can
+    /// hide the joint, and its rate and free length enter as a product.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct StartSettings {
+        /// All springs are multiplied by the power of ten that fits best, up to this many decades on either side of the
+        /// description: from plastic gears to steel blocks lie four.
+        pub decades: i32 = 4,
+        /// Free lengths that are tried for a spring between bodies, as parts of its mean length over the campaign: from strongly
+        /// stretched to compressed.
+        pub lengths: [f64; 4] = [0.3, 0.6, 0.9, 1.2],
+        /// Most iterations of each trial fit. Trials are compared, not reported: those that need more are not near a minimum.
+        pub max_iterations: usize = 30,
+        /// Cost tolerance of each trial fit: one part in 1e9 of the cost does not change which trial is best.
+        pub cost_tolerance: f64 = 1e-9,
     }
 }

@@ -1,31 +1,29 @@
 //! What is asked of the comparison of checks, each value with its reason.
 
-/// Limits of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Probability that a year of checks of a robot that does not change raises any alarm. 5 % is the usual family-wise level.
-    pub level: f64,
-    /// Checks in a year, over which [`Settings::level`] is spent in equal parts (Bonferroni).
-    pub checks_a_year: f64,
-    /// A step is looked for at so many of the last checks: one that three checks together do not show is no longer urgent, and
-    /// each more makes all limits wider.
-    pub steps: usize,
-    /// Fewest checks through which a line is put: a slope through three has one check to contradict it.
-    pub line: usize,
-    /// Probability with which the next check should show a change.
-    pub power: f64,
-    /// The change that it should show where none is named, in standard deviations of the last check's estimate.
-    pub change: f64,
-    /// Twice the logarithm of the likelihood by which a parameter explains a change better than another that is still named
-    /// beside it: below 6 evidence is not strong (Kass and Raftery, *J. Am. Stat. Assoc.* 90, 1995).
-    pub rival: f64,
-    /// Most poses of a next check that are looked at, in multiples of the last check's.
-    pub most: f64,
-}
+use crate::settings::settings;
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self { level: 0.05, checks_a_year: 12.0, steps: 3, line: 4, power: 0.9, change: 3.0, rival: 6.0, most: 100.0 }
+settings! {
+    /// Limits of the comparison.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Settings {
+        /// Probability that a year of checks of a robot that does not change raises any alarm. 5 % is the usual family-wise level.
+        pub level: f64 = 0.05,
+        /// Checks in a year, over which [`Settings::level`] is spent in equal parts (Bonferroni).
+        pub checks_a_year: f64 = 12.0,
+        /// A step is looked for at so many of the last checks: one that three checks together do not show is no longer urgent, and
+        /// each more makes all limits wider.
+        pub steps: usize = 3,
+        /// Fewest checks through which a line is put: a slope through three has one check to contradict it.
+        pub line: usize = 4,
+        /// Probability with which the next check should show a change.
+        pub power: f64 = 0.9,
+        /// The change that it should show where none is named, in standard deviations of the last check's estimate.
+        pub change: f64 = 3.0,
+        /// Twice the logarithm of the likelihood by which a parameter explains a change better than another that is still named
+        /// beside it: below 6 evidence is not strong (Kass and Raftery, *J. Am. Stat. Assoc.* 90, 1995).
+        pub rival: f64 = 6.0,
+        /// Most poses of a next check that are looked at, in multiples of the last check's.
+        pub most: f64 = 100.0,
     }
 }
 

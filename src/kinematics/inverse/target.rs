@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Rotation3, Vector6};
 
 use super::super::assembly_error::AssemblyError;
+use crate::settings::settings;
 
 /// Where the tool centre point should be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,25 +61,21 @@ impl Hold {
     }
 }
 
-/// How to search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InverseSettings {
-    /// Starts without a new branch after which the search ends. With 0 the only start is `from`, or the middle of the
-    /// limits.
-    pub restarts: usize,
-    /// Seed of the starts. The result depends on it and on nothing else: not on the number of threads.
-    pub seed: u64,
-    /// A configuration (rad and m): only the solution nearest to it is reported.
-    pub from: Option<Vec<f64>>,
-    /// Errors up to which the target counts as met, m and rad. What is found commonly meets it to 1e-12.
-    pub tolerance: f64,
-    /// How many solutions are reported of a target that leaves motions free.
-    pub samples: usize,
-}
-
-impl Default for InverseSettings {
-    fn default() -> Self {
-        Self { restarts: 192, seed: 1, from: None, tolerance: 1e-9, samples: 8 }
+settings! {
+    /// How to search.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct InverseSettings {
+        /// Starts without a new branch after which the search ends. With 0 the only start is `from`, or the middle of the
+        /// limits.
+        pub restarts: usize = 192,
+        /// Seed of the starts. The result depends on it and on nothing else: not on the number of threads.
+        pub seed: u64 = 1,
+        /// A configuration (rad and m): only the solution nearest to it is reported.
+        pub from: Option<Vec<f64>> = None,
+        /// Errors up to which the target counts as met, m and rad. What is found commonly meets it to 1e-12.
+        pub tolerance: f64 = 1e-9,
+        /// How many solutions are reported of a target that leaves motions free.
+        pub samples: usize = 8,
     }
 }
 

@@ -13,6 +13,7 @@ pub use search::{as_given, place};
 
 use crate::kinematics::{AssemblyError, Hold, InverseError, Transform};
 use crate::prediction::SingleError;
+use crate::settings::settings;
 
 /// A path to place, SI.
 #[derive(Debug, Clone)]
@@ -58,44 +59,31 @@ pub struct Wanted {
     pub search: Search,
 }
 
-/// How it is sought: more starts, samples and points find less deflection where there are many optima, in proportion of time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Search {
-    /// Placements drawn to start from, for each direction in which the workpiece may move.
-    pub starts: usize,
-    /// The best of them that are moved on.
-    pub kept: usize,
-    /// Starts of the inverse model without a new branch, after which it ends, for the first point at a placement.
-    pub restarts: usize,
-    /// Postures from which a redundant arm starts at the first point, at the placement given and at those drawn.
-    pub samples: [usize; 2],
-    /// Points of the path that are tried, the others being met at the end: the deflection changes slowly along it.
-    pub points: usize,
-    /// Moves of a redundant arm along its self-motions, rad (of lengths in parts of half their range), coarse ones first: where the
-    /// posture of the first point is sought, where the next points follow it (small ones, so that postures do not leap), and while
-    /// the workpiece moves.
-    pub self_motions: [&'static [f64]; 3],
-    /// Steps of the placement, first and last, as parts of its box.
-    pub steps: [f64; 2],
-    /// Directions drawn in addition to the axes.
-    pub directions: usize,
-    /// Least gain, as a part, that is worth a move.
-    pub worth: f64,
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self {
-            starts: 12,
-            kept: 3,
-            restarts: 48,
-            samples: [16, 4],
-            points: 16,
-            self_motions: [&[0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4], &[0.03, 0.01, 3e-3, 1e-3, 3e-4], &[0.03, 0.01]],
-            steps: [0.25, 2e-4],
-            directions: 4,
-            worth: 1e-7,
-        }
+settings! {
+    /// How it is sought: more starts, samples and points find less deflection where there are many optima, in proportion of time.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Search {
+        /// Placements drawn to start from, for each direction in which the workpiece may move.
+        pub starts: usize = 12,
+        /// The best of them that are moved on.
+        pub kept: usize = 3,
+        /// Starts of the inverse model without a new branch, after which it ends, for the first point at a placement.
+        pub restarts: usize = 48,
+        /// Postures from which a redundant arm starts at the first point, at the placement given and at those drawn.
+        pub samples: [usize; 2] = [16, 4],
+        /// Points of the path that are tried, the others being met at the end: the deflection changes slowly along it.
+        pub points: usize = 16,
+        /// Moves of a redundant arm along its self-motions, rad (of lengths in parts of half their range), coarse ones first: where the
+        /// posture of the first point is sought, where the next points follow it (small ones, so that postures do not leap), and while
+        /// the workpiece moves.
+        pub self_motions: [&'static [f64]; 3] =
+            [&[0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4], &[0.03, 0.01, 3e-3, 1e-3, 3e-4], &[0.03, 0.01]],
+        /// Steps of the placement, first and last, as parts of its box.
+        pub steps: [f64; 2] = [0.25, 2e-4],
+        /// Directions drawn in addition to the axes.
+        pub directions: usize = 4,
+        /// Least gain, as a part, that is worth a move.
+        pub worth: f64 = 1e-7,
     }
 }
 
