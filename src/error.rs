@@ -80,6 +80,11 @@ impl Error {
         Diagnostic::error(message).remedy(remedy).into()
     }
 
+    /// A name that nothing has, with the nearest of those that are known.
+    pub fn unknown<'a>(message: impl Into<String>, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        Diagnostic::error(message).suggest(name, known).into()
+    }
+
     /// What to try where a computation failed; diagnostics of inputs have their own.
     pub fn remedy(&self) -> Option<&'static str> {
         Some(match self {

@@ -9,6 +9,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::plausibility::{forced, refusing, told_once};
 
 /// What a command found.
+#[derive(Default)]
 pub struct Output {
     /// For people.
     pub text: String,
@@ -33,25 +34,31 @@ pub struct Output {
 impl Output {
     /// Text and JSON of one result.
     pub fn new(text: String, result: &impl Serialize) -> Result<Self, Error> {
-        let json = serde_json::to_value(result)?;
-        let (diagnostics, files, tables) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { text, json, diagnostics, files, tables, failed: false, written: false, verbatim: false, bare: false })
+        Ok(Self { text, json: serde_json::to_value(result)?, ..Self::default() })
     }
 
     /// Of a command that has printed what it found.
     pub fn nothing() -> Self {
-        let (diagnostics, files, tables) = (Vec::new(), Vec::new(), Vec::new());
-        let json = serde_json::Value::Null;
-        Self {
-            text: String::new(),
-            json,
-            diagnostics,
-            files,
-            tables,
-            failed: false,
-            written: false,
-            verbatim: true,
-            bare: true,
+        Self::default().verbatim().bare()
+    }
+
+    /// A file to write, and the line of the text that names it.
+    pub fn file(&mut self, what: &str, path: &Path, content: String) {
+        self.text += &format!("{what}: {}\n", path.display());
+        self.files.push((path.to_path_buf(), content));
+    }
+
+    /// A table to write, and the line of the text that names it.
+    pub fn table(&mut self, what: &str, path: &Path, content: Vec<u8>) {
+        self.text += &format!("{what}: {}\n", path.display());
+        self.tables.push((path.to_path_buf(), content));
+    }
+
+    /// The page, where one is written, and the line of the text that names it.
+    pub fn page(&mut self, what: &str, path: Option<&Path>, html: String) {
+        if let Some(path) = path {
+            self.file(what, path, html);
+            self.written = true;
         }
     }
 
@@ -69,6 +76,17 @@ impl Output {
             object.insert("diagnostics".into(), serde_json::to_value(&self.diagnostics)?);
         }
         Ok(json)
+    }
+
+    /// Refuses, before anything is computed, what a gate found implausible of the inputs, with what reading them reported.
+    ///
+    /// # Errors
+    /// The diagnostics that refuse, then those of the reading.
+    pub fn gate(found: &[Diagnostic], force: bool, of_reading: &[Diagnostic]) -> Result<(), Error> {
+        match refusing(found.to_vec(), force) {
+            Some(refused) => Err(refused.into_iter().chain(of_reading.iter().cloned()).collect::<Vec<_>>().into()),
+            None => Ok(()),
+        }
     }
 
     /// With what a gate found: an error of plausibility refuses the result (unless `force`), any other error makes it one

@@ -42,20 +42,19 @@ impl Bar<'_> {
             iteration => self.tell(&format!("iteration {iteration}: {message}")),
         }
         self.shown.set_message(message);
-    }
-
-    pub fn tick(&self) {
         self.shown.tick();
-    }
-
-    pub fn finish_and_clear(&self) {
-        self.shown.finish_and_clear();
     }
 
     fn tell(&self, what: &str) {
         if let Some(watch) = self.watch {
             watch(what);
         }
+    }
+}
+
+impl Drop for Bar<'_> {
+    fn drop(&mut self) {
+        self.shown.finish_and_clear();
     }
 }
 

@@ -70,23 +70,28 @@ pub fn joints(model: &Model, units: &Units, text: &str) -> Result<Vec<f64>, Erro
     if diagnostics.is_empty() { Ok(q) } else { Err(Error::from(diagnostics)) }
 }
 
+/// `name=low:high`
+fn range<'t>(flag: &str, entry: &'t str) -> Result<(&'t str, f64, f64), Error> {
+    let parsed = entry.split_once('=').and_then(|(name, range)| {
+        let (low, high) = range.split_once(':')?;
+        Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
+    });
+    parsed
+        .filter(|(_, low, high)| (high - low).is_finite())
+        .ok_or_else(|| Error::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"))
+}
+
 /// The box of the variables: a share of their limits, and narrower ones; warnings of those that reach out of it.
 pub fn ranges(
     flag: &str,
     loaded: &LoadedRobot,
     mut within: Vec<[f64; 2]>,
-    range: &[String],
+    ranges: &[String],
 ) -> Result<(Vec<[f64; 2]>, Vec<Diagnostic>), Error> {
     let (model, units): (&Model, _) = (&loaded.model, &loaded.raw.units);
     let mut diagnostics = Vec::new();
-    for entry in range {
-        let parsed = entry.split_once('=').and_then(|(name, range)| {
-            let (low, high) = range.split_once(':')?;
-            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
-        });
-        let Some((name, low, high)) = parsed.filter(|(_, low, high)| (high - low).is_finite()) else {
-            return Err(Error::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
-        };
+    for entry in ranges {
+        let (name, low, high) = range(flag, entry)?;
         if low >= high {
             return Err(Error::input(
                 format!("{flag} `{entry}`: low must be below high"),
@@ -95,9 +100,7 @@ pub fn ranges(
         }
         let Some(k) = model.variables.iter().position(|variable| variable.name == name) else {
             let known = model.variables.iter().map(|variable| variable.name.as_str());
-            return Err(Error::from(vec![
-                Diagnostic::error(format!("{flag}: unknown variable `{name}`")).suggest(name, known),
-            ]));
+            return Err(Error::unknown(format!("{flag}: unknown variable `{name}`"), name, known));
         };
         let factor = if model.variables[k].is_angle { units.angle.factor() } else { units.length.factor() };
         let narrowed = [within[k][0].max(low * factor), within[k][1].min(high * factor)];
@@ -123,16 +126,9 @@ pub fn ranges(
 pub fn movement(flag: &str, units: &Units, entries: &[String]) -> Result<[[f64; 2]; 6], Error> {
     let mut within = [[0.0; 2]; 6];
     for entry in entries {
-        let parsed = entry.split_once('=').and_then(|(name, range)| {
-            let (low, high) = range.split_once(':')?;
-            Some((name.trim(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
-        });
-        let Some((name, low, high)) = parsed.filter(|(_, low, high)| (high - low).is_finite()) else {
-            return Err(Error::input(format!("{flag} `{entry}`"), "write name=low:high, two numbers"));
-        };
+        let (name, low, high) = range(flag, entry)?;
         let Some(k) = Hold::NAMES.iter().position(|known| *known == name) else {
-            let diagnostic = Diagnostic::error(format!("{flag}: `{name}` is no direction")).suggest(name, Hold::NAMES);
-            return Err(Error::from(vec![diagnostic]));
+            return Err(Error::unknown(format!("{flag}: `{name}` is no direction"), name, Hold::NAMES));
         };
         if !(low <= 0.0 && 0.0 <= high && low < high) {
             let remedy = "let the range hold 0, the place given; shift the path's own points for another start";
@@ -181,8 +177,7 @@ pub fn hold(names: &[String]) -> Result<Hold, Error> {
             (_, Some(k)) => held[k] = true,
             _ => {
                 let known = whole.iter().map(|(known, _)| *known).chain(Hold::NAMES);
-                let diagnostic = Diagnostic::error(format!("--hold: `{name}` is no direction")).suggest(name, known);
-                return Err(Error::from(vec![diagnostic]));
+                return Err(Error::unknown(format!("--hold: `{name}` is no direction"), name, known));
             }
         }
     }
@@ -208,6 +203,14 @@ pub fn wrench(units: &Units, text: &str) -> Result<[f64; 6], Error> {
     Ok(wrench)
 }
 
+/// The refusal of a question that a rigid robot cannot answer.
+pub fn nothing_elastic(so: &str) -> Error {
+    Error::Impossible {
+        message: format!("the description declares nothing elastic{so}"),
+        remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
+    }
+}
+
 /// Refuses names that are no parameters of the model.
 pub fn known_parameters<'a>(model: &Model, names: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
     let unknown: Vec<Diagnostic> = names
@@ -230,10 +233,8 @@ pub fn units_with(units: &Units, text: Option<&str>) -> Result<Units, Error> {
         };
         let kinds: Vec<String> = all.as_object().map(|all| all.keys().cloned().collect()).unwrap_or_default();
         if !kinds.iter().any(|known| known == kind) {
-            return Err(Error::from(vec![
-                Diagnostic::error(format!("--units: unknown quantity `{kind}`"))
-                    .suggest(kind, kinds.iter().map(String::as_str)),
-            ]));
+            let message = format!("--units: unknown quantity `{kind}`");
+            return Err(Error::unknown(message, kind, kinds.iter().map(String::as_str)));
         }
         all[kind] = serde_json::Value::String(unit.into());
         if let Err(error) = serde_json::from_value::<Units>(all.clone()) {
@@ -258,9 +259,7 @@ pub fn markers(model: &Model, names: &[String]) -> Result<Vec<Option<usize>>, Er
             None if matches!(name.as_str(), "TCP" | "tcp" | "tool") => markers.push(None),
             None => {
                 let valid = model.markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
-                return Err(Error::from(vec![
-                    Diagnostic::error(format!("unknown marker `{name}`")).suggest(name, valid),
-                ]));
+                return Err(Error::unknown(format!("unknown marker `{name}`"), name, valid));
             }
         }
     }

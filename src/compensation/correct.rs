@@ -45,36 +45,33 @@ pub fn correct(
     let mut seen = predictor.see(index, wrench, work)?;
     let mut error = held.of(&seen.to(target));
     predictor.differentiate(index, wrench, &seen, false, work);
-    let (mut steps, condition) =
-        Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?;
+    let singular = Refusal::Singular { condition: f64::INFINITY };
+    let (mut steps, condition) = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?;
     if condition > settings.worst_condition {
         return Err(Refusal::Singular { condition });
     }
-    let met = |error: &Vector6<f64>| {
-        error.fixed_rows::<3>(0).norm() <= settings.residual && error.fixed_rows::<3>(3).norm() <= settings.residual
-    };
+    let sizes = |error: &Vector6<f64>| [0, 3].map(|k| error.fixed_rows::<3>(k).norm());
+    let met = |error: &Vector6<f64>| sizes(error).iter().all(|size| *size <= settings.residual);
     let (mut iterations, mut is_new) = (0, false);
     while !met(&error) {
-        let mut share = 1.0;
-        let mut remaining = f64::INFINITY;
+        let (mut share, mut remaining) = (1.0, f64::INFINITY);
         while share > 1e-2 {
             steps.step(&held, &work.jacobian, &error, |k, step| trial[k] = q[k] + share * step);
             // A trial that cannot be assembled is too long a step.
             let reached = predictor.place(&trial, work).and_then(|()| predictor.see(index, wrench, work));
-            if let Ok(found) = reached {
-                let now = held.of(&found.to(target));
-                if now.norm() < error.norm() {
-                    remaining = now.norm() / error.norm();
-                    (seen, error) = (found, now);
-                    q.copy_from_slice(&trial);
-                    break;
-                }
+            if let Ok((found, now)) = reached.map(|found| (found, held.of(&found.to(target))))
+                && now.norm() < error.norm()
+            {
+                remaining = now.norm() / error.norm();
+                (seen, error) = (found, now);
+                q.copy_from_slice(&trial);
+                break;
             }
             share *= 0.5;
         }
         iterations += 1;
         if iterations == settings.max_steps || remaining.is_infinite() && is_new {
-            let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+            let [position, orientation] = sizes(&error);
             return Err(Refusal::Stuck { position, orientation, iterations });
         }
         is_new = remaining > settings.slow && !met(&error);
@@ -82,12 +79,12 @@ pub fn correct(
             predictor.place(&q, work)?;
             seen = if remaining.is_infinite() { predictor.see(index, wrench, work)? } else { seen };
             predictor.differentiate(index, wrench, &seen, true, work);
-            steps = Steps::new(model, &held, &work.jacobian).ok_or(Refusal::Singular { condition: f64::INFINITY })?.0;
+            steps = Steps::new(model, &held, &work.jacobian).ok_or(singular.clone())?.0;
         }
     }
     within_limits(predictor.geometry(), &q, work)?;
     small_enough(model, &desired.nominal, &q, settings, condition)?;
-    let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+    let [position, orientation] = sizes(&error);
     let off = held.in_its_axes(&seen.to(target)).into();
     Ok(Corrected { joints: q, position, orientation, off, iterations, condition })
 }

@@ -5,7 +5,7 @@
 
 use super::bounds::bounds_of;
 use super::covariance::Covariance;
-use super::dropped::{Merged, at_solution};
+use super::dropped::at_solution;
 use super::equivalence::{Equivalence, SpringGroup, moves};
 use super::fit::{Fit, fit};
 use super::problem::{CampaignProblem, LEAST_SIGMA, Prior, row_sigmas};
@@ -62,40 +62,21 @@ pub(super) fn calibrate_from(
     }
     let mut selection = Selection::new(model, &task.fitted, &task.sigmas, &task.held, settings, &mut start)?;
     let Selected { problem, bounds } = task.problem(&selection, &mut start)?;
-    let mut history = Vec::new();
-    let mut noted = |step: &Progress| {
-        if step.accepted {
-            history.push((2.0 * step.cost / task.sigmas.len().max(1) as f64).sqrt());
-        }
-        progress(step);
-    };
-    let mut found = fit(&problem, &bounds, settings, &mut noted)?;
-    // What follows counts in the parameters themselves.
-    let scales = problem.scales(&found.x);
-    found.jacobian.column_iter_mut().zip(&scales).for_each(|(mut column, scale)| column.scale_mut(scale.recip()));
+    let (found, history) = task.fit(&problem, &bounds, progress)?;
     let covariance = covariance(&task.fitted, &problem, &found);
     let ci95 = covariance.ci95();
     let mut values = problem.values(&found.x);
-    let equivalences = selection.groups.iter().cloned().filter_map(|group| {
+    let groups = selection.groups.iter().cloned().filter_map(|group| {
         let k = problem.slots().iter().position(|slot| *slot == group.members[0].0)?;
         Some(group.fitted(model, ci95[k], settings.split, &mut values))
     });
-    let mut equivalences: Vec<Equivalence> = equivalences.collect();
+    let mut equivalences: Vec<Equivalence> = groups.collect();
     let free = task.back_to_nominal(&selection, &found, &mut values)?;
     equivalences.iter_mut().for_each(|group| group.value = group.springs.of(model, &values));
     let fitted = Fitted { covariance: &covariance, at_bound: &free, logarithms: problem.logarithms() };
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
-    let open = match settings.second_order {
-        false => Vec::new(),
-        true => {
-            let Selection { predictor, identifiability, .. } = &selection;
-            let Merged { combinations, second_order } =
-                at_solution(predictor, &values, &task.sigmas, &task.held, identifiability)?;
-            selection.identifiability.combinations = combinations;
-            second_order
-        }
-    };
+    let open = task.second_order(&mut selection, &values)?;
     let (predicted, configurations) =
         task.predicted_error(problem.slots(), &values, &covariance, direction_noise, &residual)?;
     Ok(Calibration {
@@ -159,6 +140,38 @@ struct Selected<'t> {
 }
 
 impl<'a> Task<'a> {
+    /// The fit, its Jacobian by the parameters themselves, and its course: root mean square residual by accepted step.
+    fn fit(
+        &self,
+        problem: &CampaignProblem,
+        bounds: &Bounds,
+        progress: &mut dyn FnMut(&Progress),
+    ) -> Result<(Fit, Vec<f64>), CalibrationError> {
+        let mut history = Vec::new();
+        let mut noted = |step: &Progress| {
+            if step.accepted {
+                history.push((2.0 * step.cost / self.sigmas.len().max(1) as f64).sqrt());
+            }
+            progress(step);
+        };
+        let mut found = fit(problem, bounds, self.settings, &mut noted)?;
+        let scales = problem.scales(&found.x);
+        found.jacobian.column_iter_mut().zip(&scales).for_each(|(mut column, scale)| column.scale_mut(scale.recip()));
+        Ok((found, history))
+    }
+
+    /// What dropped parameters leave open of the kept ones in second order, where that is asked for; the factors of the
+    /// selection are then those at the solution.
+    fn second_order(&self, selection: &mut Selection, values: &[f64]) -> Result<Vec<f64>, CalibrationError> {
+        if !self.settings.second_order {
+            return Ok(Vec::new());
+        }
+        let Selection { predictor, identifiability, .. } = &*selection;
+        let merged = at_solution(predictor, values, &self.sigmas, &self.held, identifiability)?;
+        selection.identifiability.combinations = merged.combinations;
+        Ok(merged.second_order)
+    }
+
     pub(super) fn new(
         model: &'a Model,
         campaign: &'a Campaign,

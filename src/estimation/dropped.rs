@@ -58,18 +58,7 @@ pub fn at_solution(
     let is_merged = |column: &usize| combinations.iter().any(|(_, terms)| terms.iter().any(|(k, _)| k == column));
     let dropped: Vec<usize> =
         found.dropped.iter().map(|(column, _)| *column).filter(uncertain).filter(is_merged).collect();
-    let dense = |combinations: &[(usize, Vec<(usize, f64)>)]| {
-        let mut table = DMatrix::<f64>::zeros(found.kept.len(), dropped.len());
-        for (keeper, terms) in combinations {
-            let Ok(row) = found.kept.binary_search(keeper) else { continue };
-            for (column, factor) in terms {
-                if let Some(j) = dropped.iter().position(|other| other == column) {
-                    table[(row, j)] = *factor;
-                }
-            }
-        }
-        table
-    };
+    let dense = |combinations: &[(usize, Vec<(usize, f64)>)]| dense(combinations, &found.kept, &dropped);
     let here = dense(&combinations);
     // B_ij s_i s_j of each kept parameter, one table for each i.
     let mut bends = Vec::with_capacity(dropped.len());
@@ -99,4 +88,18 @@ pub fn at_solution(
         (0.25 * table.trace().powi(2) + 0.5 * table.norm_squared()).sqrt()
     });
     Ok(Merged { second_order: second_order.collect(), combinations })
+}
+
+/// Factors as a table, a row for each kept column and a column for each dropped one.
+fn dense(combinations: &[(usize, Vec<(usize, f64)>)], kept: &[usize], dropped: &[usize]) -> DMatrix<f64> {
+    let mut table = DMatrix::zeros(kept.len(), dropped.len());
+    for (keeper, terms) in combinations {
+        let Ok(row) = kept.binary_search(keeper) else { continue };
+        for (column, factor) in terms {
+            if let Some(j) = dropped.iter().position(|other| other == column) {
+                table[(row, j)] = *factor;
+            }
+        }
+    }
+    table
 }

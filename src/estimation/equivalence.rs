@@ -99,13 +99,11 @@ pub fn groups(
             [false, false] if !ratio_follows(predictor, values, [keeper, dropped], factor)? => Together::Series,
             _ => Together::Parallel,
         };
+        let adds = |slot: Slot| if is_stiffness(model, slot) { 1.0 } else { -values[slot].powi(-2) };
         let weight = match together {
             Together::Series => factor,
             // By how much each adds to the sum of stiffnesses.
-            Together::Parallel => {
-                let adds = |slot: Slot| if is_stiffness(model, slot) { 1.0 } else { -values[slot].powi(-2) };
-                factor * adds(kept) / adds(slot)
-            }
+            Together::Parallel => factor * adds(kept) / adds(slot),
         };
         if !(weight > 0.0 && weight.is_finite()) {
             continue;

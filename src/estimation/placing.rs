@@ -246,18 +246,7 @@ impl Problem for Rigid<'_> {
             let begin = self.point_of(index);
             let arm = base * (frame * Point3::from(begin.map_or(self.described[index], vector))).coords;
             let onto = base * frame.rotation;
-            let point = MeasuredPoint {
-                undeflected: arm + vector(0),
-                displacement: Vector3::zeros(),
-                turned: Vector3::zeros(),
-                orientation: onto * Rotation3::new(turn),
-                body: onto,
-                // No group of readings of a body is placed.
-                gravity: Vector3::zeros(),
-                load: reading.load,
-                measured: reading.measured,
-                target: target_of(campaign, reading),
-            };
+            let point = rigid_point(campaign, reading, arm + vector(0), onto, &turn);
             let first = row * self.sigmas.len();
             let found = self.group.observes.residual(&reading.measured, &point);
             for (k, sigma) in self.sigmas.iter().enumerate() {
@@ -289,6 +278,28 @@ impl Problem for Rigid<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// A point (m) of a body with this orientation, nothing deflected, the tool turned in it; no group of readings of a body, which
+/// would need gravity, is placed.
+fn rigid_point(
+    campaign: &Campaign,
+    reading: &Reading,
+    at: Vector3<f64>,
+    body: Rotation3<f64>,
+    tool: &Vector3<f64>,
+) -> MeasuredPoint {
+    MeasuredPoint {
+        undeflected: at,
+        displacement: Vector3::zeros(),
+        turned: Vector3::zeros(),
+        orientation: body * Rotation3::new(*tool),
+        body,
+        gravity: Vector3::zeros(),
+        load: reading.load,
+        measured: reading.measured,
+        target: target_of(campaign, reading),
     }
 }
 

@@ -238,48 +238,62 @@ impl Sharing {
         for (own, [(label, value), _]) in leverage.iter_mut().zip(&first.entries) {
             *own += value * value / lengths[*label].max(f64::MIN_POSITIVE);
         }
-        let Some(turn) = others.last().filter(|_| self.turn.is_some() && !self.has[0]) else { return explained };
-        // Three columns for each configuration, on rows of its own.
-        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (row, entries) in turn.entries.iter().enumerate().filter(|(row, _)| scales[*row] > 0.0) {
-            if let Some((column, _)) = entries.iter().find(|(_, value)| *value != 0.0) {
-                members.entry(column / 3).or_default().push(row);
-            }
-        }
-        for (configuration, rows) in members {
-            let mut own = DMatrix::zeros(rows.len(), 3);
-            for (k, &row) in rows.iter().enumerate() {
-                for (column, value) in turn.entries[row].iter().filter(|(_, value)| *value != 0.0) {
-                    own[(k, column - 3 * configuration)] += value;
-                }
-            }
-            let size = own.norm();
-            let label = |row: usize| first.entries[row][0];
-            let mut sums: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
-            for (k, &row) in rows.iter().enumerate() {
-                let sum = sums.entry(label(row).0).or_default();
-                (0..3).for_each(|column| sum[column] += label(row).1 * own[(k, column)]);
-            }
-            for (k, &row) in rows.iter().enumerate() {
-                let (number, value) = label(row);
-                let Some(sum) = sums.get(&number) else { continue };
-                (0..3).for_each(|column| own[(k, column)] -= value * sum[column] / lengths[number]);
-            }
-            let qr = PivotedQr::new(own);
-            let rank = qr.rank(DEPENDENT * size);
-            let basis = qr.basis(rank);
-            explained += rank;
-            rows.iter().enumerate().for_each(|(k, &row)| leverage[row] += basis.row(k).norm_squared());
-            for matrix in matrices.iter_mut() {
-                let mut part = matrix.select_rows(&rows);
-                part -= &basis * basis.tr_mul(&part);
-                for (k, &row) in rows.iter().enumerate() {
-                    matrix.set_row(row, &part.row(k));
-                }
-            }
+        if let Some(turn) = others.last().filter(|_| self.turn.is_some() && !self.has[0]) {
+            explained += project_turns_off(turn, (first, &lengths), matrices, scales, leverage);
         }
         explained
     }
+}
+
+/// The same of the turns of configurations, less the means of the `first` part, whose columns have these squared lengths: three
+/// columns for each configuration, on rows of its own.
+fn project_turns_off(
+    turn: &Part,
+    (first, lengths): (&Part, &[f64]),
+    matrices: &mut [&mut DMatrix<f64>],
+    scales: &[f64],
+    leverage: &mut [f64],
+) -> usize {
+    let mut explained = 0;
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (row, entries) in turn.entries.iter().enumerate().filter(|(row, _)| scales[*row] > 0.0) {
+        if let Some((column, _)) = entries.iter().find(|(_, value)| *value != 0.0) {
+            members.entry(column / 3).or_default().push(row);
+        }
+    }
+    for (configuration, rows) in members {
+        let mut own = DMatrix::zeros(rows.len(), 3);
+        for (k, &row) in rows.iter().enumerate() {
+            for (column, value) in turn.entries[row].iter().filter(|(_, value)| *value != 0.0) {
+                own[(k, column - 3 * configuration)] += value;
+            }
+        }
+        let size = own.norm();
+        let label = |row: usize| first.entries[row][0];
+        let mut sums: BTreeMap<usize, [f64; 3]> = BTreeMap::new();
+        for (k, &row) in rows.iter().enumerate() {
+            let sum = sums.entry(label(row).0).or_default();
+            (0..3).for_each(|column| sum[column] += label(row).1 * own[(k, column)]);
+        }
+        for (k, &row) in rows.iter().enumerate() {
+            let (number, value) = label(row);
+            let Some(sum) = sums.get(&number) else { continue };
+            (0..3).for_each(|column| own[(k, column)] -= value * sum[column] / lengths[number]);
+        }
+        let qr = PivotedQr::new(own);
+        let rank = qr.rank(DEPENDENT * size);
+        let basis = qr.basis(rank);
+        explained += rank;
+        rows.iter().enumerate().for_each(|(k, &row)| leverage[row] += basis.row(k).norm_squared());
+        for matrix in matrices.iter_mut() {
+            let mut part = matrix.select_rows(&rows);
+            part -= &basis * basis.tr_mul(&part);
+            for (k, &row) in rows.iter().enumerate() {
+                matrix.set_row(row, &part.row(k));
+            }
+        }
+    }
+    explained
 }
 
 impl Part {

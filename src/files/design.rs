@@ -63,8 +63,7 @@ impl Design {
     /// # Errors
     /// Every fault, located in the campaign file where it is one of it.
     pub fn measured(&self, raw: RawCampaign, tables: &[String]) -> Result<LoadedCampaign, Diagnostics> {
-        let entries: Vec<RawEntry> =
-            raw.measurements.iter().flat_map(|all| &all.0).map(|entry| raw.completed(entry)).collect();
+        let entries = raw.entries();
         let robot = &self.robot.robot;
         let mut found: Vec<Table> = Vec::new();
         for (entry, text) in entries.iter().zip(tables) {

@@ -257,6 +257,12 @@ impl<'a> Located<'a> {
         self.text(&self.declared(path)).and_then(|(text, path)| text.place_of_key(path))
     }
 
+    /// A fault at its value where that `is_of_value`, else at its key.
+    fn located(&self, Fault { path, diagnostic }: Fault, is_of_value: impl Fn(&[&str]) -> bool) -> Diagnostic {
+        let path: Vec<&str> = path.iter().map(String::as_str).collect();
+        diagnostic.at(if is_of_value(&path) { self.value(&path) } else { self.key(&path) })
+    }
+
     fn explains(&self, path: &[&str]) -> bool {
         self.text(&self.declared(path)).is_some_and(|(text, path)| text.explains_absence(path))
     }
@@ -309,11 +315,8 @@ fn finish(
     let model = match build(&robot, reader.catalogue.clone()) {
         Ok(model) => model,
         Err(faults) => {
-            let located = faults.into_iter().map(|Fault { path, diagnostic }| {
-                let path: Vec<&str> = path.iter().map(String::as_str).collect();
-                diagnostic.at(if path.first() == Some(&"effects") { texts.value(&path) } else { texts.key(&path) })
-            });
-            return Err(diagnostics.into_iter().chain(located).collect());
+            let located = |fault: Fault| texts.located(fault, |path| path.first() == Some(&"effects"));
+            return Err(diagnostics.into_iter().chain(faults.into_iter().map(located)).collect());
         }
     };
     for (k, switched_on) in model.effects.iter().enumerate() {
@@ -324,26 +327,28 @@ fn finish(
     }
     let contradicted = contradictions(&raw, &model);
     if !contradicted.is_empty() {
-        let located = contradicted.into_iter().map(|Fault { path, diagnostic }| {
-            let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            diagnostic.at(texts.value(&path))
-        });
+        let located = contradicted.into_iter().map(|fault| texts.located(fault, |_| true));
         return Err(diagnostics.into_iter().chain(located).collect());
     }
     if let Err(error) = Geometry::nominal(&model) {
-        let path: Vec<&str> = match &error {
-            AssemblyError::Loop { name, .. } | AssemblyError::Singular { name, .. } => vec!["loops", name],
-            AssemblyError::SliderCrank { name, .. } => vec!["actuators", name],
-            _ => vec!["frames"],
-        };
-        let remedy = match &error {
-            AssemblyError::SliderCrank { .. } => {
-                "check l1, l3 and `limits` of the actuator, and `at` of the loops: the triangle must close there"
-            }
-            _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
-        };
-        diagnostics.push(Diagnostic::error(error.to_string()).at(texts.key(&path)).remedy(remedy));
+        diagnostics.push(unassembled(&error, texts));
         return Err(diagnostics);
     }
     Ok(LoadedRobot { raw, robot, model, diagnostics })
+}
+
+/// What to look at in a description that cannot be assembled.
+fn unassembled(error: &AssemblyError, texts: &Located) -> Diagnostic {
+    let path: Vec<&str> = match error {
+        AssemblyError::Loop { name, .. } | AssemblyError::Singular { name, .. } => vec!["loops", name],
+        AssemblyError::SliderCrank { name, .. } => vec!["actuators", name],
+        _ => vec!["frames"],
+    };
+    let remedy = match error {
+        AssemblyError::SliderCrank { .. } => {
+            "check l1, l3 and `limits` of the actuator, and `at` of the loops: the triangle must close there"
+        }
+        _ => "check lengths and constants of the loop, and give `branch` and `at` from a configuration that closes",
+    };
+    Diagnostic::error(error.to_string()).at(texts.key(&path)).remedy(remedy)
 }

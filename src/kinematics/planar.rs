@@ -100,33 +100,7 @@ pub fn linearise(
         let first_slot = out.slots.len();
         let mut pose = start[side];
         for (position, &frame) in plan.branches[side].iter().enumerate() {
-            let model_frame = &constants.model.frames[frame];
-            if position > 0 {
-                if slots {
-                    out.slots.push((model_frame.slots[1], turn(pose, sign)));
-                }
-                let gamma = constants.value(model_frame.slots[1]);
-                pose.heading += pose.sense * gamma;
-                let (sine, cosine) = pose.heading.sin_cos();
-                let d = constants.value(model_frame.slots[4]);
-                pose.x += d * cosine;
-                pose.y += d * sine;
-                if slots {
-                    out.slots.push((model_frame.slots[4], [sign * cosine, sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
-                }
-                if constants.value(model_frame.slots[3]).cos() < 0.0 {
-                    pose.sense = -pose.sense;
-                }
-            }
-            if model_frame.moves() {
-                out.joints.push((frame, turn(pose, sign)));
-                pose.heading += pose.sense * constants.full(frame, joints[frame]);
-            } else {
-                if slots {
-                    out.slots.push((model_frame.slots[THETA], turn(pose, sign)));
-                }
-                pose.heading += pose.sense * constants.value(model_frame.slots[THETA]);
-            }
+            pose = walked(pose, constants, (frame, position > 0), joints[frame], (sign, slots), out);
         }
         ends[side] = pose;
         // A turn about a point carries the end round it; the column so far holds the point and the sense.
@@ -147,6 +121,45 @@ pub fn linearise(
     let [a, b] = ends;
     out.residual = [a.x - b.x, a.y - b.y, wrap(a.heading - b.heading), 0.0, 0.0, 0.0];
     out.rows = if plan.meet == Meet::Frame { 3 } else { 2 };
+}
+
+/// A frame further along a branch, whose constants of the plane count unless it is the first; with what turns and shifts the
+/// rest of the branch there, of `sign`, and of the constants where `slots` are asked for.
+fn walked(
+    mut pose: Pose,
+    constants: &Constants,
+    (frame, is_placed): (FrameIndex, bool),
+    joint: f64,
+    (sign, slots): (f64, bool),
+    out: &mut Linearisation,
+) -> Pose {
+    let model_frame = &constants.model.frames[frame];
+    if is_placed {
+        if slots {
+            out.slots.push((model_frame.slots[1], turn(pose, sign)));
+        }
+        pose.heading += pose.sense * constants.value(model_frame.slots[1]);
+        let (sine, cosine) = pose.heading.sin_cos();
+        let d = constants.value(model_frame.slots[4]);
+        pose.x += d * cosine;
+        pose.y += d * sine;
+        if slots {
+            out.slots.push((model_frame.slots[4], [sign * cosine, sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
+        }
+        if constants.value(model_frame.slots[3]).cos() < 0.0 {
+            pose.sense = -pose.sense;
+        }
+    }
+    if model_frame.moves() {
+        out.joints.push((frame, turn(pose, sign)));
+        pose.heading += pose.sense * constants.full(frame, joint);
+    } else {
+        if slots {
+            out.slots.push((model_frame.slots[THETA], turn(pose, sign)));
+        }
+        pose.heading += pose.sense * constants.value(model_frame.slots[THETA]);
+    }
+    pose
 }
 
 /// Marks a turn about `pose`: its point and signed sense, to be finished when the branch's end is known.

@@ -146,14 +146,8 @@ impl<'a, P: Problem> Search<'a, P> {
             let end = self.region.apply(&self.x, &step.z, self.bounds);
             let negligible = self.negligible(&linear, &step);
             if end == self.x || step.reduction <= 0.0 {
-                let stopped = match (step.limited, linear.cosine() <= SLIGHT) {
-                    (false, _) => Status::Step,
-                    (true, true) => Status::Cost,
-                    (true, false) => Status::Stalled,
-                };
-                return Ok(negligible.unwrap_or(stopped));
+                return Ok(negligible.unwrap_or(stopped(&linear, &step)));
             }
-
             self.iterations += 1;
             let mut trial = self.evaluate(end)?;
             if trial.as_ref().is_some_and(|trial| trial.reduction < GOOD * step.reduction) && negligible.is_none() {
@@ -310,6 +304,15 @@ impl<'a, P: Problem> Search<'a, P> {
 fn promised(linear: &Linear, step: &Step) -> f64 {
     // A step cut short by the radius does not show how far the minimum is; the full step still does.
     if step.limited { linear.best_reduction } else { step.reduction }
+}
+
+/// Why a step that leads nowhere ends the search.
+fn stopped(linear: &Linear, step: &Step) -> Status {
+    match (step.limited, linear.cosine() <= SLIGHT) {
+        (false, _) => Status::Step,
+        (true, true) => Status::Cost,
+        (true, false) => Status::Stalled,
+    }
 }
 
 /// Whether rounding hides what this step does to the cost, at a place that is nearly stationary.

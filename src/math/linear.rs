@@ -269,32 +269,31 @@ pub fn singular_values(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
 /// From the singular values of J with its columns scaled to length one, since lengths and angles differ by orders of
 /// magnitude; J' J, which would square the condition number, is never formed.
 pub fn cofactor(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = jacobian.ncols();
-    let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let scaled = DMatrix::from_fn(jacobian.nrows(), n, |i, j| jacobian[(i, j)] / lengths[j]);
-    if scaled.iter().any(|v| !v.is_finite()) {
-        return DMatrix::zeros(n, n);
+    match rooted(jacobian, triangle) {
+        Some((_, root)) => &root * root.transpose(),
+        None => DMatrix::zeros(jacobian.ncols(), jacobian.ncols()),
     }
-    let Some(Svd { values, right, .. }) = (n > 0).then(|| Svd::new(&triangle(scaled))).flatten() else {
-        return DMatrix::zeros(n, n);
-    };
-    let least = SINGULAR * values.first().copied().unwrap_or(0.0);
-    let rank = values.iter().take_while(|value| **value > least).count();
-    let root = DMatrix::from_fn(n, rank, |i, k| right[(i, k)] / values[k] / lengths[i]);
-    &root * root.transpose()
 }
 
 /// Orthonormal columns U (m x r) that span those of a matrix A (m x n) of rank r, and a root B (n x r) with `A' = B^+ U'`:
 /// `(A' A)^-1 = B B'`, and the least-squares solution of `A x = b` is `B U' b`. `None` where the iteration for singular
 /// values fails or an entry is not finite. Scaled as [`cofactor`].
 pub fn factored(jacobian: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    rooted(jacobian, |scaled| scaled)
+}
+
+/// U and B of [`factored`], U being of what is made of the matrix with its columns scaled to length one.
+fn rooted(
+    jacobian: &DMatrix<f64>,
+    of_scaled: impl Fn(DMatrix<f64>) -> DMatrix<f64>,
+) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
     let n = jacobian.ncols();
     let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     let scaled = DMatrix::from_fn(jacobian.nrows(), n, |i, j| jacobian[(i, j)] / lengths[j]);
     if n == 0 || scaled.iter().any(|v| !v.is_finite()) {
         return None;
     }
-    let Svd { left, values, right } = Svd::new(&scaled)?;
+    let Svd { left, values, right } = Svd::new(&of_scaled(scaled))?;
     let least = SINGULAR * values.first().copied().unwrap_or(0.0);
     let rank = values.iter().take_while(|value| **value > least).count();
     let root = DMatrix::from_fn(n, rank, |i, k| right[(i, k)] / values[k] / lengths[i]);

@@ -39,6 +39,26 @@ pub struct Information<'a> {
     short_list: usize,
 }
 
+/// What is known without the readings to come, and from which of its rows on: the readings made already, or the constraints
+/// of a design, which hold of `one` reading of it.
+fn known_before(
+    model: &Model,
+    request: &Request,
+    values: &[f64],
+    one: impl Fn() -> Campaign,
+) -> Result<Option<(Campaign, usize)>, PlanningError> {
+    let constraints = request.design.as_ref().map(|design| &design.campaign.constraints);
+    Ok(match (&request.measured, constraints) {
+        (Some(measured), _) => Some((seated(model, measured, values)?.into_owned(), 0)),
+        (None, Some(constraints)) if !constraints.is_empty() => {
+            let before = Campaign { constraints: constraints.clone(), ..one() };
+            let first = before.rows() - constraints.len();
+            Some((before, first))
+        }
+        (None, _) => None,
+    })
+}
+
 impl<'a> Information<'a> {
     pub fn new(model: &'a Model, request: &Request, pool: &[Station]) -> Result<Self, PlanningError> {
         let (blank, ways, values) = match &request.design {
@@ -51,32 +71,19 @@ impl<'a> Information<'a> {
         };
         let campaign = measured_at(&blank, &ways, pool);
         let mut slots = candidates(model, &campaign, request.what)?;
-        // What is known without the readings to come: those made already, and constraints.
-        let before = match (&request.measured, &request.design) {
-            (Some(measured), _) => Some(seated(model, measured, &values)?.into_owned()),
-            (None, Some(design)) if !design.campaign.constraints.is_empty() => Some(Campaign {
-                constraints: design.campaign.constraints.clone(),
-                ..measured_at(&blank, &ways, &pool[..1])
-            }),
-            (None, _) => None,
-        };
-        if let Some(before) = &before {
+        let before = known_before(model, request, &values, || measured_at(&blank, &ways, &pool[..1]))?;
+        if let Some((before, _)) = &before {
             let also = candidates(model, before, request.what)?;
             slots.extend(also.into_iter().filter(|slot| !slots.contains(slot)).collect::<Vec<_>>());
         }
         let repeats = request.repeats as f64;
         let mut rows = weighted(model, &values, &campaign, &slots, repeats)?;
-        let known = match &before {
-            Some(before) => {
-                let known = weighted(model, &values, before, &slots, 1.0)?;
-                let own = if request.measured.is_some() { 0 } else { before.rows() - before.constraints.len() };
-                known[own * slots.len()..].to_vec()
-            }
+        let known_rows = match &before {
+            Some((before, first)) => weighted(model, &values, before, &slots, 1.0)?[first * slots.len()..].to_vec(),
             None => Vec::new(),
         };
         let pool_rows = rows.len() / slots.len();
-        let known_rows = known.clone();
-        rows.extend_from_slice(&known);
+        rows.extend_from_slice(&known_rows);
         let identifiability = reduce(&rows, &about(model, &slots, request), request.scaling, request.tolerance);
         let kept = &identifiability.kept;
         if kept.is_empty() {

@@ -93,13 +93,7 @@ pub fn plan(model: &Model, request: &Request, progress: &mut dyn FnMut(f64)) -> 
     let least = search.least(&information)?;
     let others = counts(request.count, least, search.pool.len());
     let steps = (others.len() + 6) as f64;
-    let mut bought = Vec::with_capacity(others.len() + 1);
-    for (k, &other) in others.iter().enumerate() {
-        let (design, _) = search.chosen(other, 0);
-        let planned = search.errors.loss(&design.information()).exp();
-        bought.push(Bought { count: other, planned, random: search.random(other) });
-        progress((k + 1) as f64 / steps);
-    }
+    let mut bought = search.bought(&others, &mut |k| progress((k + 1) as f64 / steps));
     let mut within = |part: f64| progress(((others.len() as f64 + part) / steps).min(1.0));
     let design = search.best(&rules, &information, &mut within)?;
     let m = design.information();
@@ -142,6 +136,18 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// The error at the test poses that other numbers of configurations buy.
+    fn bought(&self, counts: &[usize], done: &mut dyn FnMut(usize)) -> Vec<Bought> {
+        let mut bought = Vec::with_capacity(counts.len() + 1);
+        for (k, &count) in counts.iter().enumerate() {
+            let (design, _) = self.chosen(count, 0);
+            let planned = self.errors.loss(&design.information()).exp();
+            bought.push(Bought { count, planned, random: self.random(count) });
+            done(k);
+        }
+        bought
+    }
+
     fn too_few(&self, least: usize) -> PlanningError {
         PlanningError::TooFew { count: self.request.count, parameters: self.parameters, least }
     }

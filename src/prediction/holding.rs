@@ -3,11 +3,12 @@
 use super::error::PredictionError;
 use super::terms::measured_frames;
 use crate::description::campaign::Campaign;
+use crate::description::robot::FrameIndex;
 use crate::elements::{Spring, SpringState};
-use crate::kinematics::shift;
+use crate::kinematics::{Transform, shift};
 use crate::model::Model;
 use crate::state::{JointLoadPlan, Loads, Mechanics};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 /// Puts the holding load of its variable into each reading of a torque: what the motor supplies (N.m, N) against own weight,
 /// payload, wrench and springs between bodies, by virtual work with the description's values, nothing deflected. Where loads
@@ -25,13 +26,8 @@ pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), 
     }
     let values = model.registry.nominal();
     let mechanics = Mechanics::new(model, &values, Loads { weight: false, wrench: false }, &[])?;
-    let springs: Vec<&Spring> = model
-        .structure
-        .springs
-        .iter()
-        .map(AsRef::as_ref)
-        .filter(|spring| spring.spring.free_length.is_some())
-        .collect();
+    let springs = model.structure.springs.iter().map(AsRef::as_ref);
+    let springs: Vec<&Spring> = springs.filter(|spring: &&Spring| spring.spring.free_length.is_some()).collect();
     let mut frames = measured_frames(model, campaign);
     frames.extend(springs.iter().flat_map(|spring| spring.spring.bodies));
     let plan = JointLoadPlan::new(&mechanics, frames, &[]);
@@ -46,25 +42,10 @@ pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), 
         plan.place(&mechanics, &mut state, &mut loads);
         let reading = campaign.readings[index];
         plan.load(&state, &mechanics.point(&state, &reading, &reading.wrench), &mut loads);
-        let of_springs: Vec<(f64, SpringState, &Spring)> = springs
-            .iter()
-            .map(|spring| {
-                let at = SpringState::new(spring, &values, &state.placements.frames);
-                (at.rate * (at.length - values[spring.slots[1]]), at, *spring)
-            })
-            .collect();
+        let pulls: Vec<_> = springs.iter().map(|spring| Pull::new(spring, &values, &state.placements.frames)).collect();
         let driven = |variable: usize| {
-            let mut driven = loads.total[variable] * loads.joint_rate[variable];
-            for (pull, at, spring) in &of_springs {
-                let moved = |k: usize| -> Vector3<f64> {
-                    let frame = spring.spring.bodies[k];
-                    let [x, y, z] = [0, 1, 2].map(|axis| values[spring.slots[2 + 3 * k + axis]]);
-                    let arm = state.placements.frames[frame].rotation * Point3::new(x, y, z).coords;
-                    shift(&loads.twists.of(frame)[variable], &arm)
-                };
-                driven -= pull * at.along.dot(&(moved(1) - moved(0)));
-            }
-            driven
+            let own = loads.total[variable] * loads.joint_rate[variable];
+            pulls.iter().fold(own, |driven, pull| driven - pull.power(|frame| loads.twists.of(frame)[variable]))
         };
         for (variable, described) in campaign.conditions.described_loads.iter_mut().enumerate() {
             described[index] = driven(variable);
@@ -76,4 +57,30 @@ pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// The pull of a spring between two bodies, N, and where it acts.
+struct Pull<'s> {
+    spring: &'s Spring,
+    force: f64,
+    along: Vector3<f64>,
+    /// From the origin of each body's frame to its anchor, base axes, m.
+    arms: [Vector3<f64>; 2],
+}
+
+impl<'s> Pull<'s> {
+    fn new(spring: &'s Spring, values: &[f64], frames: &[Transform]) -> Self {
+        let at = SpringState::new(spring, values, frames);
+        let arm = |k: usize| {
+            let [x, y, z] = [0, 1, 2].map(|axis| values[spring.slots[2 + 3 * k + axis]]);
+            frames[spring.spring.bodies[k]].rotation * Vector3::new(x, y, z)
+        };
+        Self { spring, force: at.rate * (at.length - values[spring.slots[1]]), along: at.along, arms: [arm(0), arm(1)] }
+    }
+
+    /// Its power where frames move with these twists.
+    fn power(&self, twist: impl Fn(FrameIndex) -> [f64; 6]) -> f64 {
+        let [a, b] = [0, 1].map(|k| shift(&twist(self.spring.spring.bodies[k]), &self.arms[k]));
+        self.force * self.along.dot(&(b - a))
+    }
 }

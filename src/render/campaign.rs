@@ -18,6 +18,28 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     let header = ["variable", "unit", "least", "most", "limits", "covered", "beyond"];
     out += &screen.table(&header, found.joints.iter().map(|(name, range)| row(name, range)));
     out += "\n";
+    out += &noise(found);
+    if let Some(loads) = &found.loads {
+        let _ = writeln!(
+            out,
+            "loaded readings: {}, up to {:.1} N and {:.1} N.m",
+            loads.readings, loads.greatest_force, loads.greatest_moment
+        );
+    }
+    for (what, names) in
+        [("conditions", &found.conditions), ("calibrate", &found.calibrate), ("without", &found.without)]
+    {
+        if !names.is_empty() {
+            let _ = writeln!(out, "{what}: {}", names.join(", "));
+        }
+    }
+    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
+    out + &estimated(found)
+}
+
+/// The noise stated, and what is known of it without the robot.
+fn noise(found: &CampaignCheck) -> String {
+    let mut out = String::new();
     let _ = match &found.noise {
         Some(noise) => {
             let [x, y, z] = noise.position;
@@ -51,22 +73,7 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
             motion.rms, motion.greatest, motion.drift, motion.p
         );
     }
-    if let Some(loads) = &found.loads {
-        let _ = writeln!(
-            out,
-            "loaded readings: {}, up to {:.1} N and {:.1} N.m",
-            loads.readings, loads.greatest_force, loads.greatest_moment
-        );
-    }
-    for (what, names) in
-        [("conditions", &found.conditions), ("calibrate", &found.calibrate), ("without", &found.without)]
-    {
-        if !names.is_empty() {
-            let _ = writeln!(out, "{what}: {}", names.join(", "));
-        }
-    }
-    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
-    out + &estimated(found)
+    out
 }
 
 fn row(name: &str, range: &JointRange) -> Vec<String> {

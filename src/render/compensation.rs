@@ -17,23 +17,15 @@ use crate::results::{CompensatedPoint, Compensation, CorrectedPoint, StripLeft};
 /// Greatest number of points shown in text.
 const MOST_SHOWN: usize = 200;
 
+const HEADER: [&str; 9] =
+    ["point", "name", "missed mm", "geometry", "own weight", "wrench", "effects", "largest correction", "residual mm"];
+
 /// Text of `compensate`.
 pub fn compensation(found: &Compensation, screen: Screen) -> String {
     let mut out = format!("{}: compensated path\n\n", found.robot);
     let (met, all) = (found.met().count(), found.points.len());
     if met > 0 {
-        let header = [
-            "point",
-            "name",
-            "missed mm",
-            "geometry",
-            "own weight",
-            "wrench",
-            "effects",
-            "largest correction",
-            "residual mm",
-        ];
-        out += &screen.table(&header, found.met().take(MOST_SHOWN).map(|point| row(found, point)));
+        out += &screen.table(&HEADER, found.met().take(MOST_SHOWN).map(|point| row(found, point)));
     }
     if met > MOST_SHOWN {
         let _ = writeln!(out, "and {} more (--format json, --table)", met - MOST_SHOWN);

@@ -198,6 +198,12 @@ fn judgement(found: &Identification, screen: Screen) -> String {
     out += "\n";
     out += &steps(found, screen);
     out += "\n";
+    out + &certainty(found)
+}
+
+/// How far the errors of unseen readings are as predicted, and what is known of the noise.
+fn certainty(found: &Identification) -> String {
+    let mut out = String::new();
     if let Some(predicted) = &found.predicted_error {
         let _ = writeln!(
             out,

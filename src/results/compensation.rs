@@ -211,34 +211,10 @@ impl Compensation {
         outcome: &Outcome,
         hold: Hold,
     ) -> Self {
-        let joints = |q: &[f64]| model.variables.iter().zip(q).map(|(v, q)| (v.name.clone(), *q)).collect();
-        let corrected = |index: usize, point: &Point| {
-            let found = &point.corrected;
-            let less =
-                |nominal: &Vec<f64>| -> Vec<f64> { found.joints.iter().zip(nominal).map(|(q, n)| q - n).collect() };
-            CorrectedPoint {
-                index,
-                name: names[index].clone(),
-                joints: joints(&found.joints),
-                residual: found.position,
-                orientation_residual: found.orientation,
-                standard_uncertainty: None,
-                let_go: hold.let_go().map(|k| (Hold::NAMES[k], found.off[k])).collect(),
-                status: "ok",
-                correction: nominal[index].as_ref().map(less).map(|by| joints(&by)),
-                pose: poses[index],
-                before: point.before.as_ref().map(Deviation::new),
-                wrench: point.wrench,
-                settled: point.settled,
-                strip: point.strip.map(StripAt::from),
-                linear_error: point.linear_error,
-                iterations: found.iterations,
-                condition: found.condition,
-            }
-        };
+        let named = Named { model, names, nominal, poses, hold };
         let refused = |index: usize, why: &Refusal| RefusedPoint::new(index, names[index].clone(), why.to_string());
         let points = outcome.points.iter().enumerate().map(|(index, point)| match point {
-            Ok(point) => CompensatedPoint::Corrected(Box::new(corrected(index, point))),
+            Ok(point) => CompensatedPoint::Corrected(Box::new(named.corrected(index, point))),
             Err(why) => CompensatedPoint::Refused(refused(index, why)),
         });
         let met = || outcome.points.iter().filter_map(|point| point.as_ref().ok());
@@ -299,5 +275,41 @@ impl Compensation {
             CompensatedPoint::Corrected(_) => None,
             CompensatedPoint::Refused(point) => Some(point),
         })
+    }
+}
+
+/// What a point is called and was commanded, by index.
+struct Named<'a> {
+    model: &'a Model,
+    names: &'a [String],
+    nominal: &'a [Option<Vec<f64>>],
+    poses: &'a [Option<[f64; 6]>],
+    hold: Hold,
+}
+
+impl Named<'_> {
+    fn corrected(&self, index: usize, point: &Point) -> CorrectedPoint {
+        let found = &point.corrected;
+        let joints = |q: &[f64]| self.model.variables.iter().zip(q).map(|(v, q)| (v.name.clone(), *q)).collect();
+        let less = |nominal: &Vec<f64>| -> Vec<f64> { found.joints.iter().zip(nominal).map(|(q, n)| q - n).collect() };
+        CorrectedPoint {
+            index,
+            name: self.names[index].clone(),
+            joints: joints(&found.joints),
+            residual: found.position,
+            orientation_residual: found.orientation,
+            standard_uncertainty: None,
+            let_go: self.hold.let_go().map(|k| (Hold::NAMES[k], found.off[k])).collect(),
+            status: "ok",
+            correction: self.nominal[index].as_ref().map(less).map(|by| joints(&by)),
+            pose: self.poses[index],
+            before: point.before.as_ref().map(Deviation::new),
+            wrench: point.wrench,
+            settled: point.settled,
+            strip: point.strip.map(StripAt::from),
+            linear_error: point.linear_error,
+            iterations: found.iterations,
+            condition: found.condition,
+        }
     }
 }

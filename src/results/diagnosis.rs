@@ -186,18 +186,9 @@ impl Diagnosis {
         let [x, y, z] = location.directions.map(mm);
         let region =
             |r: &diagnosis::Region| Region { when: r.when.clone(), rms: mm(r.rms), elsewhere: mm(r.elsewhere) };
-        let rejected = |r: &diagnosis::Rejected| Rejected {
-            effect: r.effect.clone(),
-            site: r.site.clone(),
-            rms_after: mm(r.rms),
-            why: r.why,
-        };
-        let next = |pose: &diagnosis::NextPose| NextPose {
-            joints: model.variables.iter().zip(&pose.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
-            wrench: pose.wrench,
-            separates: pose.separates.clone(),
-            apart: mm(pose.apart),
-            sigmas: pose.sigmas,
+        let rejected = |r: &diagnosis::Rejected| {
+            let (effect, site) = (r.effect.clone(), r.site.clone());
+            Rejected { effect, site, rms_after: mm(r.rms), why: r.why }
         };
         Self {
             gap: Gap {
@@ -227,7 +218,7 @@ impl Diagnosis {
                 shrinkage_ci95: ends(found.shrinkage.ci95.map(|ends| ends.map(of_all))),
             },
             structure: found.autocorrelation.clone(),
-            next_poses: found.next_poses.iter().map(next).collect(),
+            next_poses: found.next_poses.iter().map(|pose| next_pose(model, pose)).collect(),
             look_alikes: found.look_alikes.clone(),
             outliers: found.outliers.clone(),
             outliers_at: found.outliers_at.clone(),
@@ -236,24 +227,34 @@ impl Diagnosis {
             noise: Noise {
                 value: mm(gap.noise),
                 orientation: NoiseSources::new(campaign).orientation,
-                source: match found.noise_source {
-                    NoiseSource::Stated => "stated",
-                    NoiseSource::Repeated => "repeats",
-                    NoiseSource::Residual => "leftover",
-                },
+                source: noise_source(found.noise_source)[0],
             },
             rest: Rest { rms: mm(found.rest.rms), ..found.rest.clone() },
             hypotheses: found.hypotheses,
-            notes: Notes {
-                noise: match found.noise_source {
-                    NoiseSource::Stated => "as the campaign states",
-                    NoiseSource::Repeated => "from repeated readings",
-                    NoiseSource::Residual => "from what the best explanation leaves",
-                },
-            },
+            notes: Notes { noise: noise_source(found.noise_source)[1] },
             seconds,
             campaign: campaign.name.clone(),
         }
+    }
+}
+
+/// Where the noise comes from: as a key, and in words.
+fn noise_source(source: NoiseSource) -> [&'static str; 2] {
+    match source {
+        NoiseSource::Stated => ["stated", "as the campaign states"],
+        NoiseSource::Repeated => ["repeats", "from repeated readings"],
+        NoiseSource::Residual => ["leftover", "from what the best explanation leaves"],
+    }
+}
+
+/// A configuration at which rivals differ, with the variables of a model.
+fn next_pose(model: &Model, pose: &diagnosis::NextPose) -> NextPose {
+    NextPose {
+        joints: model.variables.iter().zip(&pose.q).map(|(v, q)| (v.name.clone(), *q)).collect(),
+        wrench: pose.wrench,
+        separates: pose.separates.clone(),
+        apart: mm(pose.apart),
+        sigmas: pose.sigmas,
     }
 }
 

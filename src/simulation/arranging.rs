@@ -1,13 +1,15 @@
 //! Where things stand that a campaign leaves unknown: bases, tools, and what readings refer to, drawn as a laboratory might have
 //! them. Fixtures for contacts stand where the ball gets at with many orientations of the tool.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector, Point3, UnitVector3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::campaigns::{draw_configurations_in, joint_box, within_limits};
-use crate::description::campaign::{Between, Campaign, InSession, Target};
+use crate::description::campaign::{Between, Campaign, InSession, Reading, Target};
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::math::linear::least_norm;
 use crate::model::Model;
@@ -87,17 +89,20 @@ pub fn lay_out(
     let reader = SinglePredictor::new(model, &held, campaign)?;
     let mut workspace = reader.workspace();
     // Points of the faces, through which they still go when their angles are right.
-    let mut faces: Vec<(usize, Vector3<f64>)> = Vec::new();
+    let mut faces: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
     for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
-        let reading = campaign
-            .readings
-            .iter()
-            .position(|r| r.target == index && r.observes.target_column() == Some(target.column));
-        let Some(reading) = reading.filter(|_| is_point(target)) else {
+        let is_own = |r: &Reading| r.target == index && r.observes.target_column() == Some(target.column);
+        let Some(reading) = campaign.readings.iter().position(is_own).filter(|_| is_point(target)) else {
             ordinary(model, target, index, exact, values, random);
             continue;
         };
         let mate = mate(campaign, index);
+        let wrench = campaign.readings[reading].wrench;
+        let mut seen = |q: &[f64]| {
+            let placed = reader.place(q, &mut workspace);
+            let seen = placed.and_then(|()| reader.see(reading, &wrench, &mut workspace)).ok()?;
+            Some(seen.real.translation.vector)
+        };
         for _ in 0..PLACES {
             let at = if target.is_near {
                 let spread = if exact { 0.0 } else { NEAR };
@@ -109,31 +114,17 @@ pub fn lay_out(
                 // Off the arm, as the frame of a draw wire stands.
                 direction(random).component_mul(&Vector3::new(1.5, 1.5, 0.5))
             } else {
-                let wrench = campaign.readings[reading].wrench;
-                let mut seen = |q: &[f64]| {
-                    let placed = reader.place(q, &mut workspace);
-                    let seen = placed.and_then(|()| reader.see(reading, &wrench, &mut workspace)).ok()?;
-                    Some(seen.real.translation.vector)
-                };
                 let Some(place) = in_reach(&drawn, &mut seen, random) else { continue };
                 (geometry.base() * Point3::from(place)).coords
             };
             if target.observes == Some(PLANE) {
-                faces.retain(|(known, _)| *known != index);
-                faces.push((index, at));
+                faces.insert(index, at);
             }
             for (slot, own) in model.target_values(index).iter().zip(values_at(target, &at, random)) {
                 slot.iter().for_each(|&slot| values[slot] = own);
             }
-            let off = [0.0; 6];
             let now = target_values(model, campaign, index, values);
-            let mut placements = Placements::default();
-            let mut is_taken =
-                |q: &Vec<f64>| geometry.place(q, &mut placements).is_ok() && within_limits(&geometry, q, &placements);
-            let mut touched = || {
-                drawn.iter().filter_map(|q| toucher.touching(reading, &now, q, &off)).filter(|q| is_taken(q)).count()
-            };
-            if target.column == "anchor" || touched() as f64 >= SHARE * drawn.len() as f64 {
+            if target.column == "anchor" || can_touch(&toucher, &geometry, &drawn, (reading, &now)) {
                 break;
             }
         }
@@ -142,8 +133,22 @@ pub fn lay_out(
     Ok(())
 }
 
+/// Whether the ball can be brought to where a reading's fixture is from enough of these configurations.
+fn can_touch(
+    toucher: &Toucher,
+    geometry: &Geometry,
+    drawn: &[Vec<f64>],
+    (reading, fixture): (usize, &TargetValues),
+) -> bool {
+    let mut placements = Placements::default();
+    let mut is_taken =
+        |q: &Vec<f64>| geometry.place(q, &mut placements).is_ok() && within_limits(geometry, q, &placements);
+    let touching = drawn.iter().filter_map(|q| toucher.touching(reading, fixture, q, &[0.0; 6]));
+    touching.filter(|q| is_taken(q)).count() as f64 >= SHARE * drawn.len() as f64
+}
+
 /// Brings targets to the known distances and angles; `faces` go through their points again.
-fn keep_apart(model: &Model, campaign: &Campaign, faces: &[(usize, Vector3<f64>)], values: &mut [f64]) {
+fn keep_apart(model: &Model, campaign: &Campaign, faces: &BTreeMap<usize, Vector3<f64>>, values: &mut [f64]) {
     hold_constraints(model, campaign, values);
     for (face, at) in faces {
         if let [Some(x), Some(y), Some(z), Some(offset)] = *model.target_values(*face) {

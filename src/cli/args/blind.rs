@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
+use crate::blind::Kind;
+
 /// `blind`
 #[derive(Debug, Subcommand)]
 pub enum Blind {
@@ -33,7 +35,7 @@ pub struct BlindMake {
     /// Kinds, in turns; by default single, pair, triple, null, unknown, and in a workshop single, unknown, pair, null,
     /// mixture, trap.
     #[arg(long, value_enum, value_delimiter = ',')]
-    pub kinds: Vec<BlindKind>,
+    pub kinds: Vec<Kind>,
     /// Whether a workshop states its noise; `mixed`: some do.
     #[arg(long, value_enum, default_value_t = Sigma::Mixed)]
     pub sigma: Sigma,
@@ -52,25 +54,6 @@ pub struct BlindScore {
     /// Diagnose every single one again with its true effect taken out of the catalogue.
     #[arg(long)]
     pub leave_out: bool,
-}
-
-/// What sealed campaigns hide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BlindKind {
-    /// One effect.
-    Single,
-    /// Two.
-    Pair,
-    /// Three.
-    Triple,
-    /// None.
-    Null,
-    /// What no catalogue knows.
-    Unknown,
-    /// One effect, and what no catalogue knows.
-    Mixture,
-    /// Readings that are not what they are said to be; in a workshop only.
-    Trap,
 }
 
 /// Where sealed campaigns are measured.

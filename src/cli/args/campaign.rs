@@ -4,6 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::estimation::fuzzy::Structure;
+use crate::estimation::{Scheme, Split, Weights};
+use crate::identifiability::Scaling;
+
 /// A robot and a campaign.
 #[derive(Debug, Args)]
 pub struct OnCampaign {
@@ -36,20 +40,11 @@ pub struct Reduction {
     #[arg(long, default_value = "6e-5", value_name = "FRACTION|noise")]
     pub tolerance: String,
     /// Scaling of columns.
-    #[arg(long, value_enum, default_value_t = Scale::Norm)]
-    pub scale: Scale,
+    #[arg(long, value_enum, default_value_t = Scaling::Norm)]
+    pub scale: Scaling,
     /// Parameters to hold at their nominal values.
     #[arg(long, value_delimiter = ',', value_name = "NAME,..")]
     pub hold: Vec<String>,
-}
-
-/// Scaling of columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Scale {
-    /// To length one.
-    Norm,
-    /// By the parameters' stated tolerances.
-    Tolerance,
 }
 
 /// `identifiability`
@@ -86,7 +81,7 @@ pub struct Identify {
     /// How rules divide the inputs: all combinations of sets, or splits along one input each. By default a grid of up to
     /// three inputs, and else a tree.
     #[arg(long, value_enum)]
-    pub structure: Option<StructureName>,
+    pub structure: Option<Structure>,
     /// Frame along whose axes a fuzzy compliance has its components, or `base`; by default the base's of a grid, and of a tree
     /// those that leave least in cross-validation.
     #[arg(long, value_name = "FRAME")]
@@ -101,8 +96,8 @@ pub struct Identify {
     #[arg(long, value_enum, default_value_t = PlacementName::GaussNewton)]
     pub placement: PlacementName,
     /// How springs that the readings see as one are split back into the description's.
-    #[arg(long, value_enum, default_value_t = SplitName::Prior)]
-    pub split: SplitName,
+    #[arg(long, value_enum, default_value_t = Split::Prior)]
+    pub split: Split,
     /// Fit the logarithms of springs: none ends at or below 0, and their intervals are of factors.
     #[arg(long)]
     pub logarithms: bool,
@@ -130,11 +125,11 @@ pub struct Identify {
     #[command(flatten)]
     pub reduction: Reduction,
     /// How the fit proceeds; all end at the same parameters.
-    #[arg(long, value_enum, default_value_t = SchemeName::Batch)]
-    pub scheme: SchemeName,
+    #[arg(long, value_enum, default_value_t = Scheme::Batch)]
+    pub scheme: Scheme,
     /// Weights of readings.
-    #[arg(long, value_enum, default_value_t = WeightsName::Stated)]
-    pub weights: WeightsName,
+    #[arg(long, value_enum, default_value_t = Weights::Stated)]
+    pub weights: Weights,
     /// Robust loss.
     #[command(flatten)]
     pub robust: Robust,
@@ -185,46 +180,6 @@ pub struct Register {
     /// Share of the configurations held out to check where the campaign does not say.
     #[arg(long, default_value_t = 0.25)]
     pub check: f64,
-}
-
-/// Structures of rules.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum StructureName {
-    /// All combinations of the sets of each input.
-    Grid,
-    /// Splits along one input each.
-    Tree,
-}
-
-/// Rules of splitting.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SplitName {
-    /// In proportion to what the description says.
-    Prior,
-    /// The smallest sum of squared compliances.
-    MinimumNorm,
-}
-
-/// Schemes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SchemeName {
-    /// All at once.
-    Batch,
-    /// Configuration by configuration.
-    PoseByPose,
-    /// Base and tool, then geometry, in turns.
-    Alternating,
-}
-
-/// Weights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum WeightsName {
-    /// The campaign's stated noise.
-    Stated,
-    /// All alike (OLS).
-    Equal,
-    /// Noise of each direction, from a first fit (WLS).
-    Direction,
 }
 
 /// Losses.

@@ -2,17 +2,18 @@
 
 mod blind;
 mod campaign;
+mod choices;
 mod planned;
 mod robot;
 mod start;
 mod track;
 
-pub use blind::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
+pub use blind::{Blind, BlindMake, BlindScore, Place, Sigma};
 pub use campaign::{
     Compensator, Diagnose, Identifiability, Identify, LossName, OnCampaign, PlacementName, Reduction, Register, Report,
-    Residuals, Robust, Scale, SchemeName, SplitName, StructureName, WeightsName,
+    Residuals, Robust,
 };
-pub use planned::{Compensate, FrameName, LeastName, Place as PlaceOf, Plan, Simulate};
+pub use planned::{Compensate, FrameName, Place as PlaceOf, Plan, Simulate};
 pub use robot::{Check, Convert, Pose, Solve, Stiffness, View, WriteAs};
 pub use start::{Completions, Explain, Init, Man, Schema, SchemaOf, StarterKind};
 pub use track::{AlarmAt, Track};

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::Reduction;
 use crate::observation::{Kinds, Observes};
+use crate::planning::stiffest::Least;
 use crate::render::program::Moves;
 
 /// `simulate`
@@ -269,7 +270,7 @@ pub struct Compensate {
     pub program: Option<String>,
     /// What the moves of the program name; by default joints, poses in G-code.
     #[arg(long, value_enum, requires = "program")]
-    pub moves: Option<MovesName>,
+    pub moves: Option<Moves>,
     /// Speed of the tool along linear moves of the program, mm/s.
     #[arg(long, value_name = "MM/S", default_value_t = 50.0, allow_hyphen_values = true)]
     pub speed: f64,
@@ -297,8 +298,8 @@ pub struct Place {
     #[arg(long, value_delimiter = ',', value_name = "AXIS,..", value_parser = ["x", "y", "z"])]
     pub direction: Vec<String>,
     /// Which deflection along the path is to be least.
-    #[arg(long, value_enum, default_value_t = LeastName::Rms)]
-    pub least: LeastName,
+    #[arg(long, value_enum, default_value_t = Least::Rms)]
+    pub least: Least,
     /// Load of all points, base axes, in the description's units; it does not turn with the workpiece.
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Option<String>,
@@ -325,33 +326,6 @@ pub struct Place {
     /// Write the path where it is best: joints, poses and wrenches, as `compensate` and `pose` read them.
     #[arg(long, value_name = "FILE")]
     pub table: Option<PathBuf>,
-}
-
-/// Which deflection is to be least.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum LeastName {
-    /// Its root mean square.
-    Rms,
-    /// The greatest.
-    Max,
-}
-
-/// What the moves of a program name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MovesName {
-    /// Joints, which leave nothing to the controller's own geometry.
-    Joints,
-    /// Poses of the tool in the controller's own geometry.
-    Poses,
-}
-
-impl From<MovesName> for Moves {
-    fn from(name: MovesName) -> Self {
-        match name {
-            MovesName::Joints => Self::Joints,
-            MovesName::Poses => Self::Poses,
-        }
-    }
 }
 
 /// Frame of a path's poses.

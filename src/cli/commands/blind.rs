@@ -10,7 +10,7 @@ use super::convert::written;
 use super::simulate::csv;
 use crate::Error;
 use crate::blind::{Answer, Design, Drawn, Examined, Kind, Signals, Truth, draw, examine, seal, without, workshop};
-use crate::cli::args::{Blind, BlindKind, BlindMake, BlindScore, Place, Sigma};
+use crate::cli::args::{Blind, BlindMake, BlindScore, Place, Sigma};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::Campaign;
@@ -120,32 +120,14 @@ fn make_folder(folder: &Path) -> Result<(), Error> {
 /// What campaigns hide, in turns.
 fn kinds(command: &BlindMake) -> Result<Vec<Kind>, Error> {
     let asked = match (&command.kinds[..], command.at) {
-        ([], Place::Laboratory) => {
-            &[BlindKind::Single, BlindKind::Pair, BlindKind::Triple, BlindKind::Null, BlindKind::Unknown][..]
-        }
-        ([], Place::Workshop) => &[
-            BlindKind::Single,
-            BlindKind::Unknown,
-            BlindKind::Pair,
-            BlindKind::Null,
-            BlindKind::Mixture,
-            BlindKind::Trap,
-        ],
+        ([], Place::Laboratory) => &[Kind::Single, Kind::Pair, Kind::Triple, Kind::Null, Kind::Unknown][..],
+        ([], Place::Workshop) => &[Kind::Single, Kind::Unknown, Kind::Pair, Kind::Null, Kind::Mixture, Kind::Trap],
         (asked, _) => asked,
     };
-    if command.at == Place::Laboratory && asked.contains(&BlindKind::Trap) {
+    if command.at == Place::Laboratory && asked.contains(&Kind::Trap) {
         return Err(Error::input("--kinds trap: a laboratory has none", "give --at workshop"));
     }
-    let kind = |asked: &BlindKind| match asked {
-        BlindKind::Single => Kind::Single,
-        BlindKind::Pair => Kind::Pair,
-        BlindKind::Triple => Kind::Triple,
-        BlindKind::Null => Kind::Null,
-        BlindKind::Unknown => Kind::Unknown,
-        BlindKind::Mixture => Kind::Mixture,
-        BlindKind::Trap => Kind::Trap,
-    };
-    Ok(asked.iter().map(kind).collect())
+    Ok(asked.to_vec())
 }
 
 /// A description that is written next to the campaigns.

@@ -18,7 +18,7 @@ use crate::results::Certificate;
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let page = page(session.arguments, "certificate.html", command.json.as_deref())?;
     if let Some(path) = &command.xml {
-        writable(path).map_err(|diagnostic| Error::from(vec![diagnostic]))?;
+        writable(path)?;
         if [page.as_ref(), command.json.as_ref()].contains(&Some(path)) {
             let message = format!("two results would go to `{}`", path.display());
             return Err(Error::input(message, "give another name to one of them"));
@@ -46,7 +46,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         bar.set_position(progress.iteration as u64);
     });
     let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
-    bar.finish_and_clear();
+    drop(bar);
     let calibrated = with_values(&loaded.robot.raw, model, &found.values);
     let uncertainty = FittedUncertainty::new(model, &found.fit).positions(model, campaign).ok();
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
@@ -65,17 +65,11 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut output = output.judged(judged, force)?;
     output.failed |= !certificate.converged;
     if let Some(path) = &command.json {
-        output.files.push((path.clone(), serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n"));
-        output.text += &format!("\nits data: {}\n", path.display());
+        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
     }
     if let Some(path) = &command.xml {
-        output.files.push((path.clone(), xml("certificate", &output.with_diagnostics()?)));
-        output.text += &format!("\nits data: {}\n", path.display());
+        output.file("\nits data", path, xml("certificate", &output.with_diagnostics()?));
     }
-    if let Some(path) = page {
-        output.text += &format!("\ncertificate: {}\n", path.display());
-        output.files.push((path, html));
-        output.written = true;
-    }
+    output.page("\ncertificate", page.as_deref(), html);
     Ok(output)
 }

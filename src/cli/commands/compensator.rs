@@ -13,7 +13,7 @@ use crate::cli::values::numbers;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, Table, read_table};
 use crate::description::units::{Angle, Length, Unit};
 use crate::estimation::compensator::{JointCompliance, Triangle, elasticity, from_deflections, mounting};
-use crate::plausibility::{Evidence, Limits, judge, of_compliances, of_elasticity, of_mounting, refusing};
+use crate::plausibility::{Evidence, Limits, judge, of_compliances, of_elasticity, of_mounting};
 use crate::render::compensator as render;
 use crate::results::Compensator as Found;
 
@@ -49,32 +49,10 @@ pub fn run(command: &Compensator, session: &Session) -> Result<Output, Error> {
                 "give --anchor as well as --circle, or --mounting L,AX,AY",
             ));
         };
-        let table = read(session, path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
-        let column = |name: &str| table.numbers(name).unwrap_or_default().to_vec();
-        let widths = table.has("ci95").then(|| column("ci95"));
-        compliances = column("q")
-            .into_iter()
-            .zip(column("k2"))
-            .enumerate()
-            .map(|(row, (q, k2))| JointCompliance {
-                angle: q.to_radians(),
-                compliance: k2 * 1e-6,
-                ci95: widths.as_ref().and_then(|w| w.get(row)).map(|w| w * 1e-6),
-            })
-            .collect();
-        let negative = compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0));
-        if let Some(row) = negative {
-            let line = table.line(row).unwrap_or_default();
-            return Err(Error::input(
-                format!("`{}` line {line}: k2 and ci95 must be above 0", path.display()),
-                "give compliances in 1e-6 rad/(N.m)",
-            ));
-        }
+        compliances = read_compliances(session, path)?;
         judged = of_mounting(&points, mounted.as_ref(), Some(&triangle));
         judged.extend(of_compliances(&compliances));
-        if let Some(refused) = refusing(judged.clone(), session.arguments.force) {
-            return Err(refused.into());
-        }
+        Output::gate(&judged, session.arguments.force, &[])?;
         spring = Some(elasticity(&triangle, &compliances)?);
     }
     match triangle.as_ref().zip(spring.as_ref()) {
@@ -116,9 +94,7 @@ fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Resu
     }
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, &loaded.campaign), &Limits::default());
-    if let Some(refused) = refusing(judged.clone(), force) {
-        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
-    }
+    Output::gate(&judged, force, &loaded.diagnostics)?;
     let found = from_deflections(model, &loaded.campaign, spring, command.within.to_radians())?;
     let given: Vec<JointCompliance> =
         found.angles.iter().map(|at| JointCompliance { ci95: None, ..at.compliance }).collect();
@@ -129,13 +105,38 @@ fn deflections(command: &Compensator, campaign: &str, session: &Session) -> Resu
     output.judged(judged, force)
 }
 
+/// The compliances of a joint at its angles.
+fn read_compliances(session: &Session, path: &Path) -> Result<Vec<JointCompliance>, Error> {
+    let table = read(session, path, &[("q", true), ("k2", true), ("ci95", false)], false)?;
+    let column = |name: &str| table.numbers(name).unwrap_or_default();
+    let widths = table.has("ci95").then(|| column("ci95"));
+    let compliances: Vec<_> = column("q")
+        .iter()
+        .zip(column("k2"))
+        .enumerate()
+        .map(|(row, (q, k2))| JointCompliance {
+            angle: q.to_radians(),
+            compliance: k2 * 1e-6,
+            ci95: widths.and_then(|w| w.get(row)).map(|w| w * 1e-6),
+        })
+        .collect();
+    match compliances.iter().position(|k| k.compliance <= 0.0 || k.ci95.is_some_and(|ci| ci <= 0.0)) {
+        Some(row) => {
+            let line = table.line(row).unwrap_or_default();
+            let message = format!("`{}` line {line}: k2 and ci95 must be above 0", path.display());
+            Err(Error::input(message, "give compliances in 1e-6 rad/(N.m)"))
+        }
+        None => Ok(compliances),
+    }
+}
+
 /// Reads columns of numbers (and of the points' names) with whether each must be there.
 fn read(session: &Session, path: &Path, columns: &[(&str, bool)], named: bool) -> Result<Table, Error> {
     let name = path.display().to_string();
     let listed: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
     let file = session.reader.table(path).map_err(|diagnostic| {
         let wanted = format!("give a CSV with the columns {}", listed.join(", "));
-        Error::from(vec![if diagnostic.remedy.is_some() { diagnostic } else { diagnostic.remedy(wanted) }])
+        if diagnostic.remedy.is_some() { diagnostic } else { diagnostic.remedy(wanted) }
     })?;
     let mut expected: Vec<ExpectedColumn> = columns
         .iter()

@@ -1,5 +1,6 @@
 //! `diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
+use std::path::Path;
 use std::time::Instant;
 
 use super::convert::{Expected, can_write, unusable, written};
@@ -8,13 +9,14 @@ use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::campaign::Campaign;
 use crate::description::raw::{RawApplied, RawRobot, RawValidity};
 use crate::diagnosis::{Diagnosis, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Family;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
-use crate::plausibility::{Evidence, Limits, doubts, judge, refusing};
+use crate::plausibility::{Evidence, Limits, doubts, judge};
 use crate::render::diagnosis as render;
 use crate::results;
 
@@ -29,17 +31,14 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     left_to_fit(campaign, &held_out)?;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
-    if let Some(refused) = refusing(judged.clone(), session.arguments.force) {
-        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
-    }
+    let force = session.arguments.force;
+    Output::gate(&judged, force, &loaded.diagnostics)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let started = Instant::now();
-    let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut |doing| {
-        bar.set_message(doing.to_string());
-        bar.tick();
-    });
-    let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
-    bar.finish_and_clear();
+    let mut progress = |doing: &str| bar.set_message(doing.to_string());
+    let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut progress)
+        .map_err(|error| not_computed(error.into(), (model, campaign), session))?;
+    drop(bar);
     let seconds = started.elapsed().as_secs_f64();
     let result = results::Diagnosis::new(model, campaign, &found, seconds);
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
@@ -53,35 +52,46 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
             ),
         );
     }
-    if let Some(path) = &command.apply {
-        let mut raw = with_values(&loaded.robot.raw, model, &found.values);
-        let of_the_session = applied(&mut raw, model, &found);
-        if !raw.effects.is_empty() {
-            raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
-        }
-        // Readings that are far off are borne where all of them were set aside.
-        let is_borne = |told: &Diagnostic| {
-            let count = told.figures.get("readings").copied().unwrap_or(f64::INFINITY);
-            told.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
-        };
-        let doubt = output.doubt_in_values(session.arguments.force, is_borne);
-        if doubt.is_some() {
-            output.text.push('\n');
-            output.not_written(path, doubt);
-            return Ok(output);
-        }
-        let refused = unusable(&raw, session, &Expected { campaign, residual: None, fitted: (model, &found.values) })?;
-        if refused.is_some() {
-            output.text.push('\n');
-            output.not_written(path, None);
-            return output.judged(refused.into_iter().collect(), session.arguments.force);
-        }
-        let (text, diagnostics) = written(&raw, path)?;
-        output.diagnostics.extend(diagnostics);
-        output.diagnostics.extend(of_the_session);
-        output.text += &format!("\ndescription as diagnosed: {}\n", path.display());
-        output.files.push((path.clone(), text));
+    match &command.apply {
+        Some(path) => apply(path, (&loaded.robot.raw, model, campaign), &found, output, session),
+        None => Ok(output),
     }
+}
+
+/// Writes the description as diagnosed, where it may be.
+fn apply(
+    path: &Path,
+    (raw, model, campaign): (&RawRobot, &Model, &Campaign),
+    found: &Diagnosis,
+    mut output: Output,
+    session: &Session,
+) -> Result<Output, Error> {
+    let mut raw = with_values(raw, model, &found.values);
+    let of_the_session = applied(&mut raw, model, found);
+    if !raw.effects.is_empty() {
+        raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
+    }
+    // Readings that are far off are borne where all of them were set aside.
+    let is_borne = |told: &Diagnostic| {
+        let count = told.figures.get("readings").copied().unwrap_or(f64::INFINITY);
+        told.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
+    };
+    let doubt = output.doubt_in_values(session.arguments.force, is_borne);
+    if doubt.is_some() {
+        output.text.push('\n');
+        output.not_written(path, doubt);
+        return Ok(output);
+    }
+    let refused = unusable(&raw, session, &Expected { campaign, residual: None, fitted: (model, &found.values) })?;
+    if refused.is_some() {
+        output.text.push('\n');
+        output.not_written(path, None);
+        return output.judged(refused.into_iter().collect(), session.arguments.force);
+    }
+    let (text, diagnostics) = written(&raw, path)?;
+    output.diagnostics.extend(diagnostics);
+    output.diagnostics.extend(of_the_session);
+    output.file("\ndescription as diagnosed", path, text);
     Ok(output)
 }
 

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::cli::args::Explain;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::nearest;
 
 /// The pages, each under a heading of its own that is the word.
 const PAGES: [(&str, &str); 3] = [
@@ -23,7 +23,7 @@ pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
             Some(near) => format!("did you mean `{near}`?"),
             None => "`elastogeo explain` lists all words".into(),
         };
-        return Err(Error::from(vec![Diagnostic::error(format!("`{asked}` is not explained")).remedy(remedy)]));
+        return Err(Error::input(format!("`{asked}` is not explained"), remedy));
     };
     let shown = if session.terminal.screen.columns().is_some() { joined(text) } else { (*text).into() };
     let json = serde_json::json!({"term": term, "page": format!("docs/{page}.md"), "text": text});

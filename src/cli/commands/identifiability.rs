@@ -1,11 +1,10 @@
 //! `identifiability`: what a campaign can tell.
 
 use crate::Error;
-use crate::cli::args::{Identifiability, Reduction as Asked, Scale};
+use crate::cli::args::{Identifiability, Reduction as Asked};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
-use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, observe};
 use crate::identifiability::{Criterion, Scaling};
 use crate::render::identification as render;
@@ -31,8 +30,7 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Error> {
             "geometric" => what.geometric = true,
             "elastic" => what.elastic = true,
             other => {
-                let diagnostic = Diagnostic::error(format!("--what: unknown `{other}`"));
-                return Err(Error::from(vec![diagnostic.suggest(other, ["geometric", "elastic"])]));
+                return Err(Error::unknown(format!("--what: unknown `{other}`"), other, ["geometric", "elastic"]));
             }
         }
     }
@@ -41,10 +39,6 @@ pub fn what(asked: &[String]) -> Result<Option<What>, Error> {
 
 /// Scaling and criterion as asked for.
 pub fn reduction(asked: &Asked) -> Result<(Scaling, Criterion), Error> {
-    let scaling = match asked.scale {
-        Scale::Norm => Scaling::Norm,
-        Scale::Tolerance => Scaling::Tolerance,
-    };
     let criterion = match asked.tolerance.as_str() {
         "noise" => Criterion::Noise,
         number => match number.parse::<f64>() {
@@ -54,5 +48,5 @@ pub fn reduction(asked: &Asked) -> Result<(Scaling, Criterion), Error> {
             }
         },
     };
-    Ok((scaling, criterion))
+    Ok((asked.scale, criterion))
 }

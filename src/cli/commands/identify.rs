@@ -6,15 +6,16 @@ use std::time::Instant;
 use super::convert::{Expected, can_write, unusable, written};
 use super::identifiability::{reduction, what};
 use crate::Error;
-use crate::cli::args::{Identify, LossName, Robust, SchemeName, SplitName, WeightsName};
+use crate::cli::args::{Identify, LossName, Robust};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
+use crate::description::raw::RawRobot;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{
-    Calibration, OtherSet, Scheme, Settings, Split, Weights, What, against, calibrate, changes, comparable, compare,
-    loss_fault, split, with_uncertainties,
+    Calibration, OtherSet, Settings, What, against, calibrate, changes, comparable, compare, loss_fault, split,
+    with_uncertainties,
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
@@ -170,9 +171,8 @@ pub(super) fn calibrated(
     let found = calibrate(model, campaign, held_out, settings, &mut |progress| {
         bar.set_position(progress.iteration as u64);
         bar.set_message(format!("cost {:.6e}", progress.cost));
-        bar.tick();
     });
-    bar.finish_and_clear();
+    drop(bar);
     let found = match found {
         Ok(found) => found,
         Err(error) => return Err(not_computed(error.into(), (model, campaign), session)),
@@ -205,37 +205,46 @@ pub(super) fn calibrated(
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;
-    // A robust loss is there for readings that are far off.
-    let is_robust = settings.loss != Loss::Squares;
-    let is_borne = |of: &Diagnostic| of.code == Code::OutlyingReadings && is_robust;
-    let doubt = output.doubt_in_values(session.arguments.force, is_borne);
-    match asked.save {
-        Some(path) if output.failed || doubt.is_some() => output.not_written(path, doubt),
-        Some(path) => {
-            let (text, diagnostics) = written(&saved, path)?;
-            output.diagnostics.extend(diagnostics);
-            output.diagnostics.extend(unwritten(model, &found.values, path));
-            output.text += &format!("calibrated description: {}\n", path.display());
-            output.files.push((path.to_path_buf(), text));
-        }
-        None => {}
+    if let Some(path) = asked.save {
+        // A robust loss is there for readings that are far off.
+        let is_robust = settings.loss != Loss::Squares;
+        let is_borne = |of: &Diagnostic| of.code == Code::OutlyingReadings && is_robust;
+        let doubt = output.doubt_in_values(session.arguments.force, is_borne);
+        save(&mut output, path, doubt, &saved, unwritten(model, &found.values, path))?;
     }
     Ok(output)
+}
+
+/// Writes the calibrated description, where it is to be used and no doubt forbids it.
+fn save(
+    output: &mut Output,
+    path: &Path,
+    doubt: Option<Code>,
+    saved: &RawRobot,
+    unwritten: Option<Diagnostic>,
+) -> Result<(), Error> {
+    if output.failed || doubt.is_some() {
+        output.not_written(path, doubt);
+        return Ok(());
+    }
+    let (text, diagnostics) = written(saved, path)?;
+    output.diagnostics.extend(diagnostics.into_iter().chain(unwritten));
+    output.file("calibrated description", path, text);
+    Ok(())
 }
 
 /// The tables asked for of a calibration: its parameters, its configurations held out.
 fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> Result<(), Error> {
     if let Some(path) = asked.table {
-        output.tables.push((path.to_path_buf(), tables::parameters(result, path)?));
-        output.text += &format!("parameters: {}\n", path.display());
+        output.table("parameters", path, tables::parameters(result, path)?);
     }
     if let Some(path) = asked.configurations {
         if result.configurations.is_empty() {
             let message = "--configurations: no configuration with positions is held out";
             return Err(Error::input(message, "hold some out with --check, or mark them `check` in the column `set`"));
         }
-        output.tables.push((path.to_path_buf(), tables::configurations(&result.configurations, path)?));
-        output.text += &format!("observed and predicted error of configurations: {}\n", path.display());
+        let table = tables::configurations(&result.configurations, path)?;
+        output.table("observed and predicted error of configurations", path, table);
     }
     Ok(())
 }
@@ -278,21 +287,10 @@ fn certain(since: &Since) -> Option<Diagnostic> {
 fn settings(command: &Identify, what: Option<What>) -> Settings {
     Settings {
         what,
-        split: match command.split {
-            SplitName::Prior => Split::Prior,
-            SplitName::MinimumNorm => Split::MinimumNorm,
-        },
+        split: command.split,
         logarithms: command.logarithms,
-        scheme: match command.scheme {
-            SchemeName::Batch => Scheme::Batch,
-            SchemeName::PoseByPose => Scheme::PoseByPose,
-            SchemeName::Alternating => Scheme::Alternating,
-        },
-        weights: match command.weights {
-            WeightsName::Stated => Weights::Stated,
-            WeightsName::Equal => Weights::Equal,
-            WeightsName::Direction => Weights::Direction,
-        },
+        scheme: command.scheme,
+        weights: command.weights,
         prior: command.prior,
         hold: command.reduction.hold.clone(),
         ..Settings::default()

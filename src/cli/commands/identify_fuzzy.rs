@@ -3,17 +3,18 @@
 use std::path::Path;
 use std::time::Instant;
 
+use serde::Serialize;
+
 use super::convert::{Expected, unusable, written};
 use super::schema::file_name;
 use crate::Error;
-use crate::cli::args::{Identify, PlacementName, SchemaOf, StructureName};
+use crate::cli::args::{Identify, PlacementName, SchemaOf};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::campaign::{Campaign, LoadPoint, Reading};
 use crate::description::fuzzy::Input;
 use crate::description::raw::{JointKind, RawFuzzy};
 use crate::description::yaml;
-use crate::diagnostic::Diagnostic;
 use crate::estimation::fuzzy::{
     AxesOf, FuzzySettings, FuzzyTask, Placement, Step, Structure, changing_inputs, fit_fuzzy, fit_grey, fit_local,
 };
@@ -37,8 +38,7 @@ const ADD_RULES: &str = "add --what fuzzy, grey or local";
 /// Whether rules are asked for.
 pub fn asked(command: &Identify) -> Result<bool, Error> {
     if let Some(unknown) = command.what.iter().find(|name| !KINDS.contains(&name.as_str())) {
-        let diagnostic = Diagnostic::error(format!("--what: unknown `{unknown}`"));
-        return Err(Error::from(vec![diagnostic.suggest(unknown, KINDS)]));
+        return Err(Error::unknown(format!("--what: unknown `{unknown}`"), unknown, KINDS));
     }
     let has = |name: &str| command.what.iter().any(|what| what == name);
     let by_rules = RULES.iter().any(|name| has(name));
@@ -60,7 +60,7 @@ pub fn asked(command: &Identify) -> Result<bool, Error> {
         let message = "--inputs, --structure, --axes, --reciprocal, --fit-force: no rules are asked for";
         return Err(Error::input(message, ADD_RULES));
     }
-    if command.reciprocal && command.structure == Some(StructureName::Grid) {
+    if command.reciprocal && command.structure == Some(Structure::Grid) {
         return Err(Error::input(
             "--reciprocal: on a grid each component has sets of its own",
             "take --structure tree, in which components share their splits",
@@ -102,50 +102,150 @@ pub fn run(
         reciprocal: command.reciprocal,
         settings: limits,
     };
-    let started = Instant::now();
-    let bar = session.terminal.bar(None, "{spinner} {msg}");
-    let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
-    let mut iterated = |progress: &Progress| bar.set_message(format!("springs: iteration {}", progress.iteration));
-    let screen = session.terminal.screen;
-    let seconds = || started.elapsed().as_secs_f64();
-    let mut output;
-    if command.compare || command.what.len() > 1 {
+    let fit = Fit { command, loaded, task: &task, settings, session, started: Instant::now() };
+    let mut output = if command.compare || command.what.len() > 1 {
         // What was not fitted: held out, or under another load.
         let judges = campaign.readings.iter().zip(held_out);
         let judges: Vec<bool> = judges.map(|(r, held_out)| *held_out || !is_under(r, command.fit_force)).collect();
-        let (methods, dropped) = methods(command, &task, settings, (campaign, &judges), &mut iterated, &taken)?;
-        let found = MethodComparison { unit: "mm", check: judges.contains(&true), methods };
-        output = Output::new(render::methods(&found, screen), &Timed { seconds: seconds(), found: &found })?;
+        fit.compared((campaign, &judges))?
+    } else {
+        fit.alone()?
+    };
+    output.diagnostics.extend(loaded.diagnostics.iter().cloned());
+    Ok(output)
+}
+
+/// Rules to be fitted.
+struct Fit<'a> {
+    command: &'a Identify,
+    loaded: &'a LoadedCampaign,
+    task: &'a FuzzyTask<'a>,
+    settings: &'a Settings,
+    session: &'a Session<'a>,
+    started: Instant,
+}
+
+impl Fit<'_> {
+    fn asks(&self, name: &str) -> bool {
+        self.command.what.iter().any(|what| what == name)
+    }
+
+    fn output(&self, text: String, found: &impl Serialize) -> Result<Output, Error> {
+        Output::new(text, &Timed { seconds: self.started.elapsed().as_secs_f64(), found })
+    }
+
+    /// The one kind of rules asked for, saved where that is asked for too.
+    fn alone(&self) -> Result<Output, Error> {
+        let Self { task, settings, session, .. } = *self;
+        let screen = session.terminal.screen;
+        let bar = session.terminal.bar(None, "{spinner} {msg}");
+        let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
+        let mut iterated = |progress: &Progress| bar.set_message(springs(progress));
+        if self.asks("fuzzy") {
+            let fit = fit_fuzzy(task, &taken)?;
+            let found = FuzzyCompliance::new(&fit);
+            return self.saved(self.output(render::fuzzy(&found, screen), &found)?, &fit.model, &fit.values);
+        }
+        if self.asks("local") {
+            let fit = fit_local(task, settings, &mut iterated, &mut |step| {
+                let error = 1e3 * step.cross_validated;
+                bar.set_message(format!("{} rules, cross-validated error {error:.4} mm", step.rules));
+            })?;
+            let found = LocalSpringsFound::new(&fit);
+            return self.saved(self.output(render::local(&found, screen), &found)?, &fit.model, &fit.parametric.values);
+        }
+        let fit = fit_grey(task, settings, &mut iterated, &taken)?;
+        let found = GreyCompliance::new(&fit);
+        let with = fit.correction.as_ref().map_or(task.model, |correction| &correction.model);
+        self.saved(self.output(render::grey(&found, screen), &found)?, with, &fit.parametric.values)
+    }
+
+    /// All methods asked for side by side, over the readings of a campaign that count.
+    fn compared(&self, judged: (&Campaign, &[bool])) -> Result<Output, Error> {
+        let bar = self.session.terminal.bar(None, "{spinner} {msg}");
+        let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
+        let mut iterated = |progress: &Progress| bar.set_message(springs(progress));
+        let (methods, dropped) = self.methods(judged, &mut iterated, &taken)?;
+        let found = MethodComparison { unit: "mm", check: judged.1.contains(&true), methods };
+        let mut output = self.output(render::methods(&found, self.session.terminal.screen), &found)?;
         if dropped {
             output.text +=
                 "grey: no correction is kept, since none helps readings that it has not seen; these are the springs\n";
         }
-    } else if command.what.iter().any(|what| what == "fuzzy") {
-        let fit = fit_fuzzy(&task, &taken)?;
-        let found = FuzzyCompliance::new(&fit);
-        output = Output::new(render::fuzzy(&found, screen), &Timed { seconds: seconds(), found: &found })?;
-        save(session, command, loaded, &fit.model, &fit.values, &mut output)?;
-    } else if command.what.iter().any(|what| what == "local") {
-        let fit = fit_local(&task, settings, &mut iterated, &mut |step| {
-            bar.set_message(format!(
-                "{} rules, cross-validated error {:.4} mm",
-                step.rules,
-                1e3 * step.cross_validated
-            ));
-        })?;
-        let found = LocalSpringsFound::new(&fit);
-        output = Output::new(render::local(&found, screen), &Timed { seconds: seconds(), found: &found })?;
-        save(session, command, loaded, &fit.model, &fit.parametric.values, &mut output)?;
-    } else {
-        let fit = fit_grey(&task, settings, &mut iterated, &taken)?;
-        let found = GreyCompliance::new(&fit);
-        output = Output::new(render::grey(&found, screen), &Timed { seconds: seconds(), found: &found })?;
-        let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
-        save(session, command, loaded, with, &fit.parametric.values, &mut output)?;
+        Ok(output)
     }
-    bar.finish_and_clear();
-    output.diagnostics.extend(loaded.diagnostics.iter().cloned());
-    Ok(output)
+
+    /// Errors of all methods asked for, over the readings of `judged` that count; and whether the correction of the grey one
+    /// was dropped.
+    fn methods(
+        &self,
+        (whole, judges): (&Campaign, &[bool]),
+        iterated: &mut dyn FnMut(&Progress),
+        taken: &(dyn Fn(&Step) + Sync),
+    ) -> Result<(Vec<MethodErrors>, bool), Error> {
+        let Self { task, settings, .. } = *self;
+        let model = task.model;
+        let errors = |method, model: &Model, values: &[f64]| -> Result<MethodErrors, Error> {
+            let mut found = Linearised::default();
+            Predictor::new(model, whole, Vec::new())?.linearise(values, false, &mut found)?;
+            Ok(MethodErrors::new(method, whole, judges, &found.residual))
+        };
+        let has = |name: &str| self.command.compare || self.asks(name);
+        let mut methods = Vec::new();
+        let mut dropped = false;
+        if has("elastic") {
+            let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
+            let found = calibrate(model, task.campaign, task.held_out, &elastic, iterated)?;
+            methods.push(errors("parametric", model, &found.values)?);
+        }
+        if has("fuzzy") {
+            let fit = fit_fuzzy(task, taken)?;
+            methods.push(errors("fuzzy", &fit.model, &fit.values)?);
+        }
+        if has("grey") {
+            let fit = fit_grey(task, settings, iterated, taken)?;
+            dropped = fit.correction.is_none();
+            let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
+            methods.push(errors("grey", with, &fit.parametric.values)?);
+        }
+        if has("local") {
+            let fit = fit_local(task, settings, iterated, &mut |_| {})?;
+            methods.push(errors("local springs", &fit.model, &fit.parametric.values)?);
+        }
+        Ok((methods, dropped))
+    }
+
+    /// With the description and the rules written that the command asks for.
+    fn saved(&self, mut output: Output, model: &Model, values: &[f64]) -> Result<Output, Error> {
+        let Self { command, loaded, session, .. } = *self;
+        let Some(path) = &command.save else { return Ok(output) };
+        let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
+        if let Some(refused) =
+            unusable(&raw, session, &Expected { campaign: &loaded.campaign, residual: None, fitted: (model, values) })?
+        {
+            output.not_written(path, None);
+            output.diagnostics.push(refused);
+            return Ok(output);
+        }
+        if command.save_rules.is_some() && raw.fuzzy.is_none() {
+            output.text += "no rules are kept, so that --save-rules writes no file\n";
+        }
+        if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
+            let line = schema_line(file, file_name(SchemaOf::Rules));
+            let text = line + &yaml::write(fuzzy)?;
+            let named = relative(file, path)?;
+            output.file("identified rules", file, text);
+            raw.fuzzy = Some(RawFuzzy { file: Some(named), ..RawFuzzy::default() });
+        }
+        let (text, diagnostics) = written(&raw, path)?;
+        output.diagnostics.extend(diagnostics);
+        output.file("identified description", path, text);
+        Ok(output)
+    }
+}
+
+fn springs(progress: &Progress) -> String {
+    format!("springs: iteration {}", progress.iteration)
 }
 
 /// Refuses readings to which rules cannot be fitted.
@@ -166,55 +266,9 @@ fn holds_rules(campaign: &Campaign) -> Result<(), Error> {
     Ok(())
 }
 
-/// Errors of all methods asked for, over the readings of `judged` that count; and whether the correction of the grey one
-/// was dropped.
-fn methods(
-    command: &Identify,
-    task: &FuzzyTask,
-    settings: &Settings,
-    judged: (&Campaign, &[bool]),
-    iterated: &mut dyn FnMut(&Progress),
-    taken: &(dyn Fn(&Step) + Sync),
-) -> Result<(Vec<MethodErrors>, bool), Error> {
-    let (whole, judges) = judged;
-    let model = task.model;
-    let errors = |method, model: &Model, values: &[f64]| -> Result<MethodErrors, Error> {
-        let mut found = Linearised::default();
-        Predictor::new(model, whole, Vec::new())?.linearise(values, false, &mut found)?;
-        Ok(MethodErrors::new(method, whole, judges, &found.residual))
-    };
-    let has = |name: &str| command.compare || command.what.iter().any(|what| what == name);
-    let mut methods = Vec::new();
-    let mut dropped = false;
-    if has("elastic") {
-        let elastic = Settings { what: Some(What { geometric: false, elastic: true }), ..settings.clone() };
-        let found = calibrate(model, task.campaign, task.held_out, &elastic, iterated)?;
-        methods.push(errors("parametric", model, &found.values)?);
-    }
-    if has("fuzzy") {
-        let fit = fit_fuzzy(task, taken)?;
-        methods.push(errors("fuzzy", &fit.model, &fit.values)?);
-    }
-    if has("grey") {
-        let fit = fit_grey(task, settings, iterated, taken)?;
-        dropped = fit.correction.is_none();
-        let with = fit.correction.as_ref().map_or(model, |correction| &correction.model);
-        methods.push(errors("grey", with, &fit.parametric.values)?);
-    }
-    if has("local") {
-        let fit = fit_local(task, settings, iterated, &mut |_| {})?;
-        methods.push(errors("local springs", &fit.model, &fit.parametric.values)?);
-    }
-    Ok((methods, dropped))
-}
-
 /// How rules divide the inputs, as asked for; components that share splits need a tree.
 fn structure(command: &Identify) -> Option<Structure> {
-    match command.structure {
-        Some(StructureName::Grid) => Some(Structure::Grid),
-        Some(StructureName::Tree) => Some(Structure::Tree),
-        None => command.reciprocal.then_some(Structure::Tree),
-    }
+    command.structure.or(command.reciprocal.then_some(Structure::Tree))
 }
 
 /// Axes of the components, as asked for.
@@ -224,7 +278,7 @@ fn axes(model: &Model, name: Option<&str>) -> Result<AxesOf, Error> {
         Some("base") => Ok(AxesOf::Base),
         Some(name) => model.frame(name).map(AxesOf::Frame).ok_or_else(|| {
             let frames = model.frames.iter().map(|frame| frame.name.as_str()).chain(["base"]);
-            Error::from(vec![Diagnostic::error(format!("--axes: no frame is called `{name}`")).suggest(name, frames)])
+            Error::unknown(format!("--axes: no frame is called `{name}`"), name, frames)
         }),
     }
 }
@@ -254,41 +308,6 @@ fn under(campaign: &Campaign, held_out: &[bool], force: f64) -> Result<(Campaign
         ));
     }
     Ok((found, set))
-}
-
-fn save(
-    session: &Session,
-    command: &Identify,
-    loaded: &LoadedCampaign,
-    model: &Model,
-    values: &[f64],
-    output: &mut Output,
-) -> Result<(), Error> {
-    let Some(path) = &command.save else { return Ok(()) };
-    let mut raw = with_fuzzy(&with_values(&loaded.robot.raw, model, values), model);
-    if let Some(refused) =
-        unusable(&raw, session, &Expected { campaign: &loaded.campaign, residual: None, fitted: (model, values) })?
-    {
-        output.not_written(path, None);
-        output.diagnostics.push(refused);
-        return Ok(());
-    }
-    if command.save_rules.is_some() && raw.fuzzy.is_none() {
-        output.text += "no rules are kept, so that --save-rules writes no file\n";
-    }
-    if let (Some(file), Some(fuzzy)) = (&command.save_rules, &raw.fuzzy) {
-        let line = schema_line(file, file_name(SchemaOf::Rules));
-        let text = line + &yaml::write(fuzzy)?;
-        let named = relative(file, path)?;
-        output.text += &format!("identified rules: {}\n", file.display());
-        output.files.push((file.clone(), text));
-        raw.fuzzy = Some(RawFuzzy { file: Some(named), ..RawFuzzy::default() });
-    }
-    let (text, diagnostics) = written(&raw, path)?;
-    output.diagnostics.extend(diagnostics);
-    output.text += &format!("identified description: {}\n", path.display());
-    output.files.push((path.clone(), text));
-    Ok(())
 }
 
 /// A file's name as a file at `from` would call it.
@@ -334,8 +353,8 @@ fn inputs(
             (None, None) => {
                 let variables = model.variables.iter().map(|variable| variable.name.as_str());
                 let joints = model.frames.iter().filter(|frame| frame.moves()).map(|frame| frame.name.as_str());
-                let diagnostic = Diagnostic::error(format!("--inputs: no joint or variable is called `{name}`"));
-                return Err(Error::from(vec![diagnostic.suggest(name, variables.chain(joints))]));
+                let message = format!("--inputs: no joint or variable is called `{name}`");
+                return Err(Error::unknown(message, name, variables.chain(joints)));
             }
         }
     }

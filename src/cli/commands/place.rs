@@ -4,11 +4,11 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 
 use super::compensate::ControllerFile;
 use crate::Error;
-use crate::cli::args::{FrameName, LeastName, PlaceOf};
+use crate::cli::args::{FrameName, PlaceOf};
 use crate::cli::boxes::keep_out;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{hold, joints, movement, units_with, wrench};
+use crate::cli::values::{hold, joints, movement, nothing_elastic, units_with, wrench};
 use crate::compensation::{Desired, Hold, Refusal};
 use crate::description::path::Path;
 use crate::description::units::Units;
@@ -16,7 +16,7 @@ use crate::description::validity::State;
 use crate::elastics::Elastics;
 use crate::files::{LoadedRobot, writable_table};
 use crate::kinematics::{AssemblyError, Transform};
-use crate::planning::stiffest::{Least, Search, StiffestError, Wanted, Way, Work, as_given, place};
+use crate::planning::stiffest::{Search, StiffestError, Wanted, Way, Work, as_given, place};
 use crate::plausibility::{Limits, as_stiff_as_arms};
 use crate::prediction::SinglePredictor;
 use crate::process::Process;
@@ -48,14 +48,11 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
     let controller = ControllerFile::new(None, &loaded, &path, session)?;
     let desired = controller.geometry(&loaded)?.desired(&path, from.as_deref(), FrameName::Base, wanted.hold)?;
-    let process = match &command.process {
-        Some(file) => {
-            let (process, mut warnings) = session.reader.process(file)?;
-            diagnostics.append(&mut warnings);
-            Some(process)
-        }
-        None => None,
-    };
+    let process = command.process.as_deref().map(|file| session.reader.process(file)).transpose()?;
+    let process = process.map(|(process, warnings)| {
+        diagnostics.extend(warnings);
+        process
+    });
     let constant = command.wrench.as_deref().map(|text| wrench(own, text)).transpose()?;
     let targets = targets(&path, &desired, wanted.hold)?;
     let mut work = Work {
@@ -73,7 +70,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
     let given: Option<Way> = given.and_then(|joints| as_given(&predictor, &work, &wanted, joints));
     let bar = session.terminal.bar(Some(100), "{spinner} placing the path {bar:30} {percent} %");
     let placed = place(&predictor, &work, &wanted, &mut |share| bar.set_position((100.0 * share) as u64));
-    bar.finish_and_clear();
+    drop(bar);
     let placed = placed.map_err(refused)?;
     let reached = placed.best.postures.iter().map(|posture| State::new(&posture.joints, &posture.wrench));
     diagnostics.extend(loaded.outside(reached));
@@ -91,8 +88,7 @@ pub fn run(command: &PlaceOf, session: &Session) -> Result<Output, Error> {
 fn output(found: &Placement, command: &PlaceOf, session: &Session, units: &Units) -> Result<Output, Error> {
     let mut output = Output::new(render::placement(found, session.terminal.screen), found)?;
     if let Some(file) = &command.table {
-        output.text += &format!("the path there, with its joints and wrenches: {}\n", file.display());
-        output.tables.push((file.clone(), render::table(found, units, file)?));
+        output.table("the path there, with its joints and wrenches", file, render::table(found, units, file)?);
     }
     Ok(output)
 }
@@ -105,10 +101,7 @@ fn wanted(command: &PlaceOf, loaded: &LoadedRobot, session: &Session) -> Result<
         directions: ["x", "y", "z"]
             .map(|axis| command.direction.is_empty() || command.direction.iter().any(|own| own == axis)),
         weight: command.weight,
-        least: match command.least {
-            LeastName::Rms => Least::Rms,
-            LeastName::Max => Least::Max,
-        },
+        least: command.least,
         worst_condition: command.condition,
         seed: session.seed(),
         search: Search::default(),
@@ -156,10 +149,7 @@ fn gives(loaded: &LoadedRobot, work: &Work, weight: bool) -> Result<(), Error> {
         return Err(Error::input("the path has no points", "give a row a point"));
     }
     if !Elastics::new(model, &model.registry.nominal(), &[]).is_compliant() && model.fuzzy.is_none() {
-        return Err(Error::Impossible {
-            message: "the description declares nothing elastic".into(),
-            remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
-        });
+        return Err(nothing_elastic(""));
     }
     let is_loaded = work.carried != [0.0; 6] || work.wrenches.iter().any(|wrench| *wrench != [0.0; 6]);
     if !is_loaded && !weight {

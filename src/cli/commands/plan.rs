@@ -21,6 +21,7 @@ use crate::cli::session::Session;
 use crate::cli::values::{known_parameters, markers, numbers, ranges, wrench};
 use crate::description::campaign::{Campaign, Reading, WRENCH};
 use crate::description::table::Sheet;
+use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedCampaign, LoadedRobot, writable_table};
@@ -36,8 +37,8 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
     check(command)?;
     let Some(criterion) = Optimality::named(&command.criterion) else {
-        let diagnostic = Diagnostic::error(format!("--criterion: unknown `{}`", command.criterion));
-        return Err(Error::from(vec![diagnostic.suggest(&command.criterion, Optimality::NAMES)]));
+        let message = format!("--criterion: unknown `{}`", command.criterion);
+        return Err(Error::unknown(message, &command.criterion, Optimality::NAMES));
     };
     let (scaling, tolerance) = reduction(&command.reduction)?;
     let asked = what(&command.what)?;
@@ -48,16 +49,10 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let (measured, stated) = (basis.measured(), basis.stated());
     let length = units.length.factor();
-    let loads = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<[f64; 6]>, Error>>()?;
     let tests = test_poses(command, session, loaded, &mut diagnostics)?;
     let observes = kind_of_readings(command, model, stated, asked)?;
     let what = asked.unwrap_or_else(|| What::of(observes));
-    if observes.is_difference() && loads.is_empty() {
-        return Err(Error::input(
-            format!("{}s: nothing loads the robot", observes.name()),
-            "give --wrench FX,FY,FZ,MX,MY,MZ",
-        ));
-    }
+    let loads = loads(command, units, observes)?;
     let (within, warnings) = ranges("--range", loaded, joint_box(model, command.share), &command.range)?;
     diagnostics.extend(warnings);
     let (tested_within, warnings) = ranges("--test-range", loaded, within.clone(), &command.test_range)?;
@@ -92,6 +87,15 @@ pub fn run(command: &Plan, session: &Session) -> Result<Output, Error> {
     // A plan saves no description: what would be refused elsewhere is a doubt here.
     let judged = request.measured.as_ref().map(|measured| misread(model, measured));
     output.judged(judged.unwrap_or_default(), true)
+}
+
+/// Wrenches (N, N.m) under which is measured; deflections need one.
+fn loads(command: &Plan, units: &Units, observes: Observes) -> Result<Vec<[f64; 6]>, Error> {
+    if observes.is_difference() && command.wrench.is_empty() {
+        let message = format!("{}s: nothing loads the robot", observes.name());
+        return Err(Error::input(message, "give --wrench FX,FY,FZ,MX,MY,MZ"));
+    }
+    command.wrench.iter().map(|text| wrench(units, text)).collect()
 }
 
 /// Where what is planned for comes from.
@@ -254,7 +258,7 @@ fn carry_out(
     let started = Instant::now();
     let bar = session.terminal.bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
     let mut planned = plan(model, request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
-    bar.finish_and_clear();
+    drop(bar);
     if let Some(measured) = &request.measured {
         rename(&mut planned, &measured.poses);
     }
@@ -262,12 +266,11 @@ fn carry_out(
     let assumed = planned_for.map_or("", |own| own.assumed.as_str());
     let mut output = Output::new(assumed.to_string() + &render::plan(&result, session.terminal.screen), &result)?;
     if let Some(path) = &command.table {
-        output.text += &format!("configurations to measure: {}\n", path.display());
         let table = match planned_for {
             Some(own) => table_of(&design::rows(own, &planned)).file(path, 0..planned.stations.len())?,
             None => table(loaded, &planned, path)?,
         };
-        output.tables.push((path.clone(), table));
+        output.table("configurations to measure", path, table);
     }
     Ok(output)
 }

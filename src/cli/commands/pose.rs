@@ -47,37 +47,7 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     if command.equilibrium && load.is_none() && !command.weight {
         return Err(Error::input("--equilibrium: nothing loads the robot", "give --wrench or --weight"));
     }
-    let geometry = Geometry::nominal(&loaded.model)?;
-    let under_load = (load.is_some() || command.weight).then(|| all_points(&loaded.model));
-    let predictor = under_load.as_ref().map(|points| {
-        let values = loaded.model.registry.nominal();
-        SinglePredictor::new(&loaded.model, &values, points)
-    });
-    let predictor = predictor.transpose()?;
-    let predictor = if command.equilibrium { predictor.map(SinglePredictor::at_equilibrium) } else { predictor };
-    let mut work = predictor.as_ref().map(SinglePredictor::workspace);
-    let mut placements = Placements::default();
-    let mut poses = Vec::new();
-    let mut beyond_small = None;
-    for (row, q) in configurations.iter().enumerate() {
-        let mut place = || -> Result<Found, Error> {
-            geometry.place(q, &mut placements)?;
-            let pose = Found::new(&geometry, &placements);
-            let (Some(predictor), Some(work)) = (&predictor, &mut work) else { return Ok(pose) };
-            predictor.place(q, work).map_err(Refusal::from)?;
-            let load = load.unwrap_or_default();
-            let points = loaded_points(predictor, &load, work)?;
-            if !command.equilibrium {
-                beyond_small = beyond_small.take().or_else(|| large_deflection(&points));
-            }
-            Ok(shown(&loaded.model, pose, &points, command.weight))
-        };
-        match place() {
-            Ok(pose) => poses.push(pose),
-            Err(error) if command.table.is_some() => return Err(error.at(format!("row {}", row + 1))),
-            Err(error) => return Err(error),
-        }
-    }
+    let (mut poses, beyond_small) = placed(command, &loaded.model, &configurations, load)?;
     if let Some(uncertainty) = loaded.uncertainty() {
         let at = configurations.iter().map(Vec::as_slice);
         for (pose, own) in poses.iter_mut().zip(uncertainty.tool(&loaded.model, at, wrench)?) {
@@ -92,6 +62,42 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(beyond_small);
     Ok(output)
+}
+
+/// Poses at all configurations (rad, m), under a load (N, N.m) if one is given; and a warning where that deflects the tool
+/// further than linear springs say.
+fn placed(
+    command: &Pose,
+    model: &Model,
+    configurations: &[Vec<f64>],
+    load: Option<[f64; 6]>,
+) -> Result<(Vec<Found>, Option<Diagnostic>), Error> {
+    let geometry = Geometry::nominal(model)?;
+    let under_load = (load.is_some() || command.weight).then(|| all_points(model));
+    let values = model.registry.nominal();
+    let predictor = under_load.as_ref().map(|points| SinglePredictor::new(model, &values, points)).transpose()?;
+    let predictor = if command.equilibrium { predictor.map(SinglePredictor::at_equilibrium) } else { predictor };
+    let mut work = predictor.as_ref().map(SinglePredictor::workspace);
+    let mut placements = Placements::default();
+    let mut beyond_small = None;
+    let mut place = |q: &[f64]| -> Result<Found, Error> {
+        geometry.place(q, &mut placements)?;
+        let pose = Found::new(&geometry, &placements);
+        let (Some(predictor), Some(work)) = (&predictor, &mut work) else { return Ok(pose) };
+        predictor.place(q, work).map_err(Refusal::from)?;
+        let points = loaded_points(predictor, &load.unwrap_or_default(), work)?;
+        if !command.equilibrium {
+            beyond_small = beyond_small.take().or_else(|| large_deflection(&points));
+        }
+        Ok(shown(model, pose, &points, command.weight))
+    };
+    let named = |row: usize, error: Error| match command.table {
+        Some(_) => error.at(format!("row {}", row + 1)),
+        None => error,
+    };
+    let rows = configurations.iter().enumerate();
+    let poses = rows.map(|(row, q)| place(q).map_err(|error| named(row, error))).collect::<Result<Vec<_>, _>>()?;
+    Ok((poses, beyond_small))
 }
 
 /// A warning where the tool is deflected further than linear springs say.
@@ -117,7 +123,7 @@ pub(super) fn large(point: &str, displacement: &Vector3<f64>, rotation: &Vector3
 }
 
 /// Refuses an equilibrium where a fuzzy compliance, linear in the load, stands for the structure.
-pub fn linear(model: &crate::model::Model, at_equilibrium: bool) -> Result<(), Error> {
+pub fn linear(model: &Model, at_equilibrium: bool) -> Result<(), Error> {
     if at_equilibrium && model.fuzzy.is_some() {
         return Err(Error::input(
             "--equilibrium: the description's fuzzy compliance is linear in the load",
@@ -210,13 +216,9 @@ fn read(
     also: &[&str],
 ) -> Result<(Vec<Loaded>, Vec<Diagnostic>), Error> {
     let name = path.display().to_string();
-    let file = session.reader.table(path).map_err(|diagnostic| {
-        let diagnostic = if diagnostic.remedy.is_some() {
-            diagnostic
-        } else {
-            diagnostic.remedy("give a CSV with one column a variable")
-        };
-        Error::from(vec![diagnostic])
+    let file = session.reader.table(path).map_err(|diagnostic| match diagnostic.remedy {
+        Some(_) => diagnostic,
+        None => diagnostic.remedy("give a CSV with one column a variable"),
     })?;
     let units = &loaded.raw.units;
     let variables = loaded.model.variables.iter();

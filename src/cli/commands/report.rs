@@ -10,7 +10,7 @@ use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::{Settings, split};
 use crate::files::writable;
-use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result, refusing};
+use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result};
 use crate::render::html::write;
 use crate::results::{CombinedParameters, Report, Sources};
 use crate::review::review;
@@ -26,16 +26,11 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     left_to_fit(campaign, &held_out)?;
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
-    if let Some(refused) = refusing(judged.clone(), force) {
-        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
-    }
+    Output::gate(&judged, force, &loaded.diagnostics)?;
     let other =
         command.against.as_deref().map(|name| other(name, (&command.campaign, &loaded), session)).transpose()?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
-    let mut progress = |what: &str| {
-        bar.set_message(what.to_string());
-        bar.tick();
-    };
+    let mut progress = |what: &str| bar.set_message(what.to_string());
     let review = review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress)
         .map_err(|error| not_computed(error, (model, campaign), session))?;
     let mut given = command.campaign.clone();
@@ -57,15 +52,13 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
             judged.push(doubt);
         }
     }
-    if let Some(refused) = refusing(judged.clone(), force) {
-        return Err(refused.into_iter().chain(loaded.diagnostics).collect::<Vec<_>>().into());
-    }
+    Output::gate(&judged, force, &loaded.diagnostics)?;
     let shown = if force { forced(judged.clone()) } else { judged.clone() };
     // That it did not converge stands in the report itself.
     let shown = shown.into_iter().filter(|found| found.code != Code::NotConverged);
     report.diagnostics = loaded.diagnostics.iter().cloned().chain(shown).collect();
     let html = write(&review, &mut report)?;
-    bar.finish_and_clear();
+    drop(bar);
     let answer = report.answer.as_deref().unwrap_or_default();
     let mut output = Output::new(format!("{}\n\n{answer}\n", campaign.name), &report)?;
     output.diagnostics = loaded.diagnostics;
@@ -74,32 +67,25 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let mut output = output.judged(judged, force)?;
     output.failed |= report.identify.as_ref().is_some_and(|found| !found.converged);
     if let Some(path) = &command.json {
-        let text = serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n";
-        output.files.push((path.clone(), text));
-        output.text += &format!("\nits data: {}\n", path.display());
+        output.file("\nits data", path, serde_json::to_string_pretty(&output.with_diagnostics()?)? + "\n");
     }
-    if let Some(path) = page {
-        output.text += &format!("\nreport: {}\n", path.display());
-        output.files.push((path, html));
-        output.written = true;
-    }
+    output.page("\nreport", page.as_deref(), html);
     Ok(output)
 }
 
 /// Where the page goes: `--output`, or the usual name; none where JSON is asked for. No two files may be one.
 pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<Option<PathBuf>, Error> {
-    let refused = |diagnostic| Error::from(vec![diagnostic]);
     let path = match arguments.format {
         Format::Json => None,
         Format::Text => Some(arguments.output.clone().unwrap_or_else(|| PathBuf::from(usual))),
     };
-    path.as_deref().map_or(Ok(()), writable).map_err(refused)?;
+    path.as_deref().map_or(Ok(()), writable)?;
     let ending = path.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
     if let (Some(path), Some("yaml" | "yml" | "csv" | "tsv" | "xlsx" | "urdf" | "json")) = (&path, ending) {
         return Err(Error::input(format!("`{}`: a page is written", path.display()), "end the name in .html"));
     }
     if let Some(other) = other {
-        writable(other).map_err(refused)?;
+        writable(other)?;
         if path.as_deref().or(arguments.output.as_deref()) == Some(other) {
             return Err(Error::input(
                 format!("two results would go to `{}`", other.display()),

@@ -29,8 +29,7 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
     }
     let mut output = Output::new(render::residuals(&found, session.terminal.screen), &found)?;
     if let Some(path) = &command.table {
-        output.tables.push((path.clone(), tables::residuals(&found, campaign, path)?));
-        output.text += &format!("residuals, a reading a row: {}\n", path.display());
+        output.table("residuals, a reading a row", path, tables::residuals(&found, campaign, path)?);
     }
     if let Some(path) = &command.configurations {
         if found.configurations.is_empty() {
@@ -40,8 +39,8 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
                 "give one that `identify --save` wrote, and positions, poses or deflections",
             ));
         }
-        output.tables.push((path.clone(), tables::configurations(&found.configurations, path)?));
-        output.text += &format!("observed and predicted error, a configuration a row: {}\n", path.display());
+        let table = tables::configurations(&found.configurations, path)?;
+        output.table("observed and predicted error, a configuration a row", path, table);
     }
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;

@@ -73,14 +73,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         sigma_orientation: command.orientation_noise.to_radians(),
         estimate: unknown,
     };
-    let mut blank = unmeasured(model, &plan);
-    if observes.is_difference() && command.elastic_errors != 0.0 {
-        blank.calibrate = all_springs(model, &blank);
-    }
-    if !row_loads.is_empty() {
-        blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
-        blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
-    }
+    let mut blank = blank(command, model, &plan, &row_loads);
     if !command.sessions.is_empty() {
         in_sessions(command, &plan, &mut blank, &mut loaded.model, &mut values, &mut random)?;
     }
@@ -89,6 +82,19 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         delivered(&Made { command, loaded: &loaded, values: &values, plan: &plan, seed }, campaign, None, &mut random)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+/// The readings to come; where the rows of a file have loads (N, N.m), each under its own.
+fn blank(command: &Simulate, model: &Model, plan: &Plan, row_loads: &[[f64; 6]]) -> Campaign {
+    let mut blank = unmeasured(model, plan);
+    if plan.observes.is_difference() && command.elastic_errors != 0.0 {
+        blank.calibrate = all_springs(model, &blank);
+    }
+    if !row_loads.is_empty() {
+        blank = blank.select(|_, reading| reading.wrench == row_loads[reading.pose]);
+        blank.readings.iter_mut().enumerate().for_each(|(k, reading)| reading.row = k + 1);
+    }
+    blank
 }
 
 /// The robot with the effects asked for and with what it must not touch.

@@ -7,9 +7,9 @@ use crate::Error;
 use crate::cli::args::Stiffness;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{joints, wrench};
+use crate::cli::values::{joints, nothing_elastic, wrench};
+use crate::description::robot::FrameIndex;
 use crate::description::validity::State;
-use crate::diagnostic::Diagnostic;
 use crate::elastics::{
     Elastics, PointLoad, Response, Statics, at_point, equilibrium, fuzzy_doubts, put_fuzzy, shares, spatial,
 };
@@ -27,26 +27,11 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let geometry = Geometry::nominal(model)?;
     let mut placements = Placements::default();
     geometry.place(&q, &mut placements)?;
-    let (name, frame, local) = match command.at.as_deref() {
-        None => ("tool".to_string(), model.tool.0, geometry.tool().translation.vector),
-        Some(at) => match (model.frame(at), model.marker(at)) {
-            (Some(frame), _) => (at.to_string(), frame, Vector3::zeros()),
-            (_, Some(marker)) => (at.to_string(), model.markers[marker].frame, geometry.marker(marker).coords),
-            _ => {
-                let valid =
-                    model.frames.iter().map(|f| f.name.as_str()).chain(model.markers.iter().map(|m| m.name.as_str()));
-                let diagnostic = Diagnostic::error(format!("--at: no frame or marker is called `{at}`"));
-                return Err(Error::from(vec![diagnostic.suggest(at, valid)]));
-            }
-        },
-    };
+    let (name, frame, local) = point(&geometry, command.at.as_deref())?;
     let elastics = Elastics::new(model, &model.registry.nominal(), &[]);
     linear(model, command.equilibrium)?;
     if !elastics.is_compliant() && model.fuzzy.is_none() {
-        return Err(Error::Impossible {
-            message: "the description declares nothing elastic".into(),
-            remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
-        });
+        return Err(nothing_elastic(""));
     }
     let vertex = model.structure.carrier(frame, &local);
     let point = (placements.frames[frame] * nalgebra::Point3::from(local)).coords;
@@ -83,4 +68,19 @@ pub fn run(command: &Stiffness, session: &Session) -> Result<Output, Error> {
     let own = command.at.as_deref().map_or(Some(None), |at| model.marker(at).map(Some));
     output.diagnostics.extend(fuzzy_doubts(model, &geometry, &[(q.as_slice(), own)]));
     Ok(output)
+}
+
+/// The point that is loaded: its name, the frame that carries it, and where it is there (m).
+fn point(geometry: &Geometry, at: Option<&str>) -> Result<(String, FrameIndex, Vector3<f64>), Error> {
+    let model = geometry.model;
+    let Some(at) = at else { return Ok(("tool".into(), model.tool.0, geometry.tool().translation.vector)) };
+    match (model.frame(at), model.marker(at)) {
+        (Some(frame), _) => Ok((at.into(), frame, Vector3::zeros())),
+        (_, Some(marker)) => Ok((at.into(), model.markers[marker].frame, geometry.marker(marker).coords)),
+        _ => {
+            let frames = model.frames.iter().map(|frame| frame.name.as_str());
+            let valid = frames.chain(model.markers.iter().map(|marker| marker.name.as_str()));
+            Err(Error::unknown(format!("--at: no frame or marker is called `{at}`"), at, valid))
+        }
+    }
 }

@@ -33,10 +33,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (days, unused) = dates(command, &loaded)?;
     let measured = measured(command, session, &loaded, &days)?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
-    let mut progress = |what: &str| {
-        bar.set_message(what.to_string());
-        bar.tick();
-    };
+    let mut progress = |what: &str| bar.set_message(what.to_string());
     let settings = Settings { checks_a_year: f64::from(command.a_year), ..Settings::default() };
     let Some(first) = loaded.first() else { return Err(refused(TrackingError::OneCheck)) };
     let fit = first.robot.raw.calibration.fit.as_ref().map(|fit| (fit, -1.0));
@@ -53,17 +50,15 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let about = About { robot: command.robot.clone(), dates, unit_of_time };
     let mut found = Track::new(model, &all, &history, &next, &about, &settings);
     explain(&mut found, &all, &measured, session, &mut progress);
-    bar.finish_and_clear();
+    drop(bar);
     let mut output = Output::new(render::track(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.iter().flat_map(|loaded| loaded.diagnostics.clone()).collect();
     output.diagnostics.dedup_by(|a, b| a.message == b.message);
     output.diagnostics.extend(unused);
     output.diagnostics.extend(found.checks.iter().filter_map(|check| of_the_reference(&check.name, check.statistic?)));
     let mut output = output.judged(judged, session.arguments.force)?;
-    if let Some(path) = page {
-        output.text += &format!("\ncontrol charts: {}\n", path.display());
-        output.files.push((path, track_page(&found)?));
-        output.written = true;
+    if page.is_some() {
+        output.page("\ncontrol charts", page.as_deref(), track_page(&found)?);
     }
     output.failed |= match command.alarm {
         Some(AlarmAt::Last) => found.last_alarms(),

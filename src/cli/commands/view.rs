@@ -6,7 +6,7 @@ use crate::Error;
 use crate::cli::args::View;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::cli::values::{joints, numbers, wrench};
+use crate::cli::values::{joints, nothing_elastic, numbers, wrench};
 use crate::elastics::Elastics;
 use crate::kinematics::Placements;
 use crate::render::html::{Look, figure, magnification, view_page};
@@ -49,10 +49,7 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     }
     if is_loaded {
         if !Elastics::new(model, geometry.values(), &[]).is_compliant() {
-            return Err(Error::Impossible {
-                message: "the description declares nothing elastic, so that nothing can be deflected".into(),
-                remedy: "give `joint_stiffness`, `beams` or `base_stiffness`",
-            });
+            return Err(nothing_elastic(", so that nothing can be deflected"));
         }
         let mut state = mechanics.state();
         mechanics.place(&q, &mut state)?;
@@ -72,15 +69,9 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     output.diagnostics = beyond_limits(&loaded, &q);
     output.diagnostics.extend(loaded.diagnostics.iter().cloned());
     if let Some(svg) = &command.svg {
-        let drawing = figure(&scene, &shot, look, magnified, !command.no_names, &words);
-        output.files.push((svg.clone(), drawing));
-        output.text += &format!("drawing: {}\n", svg.display());
+        output.file("drawing", svg, figure(&scene, &shot, look, magnified, !command.no_names, &words));
     }
-    if let Some(path) = path {
-        output.text += &format!("view: {}\n", path.display());
-        output.files.push((path, html));
-        output.written = true;
-    }
+    output.page("view", path.as_deref(), html);
     Ok(output)
 }
 

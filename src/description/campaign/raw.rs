@@ -112,6 +112,11 @@ pub struct RawEstimate {
 }
 
 impl RawCampaign {
+    /// Its files of readings, each with all that holds of it.
+    pub fn entries(&self) -> Vec<RawEntry> {
+        self.measurements.iter().flat_map(|all| &all.0).map(|entry| self.completed(entry)).collect()
+    }
+
     /// What holds of a file: its own words, and the campaign's where it has none.
     #[must_use]
     pub fn completed(&self, entry: &RawEntry) -> RawEntry {

@@ -248,6 +248,31 @@ impl ByAngle {
     }
 }
 
+/// Residuals of all groups of readings, each at its own values, over their noise; and their derivatives by a compliance of
+/// each group, then by what all groups have in common.
+fn linearised(
+    predictors: &[Predictor],
+    values: impl Fn(usize) -> Vec<f64>,
+    sigmas: &[f64],
+    right: &mut DVector<f64>,
+    jacobian: &mut DMatrix<f64>,
+) -> Result<(), CompensatorError> {
+    let mut row = 0;
+    for (group, predictor) in predictors.iter().enumerate() {
+        let mut found = Linearised::default();
+        predictor.linearise(&values(group), true, &mut found).map_err(failed)?;
+        for (residual, derivatives) in found.residual.iter().zip(found.jacobian.chunks(predictor.slots.len())) {
+            right[row] = residual / sigmas[row];
+            jacobian[(row, group)] = derivatives[0] / sigmas[row];
+            for (k, derivative) in derivatives[1..].iter().enumerate() {
+                jacobian[(row, predictors.len() + k)] = derivative / sigmas[row];
+            }
+            row += 1;
+        }
+    }
+    Ok(())
+}
+
 /// Most Gauss-Newton steps: deflections are linear in the compliances but for second-order terms.
 const STEPS: usize = 30;
 
@@ -268,27 +293,17 @@ fn by_angle(
         .collect::<Result<Vec<_>, PredictionError>>();
     let predictors = predictors.map_err(failed)?;
     let sigmas: Vec<f64> = parts.iter().flat_map(row_sigmas).collect();
-    let (count, width) = (groups.len(), slots.len());
+    let count = groups.len();
     let mut x: Vec<f64> =
         std::iter::repeat_n(start[joint], count).chain(others.iter().map(|&slot| start[slot])).collect();
     let mut jacobian = DMatrix::zeros(sigmas.len(), count + others.len());
     let mut right = DVector::zeros(sigmas.len());
     for step in 0..=STEPS {
-        let mut row = 0;
-        for (group, predictor) in predictors.iter().enumerate() {
+        let values = |group: usize| {
             let own = std::iter::once(x[group]).chain(x[count..].iter().copied());
-            let values = with(start, &slots.iter().copied().zip(own).collect::<Vec<_>>());
-            let mut found = Linearised::default();
-            predictor.linearise(&values, true, &mut found).map_err(failed)?;
-            for (residual, derivatives) in found.residual.iter().zip(found.jacobian.chunks(width)) {
-                right[row] = residual / sigmas[row];
-                jacobian[(row, group)] = derivatives[0] / sigmas[row];
-                for (k, derivative) in derivatives[1..].iter().enumerate() {
-                    jacobian[(row, count + k)] = derivative / sigmas[row];
-                }
-                row += 1;
-            }
-        }
+            with(start, &slots.iter().copied().zip(own).collect::<Vec<_>>())
+        };
+        linearised(&predictors, values, &sigmas, &mut right, &mut jacobian)?;
         // Residuals are measured less predicted, derivatives those of the predictions.
         let change = least_squares(&jacobian, &right);
         let is_steady = x.iter().zip(&change).all(|(x, change)| change.abs() <= 1e-9 * x.abs());

@@ -183,6 +183,17 @@ impl<'a> Problem<'a> {
         beyond_limits(self.geometry.model, q, placements).next().is_none()
     }
 
+    /// A variable at its limit that should go further stays.
+    fn hold_at_limits(&self, q: &[f64], within: Within, memory: &mut Memory, slope: impl Fn(&[f64; 6]) -> f64) {
+        for (k, (value, column)) in q.iter().zip(&mut memory.columns).enumerate() {
+            let [low, high] = self.box_of(k, within);
+            let slope = slope(column);
+            if *value <= low && slope < 0.0 || *value >= high && slope > 0.0 {
+                *column = [0.0; 6];
+            }
+        }
+    }
+
     /// Levenberg's steps from `q`, in place; the errors where they end. None where `q` cannot be placed.
     pub fn descend(&self, q: &mut [f64], within: Within, memory: &mut Memory) -> Option<Errors> {
         for (k, value) in q.iter_mut().enumerate() {
@@ -199,14 +210,7 @@ impl<'a> Problem<'a> {
             self.jacobian(q, memory);
             let f = errors.weighted(self.length);
             let slope = |column: &[f64; 6]| Vector6::from_column_slice(column).dot(&f);
-            // A variable at its limit that should go further stays.
-            for (k, (value, column)) in q.iter().zip(&mut memory.columns).enumerate() {
-                let [low, high] = self.box_of(k, within);
-                let slope = slope(column);
-                if *value <= low && slope < 0.0 || *value >= high && slope > 0.0 {
-                    *column = [0.0; 6];
-                }
-            }
+            self.hold_at_limits(q, within, memory, slope);
             let steepest = memory.columns.iter().map(|column| slope(column).powi(2)).sum::<f64>().sqrt();
             if steepest <= 1e-9 * merit.sqrt() * f64::min(1.0, merit.sqrt() * 1e3) || merit == 0.0 {
                 break;

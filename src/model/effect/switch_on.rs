@@ -179,6 +179,38 @@ impl Model {
         cannot.remedy(format!("it can sit at: {known}"))
     }
 
+    /// Nonlinear values that an entry states, or their defaults.
+    fn stated_nonlinear(
+        &self,
+        effect: &dyn Effect,
+        given: &IndexMap<String, RawAmount>,
+    ) -> Result<Vec<(&'static NonlinearParameter, NonlinearValue)>, Fault> {
+        let name = effect.name();
+        let mut values: Vec<(&'static NonlinearParameter, NonlinearValue)> = Vec::new();
+        for parameter in effect.nonlinear_parameters() {
+            let chosen = |(other, word): (&str, &'static str)| {
+                values.iter().any(|(known, value)| known.name == other && *value == NonlinearValue::Choice(word))
+            };
+            if !parameter.only_with.is_none_or(chosen) {
+                continue;
+            }
+            let value = match (given.get(parameter.name), &parameter.default) {
+                (Some(stated), _) => parameter.read(stated, &self.variable_names()).map_err(|remedy| {
+                    let message = format!("`{}: {stated}` of `{name}`", parameter.name);
+                    Fault::new(&["parameters", parameter.name], Diagnostic::error(message).remedy(remedy))
+                })?,
+                (None, Some(default)) => default.clone(),
+                (None, None) => {
+                    let message = format!("`{name}` lacks `{}`", parameter.name);
+                    let diagnostic = Diagnostic::error(message).remedy(format!("give {}", parameter.meaning));
+                    return Err(Fault::new(&["parameters"], diagnostic));
+                }
+            };
+            values.push((parameter, value));
+        }
+        Ok(values)
+    }
+
     /// Nonlinear values and amounts that an entry states, all known and possible.
     fn stated(
         &self,
@@ -199,27 +231,7 @@ impl Model {
             let message = format!("`{value}` where a finite number is needed");
             return Err(Fault::new(&["parameters", key], Diagnostic::error(message)));
         }
-        let mut values: Vec<(&'static NonlinearParameter, NonlinearValue)> = Vec::new();
-        for parameter in effect.nonlinear_parameters() {
-            let chosen = |(other, word): (&str, &'static str)| {
-                values.iter().any(|(known, value)| known.name == other && *value == NonlinearValue::Choice(word))
-            };
-            if !parameter.only_with.is_none_or(chosen) {
-                continue;
-            }
-            let value = match (given.get(parameter.name), &parameter.default) {
-                (Some(stated), _) => parameter.read(stated, &self.variable_names()).map_err(|remedy| {
-                    fault(parameter.name, format!("`{}: {stated}` of `{name}`", parameter.name), remedy)
-                })?,
-                (None, Some(default)) => default.clone(),
-                (None, None) => {
-                    let message = format!("`{name}` lacks `{}`", parameter.name);
-                    let diagnostic = Diagnostic::error(message).remedy(format!("give {}", parameter.meaning));
-                    return Err(Fault::new(&["parameters"], diagnostic));
-                }
-            };
-            values.push((parameter, value));
-        }
+        let values = self.stated_nonlinear(effect, given)?;
         let mut symbols: Vec<String> = values.iter().map(|(known, _)| known.name.to_string()).collect();
         let nonlinear = Nonlinear::new(values);
         let parameters = effect.parameters(self, site, &nonlinear);

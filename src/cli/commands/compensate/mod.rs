@@ -49,14 +49,11 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     load(command, &loaded, &mut path)?;
     let mut diagnostics = loaded.diagnostics.clone();
     diagnostics.extend(as_stiff_as_arms(model, &Limits::default()));
-    let process = match &command.process {
-        Some(file) => {
-            let (raw, process, mut warnings) = session.reader.process_as_declared(file)?;
-            diagnostics.append(&mut warnings);
-            Some((raw, process))
-        }
-        None => None,
-    };
+    let process = command.process.as_deref().map(|file| session.reader.process_as_declared(file)).transpose()?;
+    let process = process.map(|(raw, process, warnings)| {
+        diagnostics.extend(warnings);
+        (raw, process)
+    });
     diagnostics.extend(condition_doubts(model, &path));
     let controller = ControllerFile::new(command.nominal.as_deref(), &loaded, &path, session)?;
     diagnostics.extend(controller.diagnostics.iter().cloned());

@@ -80,9 +80,7 @@ fn at_marker(at: Option<&str>, loaded: &LoadedRobot, path: &mut Path) -> Result<
     let Some(name) = at else { return Ok(()) };
     let Some(marker) = loaded.model.marker(name) else {
         let valid = loaded.model.markers.iter().map(|marker| marker.name.as_str());
-        return Err(Error::from(vec![
-            Diagnostic::error(format!("--at: no marker is called `{name}`")).suggest(name, valid),
-        ]));
+        return Err(Error::unknown(format!("--at: no marker is called `{name}`"), name, valid));
     };
     if path.campaign.readings.iter().any(|reading| reading.marker.is_some()) {
         return Err(Error::input("--at, and the path has a column `marker`", "give one of them"));

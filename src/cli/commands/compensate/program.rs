@@ -61,7 +61,7 @@ impl<'a> Program<'a> {
 
     fn moves(&self) -> Moves {
         let poses_alone = matches!(self.source, Source::Language(language) if !language.joints);
-        self.command.moves.map_or(if poses_alone { Moves::Poses } else { Moves::Joints }, Moves::from)
+        self.command.moves.unwrap_or(if poses_alone { Moves::Poses } else { Moves::Joints })
     }
 
     /// A warning where the tool is to be moved on lines along which the robot does not come to the joints found.

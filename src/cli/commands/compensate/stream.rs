@@ -39,15 +39,7 @@ struct State {
 }
 
 pub fn run(stream: &Stream) -> Result<Output, Error> {
-    if stream.session.arguments.output.is_some() {
-        return Err(Error::input("--output, and --stream answers on the standard output", "redirect it: > FILE"));
-    }
-    if stream.session.terminal.watch.is_some() {
-        return Err(Error::input(
-            "--stream is of the command, which has a standard input",
-            "call `compensate` with a path",
-        ));
-    }
+    can_stream(stream.session)?;
     let mut input = Lines { from: std::io::stdin().lock(), number: 0 };
     let Some(head) = input.next()? else {
         return Err(Error::input(
@@ -95,17 +87,30 @@ pub fn run(stream: &Stream) -> Result<Output, Error> {
         line = next;
     }
     if !stream.session.arguments.quiet {
-        latencies.sort_by(f64::total_cmp);
-        let of =
-            |share: f64| 1e3 * latencies.get((share * (latencies.len() - 1) as f64).round() as usize).unwrap_or(&0.0);
-        eprintln!(
-            "{} points, {refused} refused; from a line read to its answer written {:.3} ms (median), {:.3} ms (99 of 100)",
-            latencies.len(),
-            of(0.5),
-            of(0.99)
-        );
+        eprintln!("{} points, {refused} refused; {}", latencies.len(), in_words(latencies));
     }
     Ok(Output { failed: refused > 0, ..Output::nothing() })
+}
+
+/// Refuses where there is no standard input or output to stream by.
+fn can_stream(session: &Session) -> Result<(), Error> {
+    if session.arguments.output.is_some() {
+        return Err(Error::input("--output, and --stream answers on the standard output", "redirect it: > FILE"));
+    }
+    if session.terminal.watch.is_some() {
+        let message = "--stream is of the command, which has a standard input";
+        return Err(Error::input(message, "call `compensate` with a path"));
+    }
+    Ok(())
+}
+
+/// How long answers took, s.
+fn in_words(mut latencies: Vec<f64>) -> String {
+    latencies.sort_by(f64::total_cmp);
+    let last = latencies.len().saturating_sub(1) as f64;
+    let of = |share: f64| 1e3 * latencies.get((share * last).round() as usize).unwrap_or(&0.0);
+    let [median, most] = [of(0.5), of(0.99)];
+    format!("from a line read to its answer written {median:.3} ms (median), {most:.3} ms (99 of 100)")
 }
 
 /// The name of a point whose line gives it none.

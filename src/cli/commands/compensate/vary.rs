@@ -14,7 +14,7 @@ use crate::description::campaign::Reading;
 use crate::description::path::Path;
 use crate::description::process::RawProcess;
 use crate::description::vary::Numbers;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::files::LoadedRobot;
 use crate::process::Process;
 use crate::render::variation as render;
@@ -47,6 +47,21 @@ const PROCESS: &str = "process.";
 /// Names of the place of path and process.
 const PLACES: [&str; 3] = ["place.x", "place.y", "place.z"];
 
+/// Numbers that a factor can change.
+struct Declared {
+    robot: Option<Numbers>,
+    process: Option<Numbers>,
+}
+
+/// The path with one value of what is varied.
+struct Tried {
+    factor: Option<f64>,
+    /// m.
+    moved: Option<f64>,
+    places: Vec<String>,
+    deviations: PathDeviations,
+}
+
 pub fn run(vary: &Vary) -> Result<Output, Error> {
     let Vary { command, loaded, path, process, .. } = vary;
     if process.is_none() && !path.campaign.readings.iter().any(Reading::is_loaded) {
@@ -55,56 +70,22 @@ pub fn run(vary: &Vary) -> Result<Output, Error> {
             "give --process or --wrench, or columns fx .. mz of the path",
         ));
     }
-    let numbers = Numbers::of(&loaded.raw);
-    let of_process = process.and_then(|(raw, _)| Numbers::of(raw));
-    let unmoved = (*path, process.map(|(_, process)| process));
-    let declared = vary.deviations(loaded, unmoved)?;
+    let numbers = Declared { robot: Numbers::of(&loaded.raw), process: process.and_then(|(raw, _)| Numbers::of(raw)) };
+    let declared = vary.deviations(loaded, (*path, process.map(|(_, process)| process)))?;
+    let whole = |of: &PathDeviations| of.points.iter().all(Option::is_some);
     let mut varied = Vec::new();
     let mut diagnostics = Vec::new();
     for asked in &command.vary {
         let (what, values) = parsed(asked)?;
         for value in values {
-            let fault = |found: Error| found.at(format!("--vary {asked} at {value}"));
-            let mut done = |factor: Option<f64>, moved, places, deviations: PathDeviations| {
-                let change: f64 = (deviations.distance.rms / declared.distance.rms).ln();
-                let whole = |of: &PathDeviations| of.points.iter().all(Option::is_some);
-                let elasticity = factor.map(|factor| change / factor.ln());
-                let elasticity = elasticity.filter(|v| v.is_finite() && whole(&deviations) && whole(&declared));
-                let what = asked.split('=').next().unwrap_or(asked).to_string();
-                varied.push(Varied { what, factor, moved, places, deviations, elasticity });
-            };
-            match what {
-                What::Robot(pattern) => {
-                    let (text, places) = multiplied(numbers.as_ref(), ("", pattern), value)?;
-                    let file = FilePath::new(&command.robot);
-                    let file =
-                        if file.exists() { file.to_path_buf() } else { format!("{}.yaml", command.robot).into() };
-                    let other = vary.session.reader.robot_text(&file, &text).map_err(|found| fault(found.into()))?;
-                    done(Some(value), None, places, vary.deviations(&other, unmoved)?);
-                }
-                What::Process(pattern) => {
-                    let (text, places) = multiplied(of_process.as_ref(), (PROCESS, pattern), value)?;
-                    let read = vary.session.reader.process_text(command.process.as_deref().unwrap_or_default(), &text);
-                    let (_, other, mut warnings) = read.map_err(|found| fault(found.into()))?;
-                    diagnostics.append(&mut warnings);
-                    done(Some(value), None, places, vary.deviations(loaded, (path, Some(&other)))?);
-                }
-                What::Place(axis) => {
-                    if !path.position || command.frame != FrameName::Base {
-                        return Err(Error::input(
-                            "--vary place: the path does not say positions in the robot's base frame",
-                            "give columns x, y, z, in the base frame",
-                        ));
-                    }
-                    let by = Vector3::ith(axis, value * loaded.raw.units.length.factor());
-                    let mut moved = (*path).clone();
-                    for reading in &mut moved.campaign.readings {
-                        reading.measured.iter_mut().zip(by.iter()).for_each(|(at, by)| *at += by);
-                    }
-                    let process = process.map(|(_, process)| process.moved(&by));
-                    done(None, Some(by[axis]), Vec::new(), vary.deviations(loaded, (&moved, process.as_ref()))?);
-                }
-            }
+            let refused = |found: Diagnostics| Error::from(found).at(format!("--vary {asked} at {value}"));
+            let Tried { factor, moved, places, deviations } =
+                vary.tried(&what, value, &numbers, &refused, &mut diagnostics)?;
+            let change: f64 = (deviations.distance.rms / declared.distance.rms).ln();
+            let elasticity = factor.map(|factor| change / factor.ln());
+            let elasticity = elasticity.filter(|v| v.is_finite() && whole(&deviations) && whole(&declared));
+            let what = asked.split('=').next().unwrap_or(asked).to_string();
+            varied.push(Varied { what, factor, moved, places, deviations, elasticity });
         }
     }
     let found = Variation { unit: "m", declared, varied, robot: loaded.model.name.clone() };
@@ -115,6 +96,52 @@ pub fn run(vary: &Vary) -> Result<Output, Error> {
 }
 
 impl Vary<'_> {
+    fn tried(
+        &self,
+        what: &What,
+        value: f64,
+        numbers: &Declared,
+        refused: &dyn Fn(Diagnostics) -> Error,
+        warnings: &mut Vec<Diagnostic>,
+    ) -> Result<Tried, Error> {
+        let Self { command, loaded, path, .. } = *self;
+        let process = self.process.map(|(_, process)| process);
+        match *what {
+            What::Robot(pattern) => {
+                let (text, places) = multiplied(numbers.robot.as_ref(), ("", pattern), value)?;
+                let file = FilePath::new(&command.robot);
+                let file = if file.exists() { file.to_path_buf() } else { format!("{}.yaml", command.robot).into() };
+                let other = self.session.reader.robot_text(&file, &text).map_err(refused)?;
+                let deviations = self.deviations(&other, (path, process))?;
+                Ok(Tried { factor: Some(value), moved: None, places, deviations })
+            }
+            What::Process(pattern) => {
+                let (text, places) = multiplied(numbers.process.as_ref(), (PROCESS, pattern), value)?;
+                let read = self.session.reader.process_text(command.process.as_deref().unwrap_or_default(), &text);
+                let (_, other, more) = read.map_err(refused)?;
+                warnings.extend(more);
+                let deviations = self.deviations(loaded, (path, Some(&other)))?;
+                Ok(Tried { factor: Some(value), moved: None, places, deviations })
+            }
+            What::Place(axis) => {
+                if !path.position || command.frame != FrameName::Base {
+                    return Err(Error::input(
+                        "--vary place: the path does not say positions in the robot's base frame",
+                        "give columns x, y, z, in the base frame",
+                    ));
+                }
+                let by = Vector3::ith(axis, value * loaded.raw.units.length.factor());
+                let mut moved = path.clone();
+                for reading in &mut moved.campaign.readings {
+                    reading.measured.iter_mut().zip(by.iter()).for_each(|(at, by)| *at += by);
+                }
+                let process = process.map(|process| process.moved(&by));
+                let deviations = self.deviations(loaded, (&moved, process.as_ref()))?;
+                Ok(Tried { factor: None, moved: Some(by[axis]), places: Vec::new(), deviations })
+            }
+        }
+    }
+
     fn deviations(
         &self,
         robot: &LoadedRobot,
@@ -163,6 +190,6 @@ fn multiplied(
     let places = numbers.map(Numbers::places).unwrap_or_default();
     let places: Vec<String> = places.into_iter().map(|place| format!("{begins}{place}")).collect();
     let name = format!("{begins}{pattern}");
-    let fault = Diagnostic::error(format!("--vary: `{name}` names no number that a factor changes"));
-    Err(Error::from(vec![fault.suggest(&name, places.iter().map(String::as_str))]))
+    let message = format!("--vary: `{name}` names no number that a factor changes");
+    Err(Error::unknown(message, &name, places.iter().map(String::as_str)))
 }

@@ -59,7 +59,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
         sessions: &[],
         given: None,
     };
-    let entries: Vec<_> = raw.measurements.iter().flat_map(|all| &all.0).map(|entry| raw.completed(entry)).collect();
+    let entries = raw.entries();
     let middle = file.robot.model.middle();
     let configurations: Vec<Vec<Vec<f64>>> =
         entries.iter().map(|entry| vec![middle.clone(); variety(file, &raw, entry, &wanted)]).collect();
@@ -158,8 +158,8 @@ fn placement(command: &Plan, campaign: &Campaign) -> Result<Option<String>, Erro
     let members: Vec<&str> = members.collect();
     match &command.placement {
         Some(name) if !members.contains(&name.as_str()) => {
-            let diagnostic = Diagnostic::error(format!("--placement `{name}`: the readings have no such placement"));
-            Err(Error::from(vec![diagnostic.suggest(name, members.iter().copied())]))
+            let message = format!("--placement `{name}`: the readings have no such placement");
+            Err(Error::unknown(message, name, members.iter().copied()))
         }
         Some(name) => Ok(Some(name.clone())),
         None => Ok(members.last().map(ToString::to_string)),

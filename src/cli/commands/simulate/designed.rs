@@ -13,7 +13,7 @@ use crate::cli::commands::designed::{Cells, Wanted, blank, given, plain};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::wrench;
-use crate::description::campaign::raw::{LoadSource, RawCampaign, RawInstrument, RawSigma};
+use crate::description::campaign::raw::{LoadSource, RawCampaign, RawEntry, RawInstrument, RawSigma};
 use crate::description::campaign::{Campaign, InSession, Reading, csv_in};
 use crate::description::units::Units;
 use crate::files::Design;
@@ -69,29 +69,37 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     }
     bring_to_contacts(command, model, &values, &mut campaign, &mut random)?;
     fill_holding_loads(model, &mut campaign)?;
-    let entries: Vec<_> = raw.measurements.iter().flat_map(|all| &all.0).map(|entry| raw.completed(entry)).collect();
-    let campaign = {
-        let blank = campaign.clone();
-        let ppm = |file: Option<&str>| {
-            let entry = entries.iter().find(|entry| Some(entry.file.as_str()) == file);
-            entry.and_then(|entry| entry.instrument.as_ref()?.ppm).unwrap_or(0.0) * 1e-6
-        };
-        let noise = |reading: &Reading| Noise { ppm: ppm(blank.file(reading)), ..reading.noise };
-        measure_with(model, &values, campaign, noise, &mut random)?
-    };
-    let markers: Vec<String> = design.robot.model.markers.iter().map(|marker| marker.name.clone()).collect();
+    let entries = raw.entries();
+    let campaign = measured(model, &values, campaign, &entries, &mut random)?;
     raw.robot = Some(robot_of(command, &design));
     raw.source = Some(source(session.seed()));
     let campaign = with_sets(command, campaign, &mut random);
-    let mut files = Vec::new();
-    for entry in &entries {
+    let markers: Vec<String> = design.robot.model.markers.iter().map(|marker| marker.name.clone()).collect();
+    let file = |entry: &RawEntry| {
         let own = campaign.select(|_, reading| campaign.file(reading) == Some(entry.file.as_str()));
-        let units = entry.units.unwrap_or_default();
-        files.push((entry.file.clone(), csv_in(&own, &model.variables, &markers, &units)?));
-    }
+        Ok((entry.file.clone(), csv_in(&own, &model.variables, &markers, &entry.units.unwrap_or_default())?))
+    };
+    let files = entries.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
     let mut output = written(command, &loaded.robot, &values, (&campaign, &raw), files, session.seed(), None)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
+}
+
+/// The readings with noise, that of each file's instrument.
+fn measured(
+    model: &Model,
+    values: &[f64],
+    campaign: Campaign,
+    entries: &[RawEntry],
+    random: &mut ChaCha8Rng,
+) -> Result<Campaign, Error> {
+    let blank = campaign.clone();
+    let ppm = |file: Option<&str>| {
+        let entry = entries.iter().find(|entry| Some(entry.file.as_str()) == file);
+        entry.and_then(|entry| entry.instrument.as_ref()?.ppm).unwrap_or(0.0) * 1e-6
+    };
+    let noise = |reading: &Reading| Noise { ppm: ppm(blank.file(reading)), ..reading.noise };
+    Ok(measure_with(model, values, campaign, noise, random)?)
 }
 
 /// What the campaign file says, and the command must not.
