@@ -10,6 +10,9 @@ use crate::model::{
 };
 use crate::parameter::Slot;
 
+/// The parameters of an effect at a site.
+type ParametersOf = fn(&Model, &Site, &Nonlinear) -> Vec<EffectParameter>;
+
 /// What [`Effect`] asks, field by field; `None` stands for the default there.
 pub struct Law {
     pub name: &'static str,
@@ -25,7 +28,7 @@ pub struct Law {
     pub candidates: fn(&Model, &Site, &Survey) -> Vec<Nonlinear>,
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
-    pub parameters: Option<fn(&Model, &Site, &Nonlinear) -> Vec<EffectParameter>>,
+    pub parameters: Option<ParametersOf>,
     pub thermal_delay: fn(&Nonlinear) -> Option<f64>,
     pub changes: fn(&Model, &Site, &Nonlinear) -> Changes,
 }

@@ -1,4 +1,5 @@
-//! The standard catalogue of effects that a description leaves out, one file each.
+//! The standard catalogue of effects that a description leaves out, one file each: words, and functions of model and site
+//! (`law`).
 //!
 //! An effect ([`Effect`]) says where it can sit, which parameters it has, and what one unit of each changes in a reading.
 //! To add one: its file, its line in [`Catalogue::standard`], its section in `docs/effects.md`. A program that has an effect

@@ -9,7 +9,7 @@ use imports::{Imports, circles};
 
 /// Floors from the ground up; modules on one floor do not know each other. The same picture is in `docs/design.md`.
 pub const FLOORS: &[&[&str]] = &[
-    &["math", "parameter", "diagnostic"],
+    &["math", "parameter", "diagnostic", "settings"],
     &["least_squares", "observation"],
     &["description"],
     &["elements"],
