@@ -7,7 +7,7 @@
 
 use super::calibration::calibrate_as_asked;
 use super::determined::calibrate_determined;
-use super::problem::row_sigmas;
+use super::far::squares;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
 use super::shared::SharedError;
@@ -91,15 +91,9 @@ fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot
 
 /// Probability that the squares of the fitted readings rise as they do where so many springs are held, if these are as declared.
 fn rise_by_chance(campaign: &Campaign, free: &Calibration, held: &Calibration, count: usize) -> f64 {
-    let sigmas = row_sigmas(campaign);
-    let squares = |found: &Calibration| -> f64 {
-        let weighted: Vec<f64> = found.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
-        let own = campaign.by_reading(&weighted, 1).zip(&free.held_out).filter(|(_, held_out)| !**held_out);
-        own.flat_map(|((_, own), _)| own).map(|left| left * left).sum()
-    };
-    let (before, freedom) = (squares(free), free.degrees_of_freedom.max(1.0));
+    let (before, freedom) = (squares(campaign, free), free.degrees_of_freedom.max(1.0));
     let shared = free.shared.map_or(1.0, |error| design_effect(campaign, &free.held_out, &error));
-    let ratio = (squares(held) - before) / (count as f64 * shared * before / freedom);
+    let ratio = (squares(campaign, held) - before) / (count as f64 * shared * before / freedom);
     f_tail(ratio, count as f64, freedom)
 }
 

@@ -57,7 +57,7 @@ pub(super) fn calibrate_far(
 }
 
 /// Weighted squares of the residuals of the readings that were fitted.
-fn squares(campaign: &Campaign, of: &Calibration) -> f64 {
+pub(super) fn squares(campaign: &Campaign, of: &Calibration) -> f64 {
     let sigmas = row_sigmas(campaign);
     let weighted: Vec<f64> = of.residual.iter().zip(&sigmas).map(|(left, sigma)| left / sigma).collect();
     let fitted = campaign.by_reading(&weighted, 1).zip(&of.held_out).filter(|(_, held_out)| !**held_out);

@@ -9,6 +9,7 @@ use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing, Target};
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::least_squares::{self, Bounds};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{Observes, POSE};
 use crate::parameter::Slot;
@@ -28,9 +29,7 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
         for of in parts(&placed, campaign.sessions.tool) {
             let own =
                 |reading: &&Reading| reading.session.part(campaign.sessions.tool) == of.part(campaign.sessions.tool);
-            let mut markers: Vec<Option<usize>> = placed.readings.iter().filter(own).map(|r| r.marker).collect();
-            markers.sort_unstable();
-            markers.dedup();
+            let markers: Vec<Option<usize>> = distinct(placed.readings.iter().filter(own).map(|r| r.marker));
             points.extend(markers.into_iter().map(|marker| (marker, of)));
         }
         for (marker, of) in points {
@@ -42,9 +41,7 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
         slots.extend(parts(&placed, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
     }
     let lengths = campaign.constraints.iter().filter_map(|constraint| constraint.length);
-    let mut targets: Vec<usize> = campaign.readings.iter().map(|reading| reading.target).chain(lengths).collect();
-    targets.sort_unstable();
-    targets.dedup();
+    let targets: Vec<usize> = distinct(campaign.readings.iter().map(|reading| reading.target).chain(lengths));
     let of_targets = targets.into_iter().flat_map(|target| model.target_values(target).iter().flatten().copied());
     slots.extend(of_targets);
     slots.sort_unstable();

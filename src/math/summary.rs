@@ -12,6 +12,14 @@ pub fn mean_rms_max(values: impl Iterator<Item = f64>) -> [f64; 3] {
     if n == 0.0 { [0.0; 3] } else { [sum / n, f64::sqrt(squares / n), max] }
 }
 
+/// The different ones of some values, ascending.
+pub(crate) fn distinct<T: Ord>(values: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut values: Vec<T> = values.into_iter().collect();
+    values.sort_unstable();
+    values.dedup();
+    values
+}
+
 /// Median; `None` of none.
 ///
 /// ```

@@ -248,8 +248,7 @@ impl Builder<'_> {
                 let triangle = self.triangle(actuator);
                 if given.is_some_and(|screw| screw.path == LoadPath::Pins) {
                     laws[along] = Law::Released(None);
-                    let antecedent = self.structure.bodies[frame.antecedent].clone();
-                    let ends = [antecedent.first().copied().unwrap_or(0), self.structure.bodies[index][0]];
+                    let ends = [frame.antecedent, index].map(|body| self.structure.bodies[body][0]);
                     let element = Arc::new(Screw { triangle, own: kar, axial });
                     let name = format!("actuator:{}", self.model.actuators[actuator].name);
                     self.only_closing.push(Edge { name, ends: self.pins(index, ends, actuator), element });

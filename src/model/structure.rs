@@ -117,13 +117,13 @@ impl Structure {
     }
 }
 
-/// The nearest of some vertices; of equally near ones the first.
+/// The nearest of some vertices, of which every body has one; of equally near ones the first.
 pub(super) fn nearest(
     among: &[VertexIndex],
     at: &Vector3<f64>,
     position: impl Fn(VertexIndex) -> Vector3<f64>,
 ) -> VertexIndex {
-    let mut best = (f64::INFINITY, among.first().copied().unwrap_or(0));
+    let mut best = (f64::INFINITY, among[0]);
     for &vertex in among {
         let distance = (position(vertex) - at).norm();
         if distance < best.0 - 1e-9 {

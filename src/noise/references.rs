@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::NoiseEstimate;
 use crate::description::campaign::References;
 use crate::math::quantiles::f_tail;
-use crate::math::rigid_fit;
+use crate::math::{distinct, rigid_fit};
 
 /// Passes of the fit: places of reflectors and motions in turns converge by the square of the motion, which is small.
 const PASSES: usize = 10;
@@ -146,9 +146,7 @@ fn fitted(
 
 /// Degrees of freedom of the motion of one time.
 fn freedom(reflectors: impl Iterator<Item = usize>) -> f64 {
-    let mut seen: Vec<usize> = reflectors.collect();
-    seen.sort_unstable();
-    seen.dedup();
+    let seen: Vec<usize> = distinct(reflectors);
     if seen.len() >= FOR_ROTATION { 6.0 } else { 3.0 }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::NoiseEstimate;
 use crate::description::campaign::Campaign;
 use crate::description::raw::JointKind;
+use crate::math::distinct;
 use crate::model::Model;
 
 /// One sigma of a coordinate from the scatter of distances between markers of one body over the configurations: a distance
@@ -34,9 +35,7 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
     let mut mounted = vec![0; campaign.poses.len()];
     campaign.readings.iter().for_each(|of| mounted[of.pose] = of.session.part(campaign.sessions.tool));
     let mountings: BTreeSet<usize> = mounted.iter().copied().collect();
-    let mut markers: Vec<usize> = points.keys().map(|(_, marker)| *marker).collect();
-    markers.sort_unstable();
-    markers.dedup();
+    let markers: Vec<usize> = distinct(points.keys().map(|(_, marker)| *marker));
     let (mut squares, mut degrees_of_freedom) = (0.0, 0.0);
     for (k, &one) in markers.iter().enumerate() {
         for &other in markers[k + 1..].iter().filter(|other| body(**other) == body(one)) {

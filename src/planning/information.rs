@@ -9,6 +9,7 @@ use super::request::Request;
 use crate::description::campaign::{Campaign, Conditions, InSession, Reading};
 use crate::estimation::{candidates, row_sigmas};
 use crate::identifiability::{Column, Identifiability, reduce};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{DEFLECTION, POSITION};
 use crate::parameter::{Group, Parameter, Slot};
@@ -160,9 +161,7 @@ impl<'a> Information<'a> {
         // The points that are read; the tool centre point where it is bodies or joints.
         let places = |reading: &&Reading| !reading.observes.ignores_arrangement();
         let mut points: Vec<(Option<usize>, InSession)> =
-            self.ways.iter().flatten().filter(places).map(|reading| (reading.marker, reading.session)).collect();
-        points.sort_unstable();
-        points.dedup();
+            distinct(self.ways.iter().flatten().filter(places).map(|reading| (reading.marker, reading.session)));
         if points.is_empty() {
             points.push((None, InSession::default()));
         }

@@ -9,6 +9,7 @@ use super::units::{deg, mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
 use crate::parameter::Group;
@@ -163,9 +164,7 @@ impl CampaignCheck {
             let name = reading.marker.map_or("TCP", |marker| model.markers[marker].name.as_str());
             *markers.entry(name.into()).or_default() += 1;
         }
-        let mut poses: Vec<usize> = readings.iter().map(|reading| reading.pose).collect();
-        poses.sort_unstable();
-        poses.dedup();
+        let poses: Vec<usize> = distinct(readings.iter().map(|reading| reading.pose));
         let variable = |k: usize| model.variables[k].name.as_str();
         Self {
             campaign: campaign.name.clone(),

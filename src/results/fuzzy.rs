@@ -6,8 +6,9 @@ use super::errors::ReadingErrors;
 use super::units::{half_width_95, mm};
 use crate::description::campaign::Campaign;
 use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules};
+use crate::estimation::Errors;
 use crate::estimation::fuzzy::{self, FuzzyFit, GreyFit, LocalFit, TreeStep};
-use crate::math::mean_rms_max;
+use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -182,6 +183,12 @@ pub struct AfterFit {
     pub check_after: Option<ReadingErrors>,
 }
 
+impl AfterFit {
+    fn new(fitted: &Errors, check: &Errors) -> Self {
+        Self { after: ReadingErrors::new(fitted), check_after: ReadingErrors::new(check) }
+    }
+}
+
 /// An input of the rules.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RuleInput {
@@ -243,10 +250,7 @@ impl FuzzyCompliance {
             levels: fit.levels.iter().map(LoadLevel::new).collect(),
             unit: "mm",
             rigid: RigidErrors { fit: mm(fit.rigid[0]), check: mm(fit.rigid[1]) },
-            residuals: AfterFit {
-                after: ReadingErrors::new(&fit.errors[0]),
-                check_after: ReadingErrors::new(&fit.errors[1]),
-            },
+            residuals: AfterFit::new(&fit.errors[0], &fit.errors[1]),
             described,
         }
     }
@@ -317,10 +321,7 @@ impl GreyCompliance {
         let after = &fit.parametric.after;
         let [without, with] = fit.cross_validated.map(mm);
         Self {
-            parametric: AfterFit {
-                after: ReadingErrors::new(&after.fit),
-                check_after: ReadingErrors::new(&after.check),
-            },
+            parametric: AfterFit::new(&after.fit, &after.check),
             cross_validated: CrossValidated { without, with },
             kept: fit.correction.is_some(),
             correction: fit.correction.as_ref().map(FuzzyCompliance::new),
@@ -383,20 +384,14 @@ impl LocalSpringsFound {
             test: mm(step.cross_validated),
         };
         Self {
-            parametric: AfterFit {
-                after: ReadingErrors::new(&after.fit),
-                check_after: ReadingErrors::new(&after.check),
-            },
+            parametric: AfterFit::new(&after.fit, &after.check),
             kept: local.is_some(),
             springs: local.iter().flat_map(|local| &local.springs).map(spring).collect(),
             inputs,
             steps: fit.steps.iter().map(step).collect(),
             levels: fit.levels.iter().map(LoadLevel::new).collect(),
             unit: "mm",
-            residuals: AfterFit {
-                after: ReadingErrors::new(&fit.errors[0]),
-                check_after: ReadingErrors::new(&fit.errors[1]),
-            },
+            residuals: AfterFit::new(&fit.errors[0], &fit.errors[1]),
             described,
         }
     }
@@ -436,9 +431,7 @@ impl MethodErrors {
             .filter(|(k, _)| all || held_out[*k])
             .map(|(k, reading)| (force(k), &reading[..3]))
             .collect();
-        let mut sizes: Vec<i64> = judged.iter().map(|(size, _)| *size).collect();
-        sizes.sort_unstable();
-        sizes.dedup();
+        let sizes: Vec<i64> = distinct(judged.iter().map(|(size, _)| *size));
         let row = |size: Option<i64>| {
             let of: Vec<&[f64]> =
                 judged.iter().filter(|(own, _)| size.is_none_or(|size| *own == size)).map(|(_, r)| *r).collect();

@@ -10,6 +10,7 @@ use super::identification::Identification;
 use super::units::{mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
+use crate::math::distinct;
 use crate::model::Model;
 use crate::review::{Node, Review, Slice, Stage};
 
@@ -223,9 +224,7 @@ impl Report {
 impl CampaignSummary {
     fn new(review: &Review) -> Self {
         let campaign = review.campaign;
-        let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-        poses.sort_unstable();
-        poses.dedup();
+        let poses: Vec<usize> = distinct(campaign.readings.iter().map(|reading| reading.pose));
         Self {
             name: campaign.name.clone(),
             robot: review.model.name.clone(),

@@ -10,7 +10,7 @@ use super::parts::{PartErrors, WorstReading, parts, worst};
 use super::units::{deg, mm};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::errors_of;
-use crate::math::mean_rms_max;
+use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
 
 /// One reading: measured less predicted.
@@ -68,9 +68,7 @@ impl DescriptionResiduals {
     pub fn new(model: &Model, campaign: &Campaign, residual: &[f64]) -> Self {
         let errors = |among: &dyn Fn(usize) -> bool| ReadingErrors::new(&errors_of(campaign, residual, among));
         let marker = |index: usize| campaign.readings[index].marker.map_or("TCP", |m| model.markers[m].name.as_str());
-        let mut names: Vec<&str> = (0..campaign.readings.len()).map(marker).collect();
-        names.sort_unstable();
-        names.dedup();
+        let names: Vec<&str> = distinct((0..campaign.readings.len()).map(marker));
         let lengths = |reading: &Reading| reading.observes.length_rows();
         let along = |k: usize| {
             let with = campaign.by_reading(residual, 1).filter(|(reading, _)| lengths(reading) > k);

@@ -14,6 +14,7 @@ use crate::diagnosis::{self, Diagnosis, diagnose};
 use crate::estimation::{Calibration, CalibrationError, Settings, calibrate};
 use crate::identifiability::{Sensitivity, elastic_parameters, elastic_sensitivities, sensitivities};
 use crate::kinematics::{Geometry, Placements};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::parameter::Group;
 use crate::scene::{Scene, Shot, draw};
@@ -131,9 +132,7 @@ pub fn shot(scene: &Scene, mechanics: &Mechanics, q: &[f64], name: String, rows:
 
 /// The typical configuration and others spread over the campaign.
 fn shots(scene: &Scene, mechanics: &Mechanics, campaign: &Campaign, first: usize) -> Vec<Shot> {
-    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
-    poses.sort_unstable();
-    poses.dedup();
+    let poses: Vec<usize> = distinct(campaign.readings.iter().map(|reading| reading.pose));
     let typical = campaign.readings.get(first).map(|reading| reading.pose);
     let step = poses.len().div_ceil(SHOTS).max(1);
     let others = poses.iter().copied().step_by(step).filter(|pose| Some(*pose) != typical);

@@ -7,6 +7,7 @@ use super::error::TrackingError;
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawFit;
 use crate::estimation::Calibration;
+use crate::math::distinct;
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 
@@ -138,10 +139,7 @@ impl Check {
         };
         let configurations = campaign.configurations();
         let readings = campaign.readings.iter().zip(&found.held_out).filter(|(_, held_out)| !**held_out);
-        let mut poses: Vec<usize> =
-            readings.filter_map(|(reading, _)| configurations.get(reading.pose).copied()).collect();
-        poses.sort_unstable();
-        poses.dedup();
+        let poses: Vec<usize> = distinct(readings.filter_map(|(reading, _)| configurations.get(reading.pose).copied()));
         let check = &found.after.check;
         Ok(Self {
             name: name.into(),

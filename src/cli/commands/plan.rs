@@ -25,6 +25,7 @@ use crate::description::units::Units;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::What;
 use crate::files::{LoadedCampaign, LoadedRobot, writable_table};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{DEFLECTION, Observes, POSITION};
 use crate::planning::{self, Optimality, Planned, PlanningError, Request, Sight, plan};
@@ -292,10 +293,7 @@ fn kind_of_readings(
 
 /// Markers of readings.
 fn used<'a>(readings: impl Iterator<Item = &'a Reading>) -> Vec<Option<usize>> {
-    let mut used: Vec<Option<usize>> = readings.map(|reading| reading.marker).collect();
-    used.sort_unstable();
-    used.dedup();
-    used
+    distinct(readings.map(|reading| reading.marker))
 }
 
 fn point(flag: &str, text: &str) -> Result<Vector3<f64>, Error> {

@@ -8,6 +8,7 @@ use crate::description::campaign::Campaign;
 use crate::description::robot::FrameIndex;
 use crate::estimation::result::CalibrationError;
 use crate::fuzzy;
+use crate::math::distinct;
 use crate::math::linear::PivotedQr;
 use crate::prediction::PredictionError;
 use crate::state::{Loads, Mechanics, State};
@@ -229,9 +230,7 @@ impl Samples {
     /// Of each sample among `of` the part of the configurations to which it belongs, of `parts` that are left out in turns:
     /// in order of appearance, so that neighbouring configurations fall into different parts.
     pub fn parts(&self, of: &[usize], parts: usize) -> Vec<usize> {
-        let mut poses: Vec<usize> = of.iter().map(|&k| self.pose[k]).collect();
-        poses.sort_unstable();
-        poses.dedup();
+        let poses: Vec<usize> = distinct(of.iter().map(|&k| self.pose[k]));
         of.iter().map(|&k| poses.partition_point(|pose| *pose < self.pose[k]) % parts.max(1)).collect()
     }
 

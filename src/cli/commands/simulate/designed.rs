@@ -18,6 +18,7 @@ use crate::description::campaign::{Campaign, InSession, Reading, csv_in};
 use crate::description::units::Units;
 use crate::files::Design;
 use crate::kinematics::{Geometry, Placements};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::Noise;
 use crate::prediction::{Toucher, fill_holding_loads, target_values};
@@ -192,14 +193,8 @@ fn configurations(
 /// Puts base, tool and scale of each session somewhere, as far as they are unknown.
 fn arrange(model: &Model, campaign: &Campaign, values: &mut [f64], random: &mut ChaCha8Rng) -> Result<(), Error> {
     let sessions = &campaign.sessions;
-    let mut markers: Vec<Option<usize>> = campaign
-        .readings
-        .iter()
-        .filter(|reading| !reading.observes.ignores_arrangement())
-        .map(|reading| reading.marker)
-        .collect();
-    markers.sort_unstable();
-    markers.dedup();
+    let placed = campaign.readings.iter().filter(|reading| !reading.observes.ignores_arrangement());
+    let markers: Vec<Option<usize>> = distinct(placed.map(|reading| reading.marker));
     for k in 0..sessions.parts(sessions.base).len() {
         let of = InSession { session: k, station: k };
         set_up(model, &markers, of, [campaign.estimate_base, false], values, random);

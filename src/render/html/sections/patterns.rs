@@ -4,6 +4,7 @@ use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::plots::Plot;
 use minijinja::context;
 
+use crate::math::distinct;
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::review::Review;
@@ -124,11 +125,7 @@ fn chosen(errors: &[Vec<f64>], count: usize) -> Vec<usize> {
     let size = |i: usize| errors.iter().map(|e| e[i] * e[i]).sum::<f64>();
     let mut greatest: Vec<usize> = (0..count).collect();
     greatest.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
-    let mut chosen: Vec<usize> =
-        (0..count).step_by(count.div_ceil(POINTS - 30)).chain(greatest.into_iter().take(30)).collect();
-    chosen.sort_unstable();
-    chosen.dedup();
-    chosen
+    distinct((0..count).step_by(count.div_ceil(POINTS - 30)).chain(greatest.into_iter().take(30)))
 }
 
 /// Means of `y` in bins of equal numbers of readings along `x`.
