@@ -74,7 +74,8 @@ impl Effect for Hysteresis {
                 state += memory * moved.signum() * (1.0 - kept);
                 memory *= kept;
             }
-            out.push((0, Change::Joint(variable, state)));
+            // Friction keeps the joint behind: on the side from which it came.
+            out.push((0, Change::Joint(variable, -state)));
         })
     }
 }
