@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::description::campaign::Campaign;
-use crate::diagnosis::{Cause, Level, Settings, Verdict, diagnose};
+use crate::diagnosis::{Cause, Level, Settings, Support, Verdict, diagnose};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{self, CalibrationError, calibrate, errors_of};
 use crate::model::{Catalogue, Model};
@@ -28,6 +28,8 @@ pub struct Named {
     pub probability: Option<f64>,
     /// How often it is the best by half of the configurations, of what is claimed.
     pub stability: Option<f64>,
+    /// What speaks for its law.
+    pub support: Option<Support>,
     /// Whether it is tied with a true cause on these readings ([`super::Signals`]).
     pub tied: bool,
 }
@@ -41,6 +43,7 @@ impl Named {
             level: cause.level,
             probability: cause.probability,
             stability: cause.stability.map(|stability| stability.of(cause.level)),
+            support: cause.support,
             tied: false,
         }
     }

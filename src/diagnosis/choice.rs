@@ -12,6 +12,7 @@ use super::free_errors::FreeErrors;
 use super::held_out::{Beside, HeldOut, paired};
 use super::level::Level;
 use super::linear_problem::LinearProblem;
+use super::misfit::Readings;
 use super::projection::Subset;
 use super::rivals::{Rival, rivals};
 use super::selection::Selector;
@@ -63,7 +64,9 @@ pub fn choice(
     let blocks = blocks(problem, campaign, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
-    let tests = Tests { blocks: &blocks, free_errors, noise: left };
+    let first = first_readings(problem, campaign);
+    let readings = Readings { campaign, first: &first };
+    let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
     let mut found: Vec<Claim> = Vec::new();
     let mut before = Before { forward: &forward, causes: Vec::new() };
     for (entry, cause) in causes.iter().enumerate() {
@@ -95,9 +98,10 @@ pub fn choice(
             claims.push(claim);
         }
     }
+    claims = without_series(&forward, claims, settings);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-        match curve(&forward, &taken, settings) {
+        match curve(&forward, &taken, None, settings) {
             Some(found) => claims.push(found),
             None => break,
         }
@@ -149,11 +153,44 @@ impl Before<'_> {
     }
 }
 
-/// A free curve at a site that the causes named leave, where its site is certain.
-fn curve(forward: &Forward, taken: &[usize], settings: &Settings) -> Option<Claim> {
+/// The claims, those of one law with several values at one site replaced by a curve there, where one can stand for them: three of
+/// them have any shape, and so have two where neither is most of it.
+fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let all: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+    let squares = forward.selector.fit(&all).squares;
+    let lost = |own: usize| {
+        let others: Vec<usize> = all.iter().copied().filter(|&h| h != own).collect();
+        forward.selector.fit(&others).squares - squares
+    };
+    let is_law = |claim: &&Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
+    let mut kept = claims.clone();
+    for first in claims.iter().filter(is_law) {
+        let is_of_series =
+            |claim: &Claim| is_law(&claim) && hypotheses[claim.hypothesis].is_same(&hypotheses[first.hypothesis]);
+        let losses: Vec<f64> =
+            kept.iter().filter(|claim| is_of_series(claim)).map(|claim| lost(claim.hypothesis)).collect();
+        let greatest = losses.iter().copied().fold(0.0, f64::max);
+        if losses.len() < 2 || losses.len() < 3 && greatest >= settings.claims.of_site * losses.iter().sum::<f64>() {
+            continue;
+        }
+        let others: Vec<Claim> = kept.iter().filter(|claim| !is_of_series(claim)).cloned().collect();
+        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
+        if let Some(found) = curve(forward, &taken, Some(&hypotheses[first.hypothesis].site.name), settings) {
+            kept = others;
+            kept.push(found);
+        }
+    }
+    kept
+}
+
+/// A free curve that the causes named leave at a site, or at any where that is certain.
+fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Settings) -> Option<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let gains = forward.selector.gains(taken);
-    let is_possible = |&h: &usize| hypotheses[h].is_free() && gains[h].directions > 0 && !taken.contains(&h);
+    let is_there = |h: usize| site.is_none_or(|site| hypotheses[h].site.name == site);
+    let is_possible =
+        |&h: &usize| hypotheses[h].is_free() && is_there(h) && gains[h].directions > 0 && !taken.contains(&h);
     let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
     let sets: Vec<Vec<usize>> = candidates.iter().map(|&h| vec![h]).collect();
     let beside = Beside::new(&forward.selector.projection, taken, &sets);
@@ -173,8 +210,7 @@ fn curve(forward: &Forward, taken: &[usize], settings: &Settings) -> Option<Clai
         hypothesis: candidates[best],
         level: Level::Site,
         rivals: Vec::new(),
-        of_free: None,
-        elsewhere: None,
+        support: None,
         stability: stability(
             forward.problem,
             &beside.only(&order),
@@ -204,14 +240,16 @@ fn dealt(problem: &LinearProblem, settings: &Settings) -> Vec<Option<usize>> {
     fold
 }
 
+/// The first reading of each configuration; `None` of constraints, which are no readings.
+fn first_readings(problem: &LinearProblem, campaign: &Campaign) -> Vec<Option<usize>> {
+    let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);
+    problem.poses().iter().map(|pose| first(pose).filter(|reading| *reading < campaign.readings.len())).collect()
+}
+
 /// Sets of configurations that are left out whole: both ends of the range of each variable, of the time and of the
 /// temperature; each session where there are several.
 fn blocks(problem: &LinearProblem, campaign: &Campaign, settings: &Settings) -> Vec<HeldOut> {
-    let poses = problem.poses();
-    let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);
-    // Constraints are no readings.
-    let reading: Vec<Option<usize>> =
-        poses.iter().map(|pose| first(pose).filter(|reading| *reading < campaign.readings.len())).collect();
+    let (poses, reading) = (problem.poses(), first_readings(problem, campaign));
     let ends = |value: &dyn Fn(usize) -> Option<f64>| {
         let of = |pose: usize| Some((value(reading[pose]?)?, pose));
         let mut order: Vec<(f64, usize)> = (0..poses.len()).filter_map(of).collect();

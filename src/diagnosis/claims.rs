@@ -14,12 +14,13 @@ use super::forward::Forward;
 use super::free_errors::FreeErrors;
 use super::held_out::{Beside, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
-use super::level::{Level, Stability};
+use super::level::{Level, Stability, Support};
+use super::misfit::{Readings, missed};
 use super::rivals::Rival;
 use super::settings::ClaimSettings;
 use super::stability::stability;
 use crate::effects::Family;
-use crate::math::project_off;
+use crate::math::{orthonormal, project_off};
 
 /// A claim about one cause.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,10 +31,8 @@ pub struct Claim {
     pub level: Level,
     /// What cannot be told from it, the nearest first.
     pub rivals: Vec<Rival>,
-    /// Share of what the best free curve at the site takes away; `None` where there is none to compare with.
-    pub of_free: Option<f64>,
-    /// Gain where the law was not fitted, over that of folds drawn at random.
-    pub elsewhere: Option<f64>,
+    /// What speaks for its law; `None` of a curve.
+    pub support: Option<Support>,
     /// How often it wins among all that were compared.
     pub stability: Stability,
 }
@@ -46,6 +45,10 @@ pub struct Tests<'a> {
     pub free_errors: &'a FreeErrors<'a>,
     /// The noise over the sigmas of the rows.
     pub noise: f64,
+    /// The readings of the problem.
+    pub readings: Readings<'a>,
+    /// All causes that were chosen.
+    pub members: &'a [usize],
 }
 
 /// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being the causes beside it.
@@ -77,7 +80,7 @@ pub fn claims(
     }
     let is_tied = |at: usize| match sharp {
         Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
-        None => compared.is_near(at, 0),
+        None => compared.is_rival(at, 0),
     };
     let mut tied: Vec<usize> = (1..sets.len()).filter(|&at| !first(at).is_free() && is_tied(at)).collect();
     tied.sort_by(|&a, &b| compared.total(a).total_cmp(&compared.total(b)));
@@ -141,6 +144,21 @@ impl Compared<'_> {
             && paired(&self.losses.beside[at], &self.losses.beside[own]).t < settings.paired_t
     }
 
+    /// Whether a candidate takes away most of what another does: a cause that does not is another one in addition, however near
+    /// the two come by themselves.
+    fn is_alternative(&self, at: usize, own: usize) -> bool {
+        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
+        let [own, other] = [own, at].map(|at| &self.beside.candidates[at]);
+        let alone = own.tr_mul(&before).norm_squared();
+        let in_addition = orthonormal(own, Some(other)).tr_mul(&before).norm_squared();
+        in_addition < (1.0 - self.forward.settings.least_rival) * alone
+    }
+
+    /// Whether a candidate does as well as another in its place.
+    fn is_rival(&self, at: usize, own: usize) -> bool {
+        self.is_near(at, own) && self.is_alternative(at, own)
+    }
+
     /// Whether a candidate sits at none of the sites of another.
     fn is_elsewhere(&self, at: usize, own: usize) -> bool {
         let sites = self.sets[own].iter().map(|&h| &self.forward.problem.hypotheses[h].site.name);
@@ -153,14 +171,23 @@ impl Compared<'_> {
     }
 
     /// A cause with a law, and what is tied with it: named where these are few, else by what they share.
-    fn named(&self, own: usize, gates: Gates, rivals: &[(usize, Gates)]) -> Vec<Claim> {
+    fn named(&self, own: usize, gates: Gates, tied: &[(usize, Gates)]) -> Vec<Claim> {
+        let mut rivals = tied.to_vec();
+        // The laws that it may be in its limit are tied with it.
+        if gates.is_in_limit && tied.iter().all(|(_, gates)| gates.is_in_limit) {
+            for at in self.limits(own) {
+                if !rivals.iter().any(|(known, _)| self.hypothesis(*known).is_same(self.hypothesis(at))) {
+                    rivals.push((at, self.gates(at)));
+                }
+            }
+        }
         let family = self.hypothesis(own).family();
         let shares_family = |at: usize| self.hypothesis(at).family() == family;
         // Where something stays that no law has, a free curve at another site that does as well leaves the site open.
         // Constants are simpler than any curve.
         let curves: Vec<usize> = match self.is_sharp || family == Family::Geometry {
             true => Vec::new(),
-            false => self.free().filter(|&at| self.is_elsewhere(at, own) && self.is_near(at, own)).collect(),
+            false => self.free().filter(|&at| self.is_elsewhere(at, own) && self.is_rival(at, own)).collect(),
         };
         // What may be another law in its limit is named only beside one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
@@ -175,9 +202,18 @@ impl Compared<'_> {
         let tied: Vec<usize> = rivals.iter().map(|(at, _)| *at).collect();
         let stability = self.stability(own, &tied);
         // What fewer than half of the halves choose is not known to be there.
-        let least = self.forward.settings.least_halves;
+        let settings = self.forward.settings;
+        let least = settings.least_halves;
+        // Joints that are one cause stand for several laws.
+        let is_one = self.sets[own].len() == 1;
         let level = match level {
-            Level::Law if stability.group >= least => Level::Law,
+            Level::Law if stability.group >= least && (!is_one || stability.group_law >= settings.least_law) => {
+                Level::Law
+            }
+            // Another law, or a curve, wins there.
+            Level::Law if stability.site >= least && tied.iter().all(|&at| !self.is_elsewhere(at, own)) => {
+                return self.curve_at(own).into_iter().collect();
+            }
             _ if stability.family >= least => Level::Family,
             _ => return Vec::new(),
         };
@@ -189,9 +225,10 @@ impl Compared<'_> {
                 is_of_joints: self.sets[*at].len() > 1,
             })
             .collect();
-        let Gates { of_free, elsewhere, .. } = gates;
-        let claim =
-            |&hypothesis: &usize| Claim { hypothesis, level, rivals: rivals.clone(), of_free, elsewhere, stability };
+        let Gates { of_free, of_site, elsewhere, missed, .. } = gates;
+        let of_gap = self.gain(own) / self.forward.gap();
+        let support = Some(Support { of_gap, of_free, of_site, elsewhere, missed, leaves_noise: self.is_sharp });
+        let claim = |&hypothesis: &usize| Claim { hypothesis, level, rivals: rivals.clone(), support, stability };
         self.sets[own].iter().map(claim).collect()
     }
 
@@ -202,7 +239,7 @@ impl Compared<'_> {
             return None;
         }
         let tied: Vec<&Hypothesis> = (0..self.sets.len())
-            .filter(|&other| self.is_near(other, best))
+            .filter(|&other| other == best || self.is_rival(other, best))
             .map(|other| self.hypothesis(other))
             .collect();
         let own = self.hypothesis(best);
@@ -216,10 +253,18 @@ impl Compared<'_> {
         Some(self.curve(best, level))
     }
 
+    /// The best free curve at the site of a candidate, where it is worth having.
+    fn curve_at(&self, own: usize) -> Option<Claim> {
+        let at_site = self.free().filter(|&at| !self.is_elsewhere(at, own));
+        let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
+        let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.beside[best]);
+        is_worth.then(|| self.curve(best, Level::Site))
+    }
+
     /// A free curve, claimed without a law.
     fn curve(&self, at: usize, level: Level) -> Claim {
         let (hypothesis, stability) = (self.sets[at][0], self.stability(at, &[]));
-        Claim { hypothesis, level, rivals: Vec::new(), of_free: None, elsewhere: None, stability }
+        Claim { hypothesis, level, rivals: Vec::new(), support: None, stability }
     }
 
     /// Squares that the candidate takes away, over what an error free in every configuration carries at its site.
@@ -235,12 +280,26 @@ impl Compared<'_> {
         (carried > 0.0).then(|| taken / carried)
     }
 
-    /// Stability among those that come near: what comes later hardly ever wins. `tied` does as well.
+    /// Share of the error at its site that a law misses, all other causes fitted.
+    fn missed(&self, at: usize) -> f64 {
+        let [own] = self.sets[at][..] else { return 0.0 };
+        let problem = self.forward.problem;
+        let law = &problem.hypotheses[own];
+        let is_other = |h: &usize| !self.sets[0].contains(h) && !problem.hypotheses[*h].is_same(law);
+        let others: Vec<usize> = self.tests.members.iter().copied().filter(is_other).collect();
+        let beside = Beside::new(&self.forward.selector.projection, &others, &[vec![own]]);
+        let before = project_off(&problem.residual, &beside.basis);
+        let (free, readings) = (self.tests.free_errors, self.tests.readings);
+        missed(free, &law.site, (&before, &beside.candidates[0]), readings, self.forward.settings)
+    }
+
+    /// Stability among those that come near and take away the same: what comes later hardly ever wins. `tied` does as well.
     fn stability(&self, own: usize, tied: &[usize]) -> Stability {
         let settings = self.forward.settings;
         let mut near: Vec<usize> = (0..self.sets.len()).filter(|&at| at != own && !tied.contains(&at)).collect();
         near.sort_by(|&a, &b| self.total(a).total_cmp(&self.total(b)));
-        near.truncate(settings.compared);
+        let near = near.into_iter().filter(|&at| self.is_alternative(at, own));
+        let mut near: Vec<usize> = near.take(settings.compared).collect();
         near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
         let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();
         let halves = (settings.halves, settings.seed);
@@ -274,7 +333,7 @@ impl Compared<'_> {
     /// it does as well, the law's own variants among the other causes left out.
     fn is_in_limit(&self, at: usize) -> bool {
         let [own] = self.sets[at][..] else { return false };
-        let (problem, noise) = (self.forward.problem, self.tests.noise);
+        let problem = self.forward.problem;
         let law = &problem.hypotheses[own];
         let Some(value) = law.nonlinear.continuous() else { return false };
         let is_variant = |h: &Hypothesis| h.is_same(law) && h.nonlinear.clone().with_continuous(value) == law.nonlinear;
@@ -289,10 +348,31 @@ impl Compared<'_> {
         let beside = Beside::new(&self.forward.selector.projection, &others, &sets);
         let before = project_off(&problem.residual, &beside.basis);
         let taken: Vec<f64> = beside.candidates.iter().map(|columns| columns.tr_mul(&before).norm_squared()).collect();
-        // The end lies in the interval of the parameter by the likelihood, readings of a configuration counting once.
+        taken.split_first().is_some_and(|(own, ends)| ends.iter().any(|end| own - end < self.least_loss()))
+    }
+
+    /// What the end of a parameter's interval leaves more than its best value, by the likelihood; readings of a configuration count
+    /// once.
+    fn least_loss(&self) -> f64 {
+        let problem = self.forward.problem;
         let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
-        let least = self.forward.settings.paired_t.powi(2) * noise * noise * per_pose;
-        taken.split_first().is_some_and(|(own, ends)| ends.iter().any(|end| own - end < least))
+        (self.forward.settings.paired_t * self.tests.noise).powi(2) * per_pose
+    }
+
+    /// Other laws at the site of one that may be theirs in its limit, which take away as much but for what that loses.
+    fn limits(&self, own: usize) -> impl Iterator<Item = usize> {
+        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
+        let taken = move |at: usize| self.beside.candidates[at].tr_mul(&before).norm_squared();
+        let law = self.hypothesis(own);
+        let is_like = move |at: &usize| {
+            let other = self.hypothesis(*at);
+            self.sets[*at].len() == 1
+                && !other.is_free()
+                && !other.is_same(law)
+                && (other.family(), &other.site.name) == (law.family(), &law.site.name)
+        };
+        let least = taken(own) - self.least_loss();
+        (1..self.sets.len()).filter(is_like).filter(move |at| taken(*at) > least)
     }
 
     fn gates(&self, at: usize) -> Gates {
@@ -303,6 +383,7 @@ impl Compared<'_> {
         let is_better = |k: usize| {
             paired(&self.losses.beside[at], &self.losses.beside[k]).t > settings.paired_t
                 && gain < settings.of_free * self.gain(k)
+                && self.is_alternative(k, at)
         };
         let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at);
         let own_only = self.beside.only(&[at]);
@@ -324,7 +405,8 @@ impl Compared<'_> {
                 elsewhere = Some(elsewhere.map_or(share, |known| known.min(share)));
             }
         }
-        Gates { of_free, is_beaten, elsewhere, of_site: self.of_site(at), is_in_limit: self.is_in_limit(at) }
+        let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
+        Gates { of_free, is_beaten, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
     }
 }
 
@@ -339,11 +421,14 @@ struct Gates {
     of_site: Option<f64>,
     /// Whether it may be another law in its limit.
     is_in_limit: bool,
+    /// Share of the error at the site that it misses.
+    missed: f64,
 }
 
 impl Gates {
     fn hold(&self, settings: &ClaimSettings) -> bool {
         !self.is_beaten
+            && self.missed <= 1.0 - settings.of_site
             && self.of_site.is_none_or(|share| share >= settings.of_site)
             && self.of_free.is_none_or(|share| share >= settings.of_free)
             && self.elsewhere.is_none_or(|share| share >= settings.elsewhere)

@@ -218,6 +218,7 @@ impl Explanation<'_> {
             level: claim.level,
             follows: hypothesis.follows(&model.variable_names(), self.competition.is_loaded()),
             stability: Some(claim.stability),
+            support: claim.support,
             curve: curve(hypothesis, fitted),
             implies: implied(hypothesis, fitted, &self.competition.values),
             signature: hypothesis.effect.signature(),

@@ -65,6 +65,26 @@ impl<'a> FreeErrors<'a> {
         })
     }
 
+    /// Errors over their sigmas at a site of one direction, by configuration of the problem: what each of its readings shows of
+    /// them together. `None` where there is no such site, or it has several directions.
+    pub fn amounts(&self, site: &str, residual: &DVector<f64>) -> Option<Vec<f64>> {
+        let (all, width) = &self.columns;
+        let at = self.names.iter().position(|(name, count)| name == site && *count == 1)?;
+        let column: usize = self.names.iter().take(at).map(|(_, count)| count).sum();
+        let poses = self.problem.poses();
+        let mut sums = vec![(0.0, 0.0); poses.len()];
+        for row in 0..residual.len() {
+            let own = all[row * width + column] / self.problem.sigmas[row];
+            let sum = &mut sums[poses.partition_point(|pose| *pose < self.problem.pose[row])];
+            *sum = (sum.0 + own * residual[row], sum.1 + own * own);
+        }
+        Some(
+            sums.into_iter()
+                .map(|(product, square): (f64, f64)| product / square.sqrt().max(f64::MIN_POSITIVE))
+                .collect(),
+        )
+    }
+
     /// Squares above the noise that a free error at one site carries; `None` where there is no such site, or where too few
     /// rows of a configuration tell it from other motions.
     pub fn carried(&self, site: &str, residual: &DVector<f64>, noise: f64) -> Option<f64> {

@@ -23,6 +23,7 @@ mod level;
 mod linear_fit;
 mod linear_problem;
 mod location;
+mod misfit;
 mod next_poses;
 mod nuisance;
 mod outliers;
@@ -43,7 +44,7 @@ mod verdict;
 
 pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;
-pub use level::{Level, Stability};
+pub use level::{Level, Stability, Support};
 pub use nuisance::{all_springs, nuisance};
 pub use result::{
     Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, Gap, Location,

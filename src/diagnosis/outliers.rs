@@ -119,6 +119,7 @@ pub fn cause(
         level: Level::Law,
         follows: None,
         stability: None,
+        support: None,
         curve: None,
         implies: Vec::new(),
         signature: effect.map_or("", |effect| effect.signature()),

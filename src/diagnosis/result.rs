@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::level::{Level, Stability};
+use super::level::{Level, Stability, Support};
 use crate::description::campaign::Amount;
 use crate::description::raw::RawAmount;
 use crate::effects::{EffectEntry, Family};
@@ -106,6 +106,8 @@ pub struct Cause {
     pub follows: Option<String>,
     /// How often it wins over half-samples; `None` of outliers.
     pub stability: Option<Stability>,
+    /// What speaks for its law; `None` of outliers and curves.
+    pub support: Option<Support>,
     /// Its curve, of a free form at a joint.
     pub curve: Option<Curve>,
     /// What its amounts mean on the machine, in words.

@@ -21,7 +21,7 @@ pub fn stability(
 ) -> Stability {
     let hypotheses = &problem.hypotheses;
     let poses = problem.poses().len();
-    let (mut counts, mut draws) = ([0_usize; 4], 0);
+    let (mut counts, mut draws) = ([0_usize; 5], 0);
     for pair in 0..pairs {
         let mut order: Vec<usize> = (0..poses).collect();
         order.shuffle(&mut generator(seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
@@ -45,10 +45,12 @@ pub fn stability(
                 own.family() == other.family() && own.site.name == other.site.name
             };
             counts[3] += usize::from((0..=tied).any(is_at));
+            let is_law = |at: usize| hypotheses[candidates[at]].is_same(other);
+            counts[4] += usize::from((0..=tied).any(is_law));
             draws += 1;
         }
     }
     // Laplace's rule of succession, which never says certain.
-    let [family, site, law, group] = counts.map(|count| (count as f64 + 1.0) / (draws as f64 + 2.0));
-    Stability { family, site, law, group }
+    let [family, site, law, group, group_law] = counts.map(|count| (count as f64 + 1.0) / (draws as f64 + 2.0));
+    Stability { family, site, law, group, group_law }
 }

@@ -46,7 +46,8 @@ pub(super) static LAW: Law = Law {
                 state += memory * moved.signum() * (1.0 - kept);
                 memory *= kept;
             }
-            out.push((0, Change::Joint(variable, state)));
+            // Friction keeps the joint behind: on the side from which it came.
+            out.push((0, Change::Joint(variable, -state)));
         })
     },
     ..Law::NOTHING

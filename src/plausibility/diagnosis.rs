@@ -40,8 +40,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
     let (amount, fitted) = &found.evidence;
     let little = too_little(amount, *fitted, limits).or_else(|| {
-        let is_drowned = all.iter().any(|told| told.code == Code::NoiseUnlikeStated);
-        (found.verdict == Verdict::Undecided && !is_drowned).then(|| {
+        (found.verdict == Verdict::Undecided && found.hypotheses == 0).then(|| {
             Diagnostic::warning("no hypothesis of the catalogue could have shown in these readings")
                 .code(Code::TooLittleData)
                 .remedy(

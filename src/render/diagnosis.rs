@@ -61,6 +61,10 @@ pub fn finding(found: &Diagnosis) -> String {
         Verdict::NoGap => format!(
             "No gap: calibration leaves {rms:.4} mm (rms, unseen readings), and noise alone gives {noise:.4} mm."
         ),
+        Verdict::Undecided if found.noise.source == "leftover" => format!(
+            "Undecided: nothing in the catalogue takes a certain part of the {rms:.4} mm (rms) away that calibration leaves; the noise is \
+             not known, so it cannot be told whether that is noise."
+        ),
         Verdict::Undecided => format!(
             "Undecided: calibration leaves {rms:.4} mm (rms) and noise alone gives {noise:.4} mm, but these readings could not show a gap."
         ),

@@ -8,7 +8,7 @@ use super::units::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{
     self, Autocorrelation, CauseParameter, Curve, EffectAtSite, ExcessCompliance, Excluded, Level, LookAlikes,
-    NoiseSource, NotTried, Rest, SiteShare, Stability, Verdict,
+    NoiseSource, NotTried, Rest, SiteShare, Stability, Support, Verdict,
 };
 use crate::effects::Family;
 use crate::model::Model;
@@ -80,6 +80,9 @@ pub struct Cause {
     pub follows: Option<String>,
     /// Frequencies over half-samples of configurations.
     pub stability: Option<Stability>,
+    /// What speaks for its law, on readings that were not fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub support: Option<Support>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
     /// What the amounts mean on the machine.
@@ -274,6 +277,7 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
         level: cause.level,
         follows: cause.follows.clone(),
         stability: cause.stability,
+        support: cause.support,
         curve: cause.curve.clone(),
         implies: cause.implies.clone(),
         signature: cause.signature,
