@@ -19,7 +19,7 @@ use super::rivals::Rival;
 use super::settings::ClaimSettings;
 use super::stability::stability;
 use crate::effects::Family;
-use crate::math::project_off;
+use crate::math::{least_squares, project_off};
 
 /// A claim about one cause.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,8 +94,9 @@ pub fn claims(
     // Where the noise decides, what does as well is a rival whatever its gates; elsewhere only what could be a law.
     let own_holds = judged.first().is_some_and(|(_, gates)| gates.hold(settings));
     let keeps_all = sharp.is_some() && own_holds;
-    let lawful: Vec<(usize, Gates)> =
+    let mut lawful: Vec<(usize, Gates)> =
         judged.into_iter().filter(|(_, gates)| keeps_all || gates.hold(settings)).collect();
+    compared.nearest_first(&mut lawful);
     match lawful.split_first() {
         Some(((own, gates), rivals)) => compared.named(*own, *gates, rivals),
         None => compared.unnamed().into_iter().collect(),
@@ -150,6 +151,30 @@ impl Compared<'_> {
     /// The free curve that leaves least.
     fn best_free(&self) -> Option<usize> {
         self.free().min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
+    }
+
+    /// Of laws that the readings do not tell apart the one goes first beside which calibrated constants stay nearer to the description, where
+    /// they do so clearly: the scale of an instrument goes before a robot all of whose lengths and ratios are off by one factor.
+    fn nearest_first(&self, tied: &mut [(usize, Gates)]) {
+        let is_single = |at: usize| self.sets[at].len() == 1;
+        if tied.len() < 2 || tied.len() > self.forward.settings.group || !is_single(tied[0].0) {
+            return;
+        }
+        let far: Vec<f64> =
+            tied.iter().map(|(at, _)| if is_single(*at) { self.far(*at) } else { f64::INFINITY }).collect();
+        let nearest = (0..far.len()).min_by(|&a, &b| far[a].total_cmp(&far[b])).unwrap_or(0);
+        if far[0] - far[nearest] > self.forward.settings.nearer {
+            tied.swap(0, nearest);
+        }
+    }
+
+    /// Squares of how far calibrated constants are from the description beside a candidate, by its tolerances.
+    fn far(&self, at: usize) -> f64 {
+        let problem = self.forward.problem;
+        let members: Vec<usize> = self.others.iter().chain(&self.sets[at]).copied().collect();
+        let x = least_squares(&problem.design(&members), &problem.residual);
+        let moved = problem.moved.iter().zip(&x);
+        moved.map(|([before, tolerance], change)| ((before + change) / tolerance).powi(2)).sum()
     }
 
     /// A cause with a law, and what is tied with it: named where these are few, else by what they share.
