@@ -8,6 +8,7 @@ use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
+use crate::description::campaign::Campaign;
 use crate::description::raw::{RawApplied, RawRobot, RawValidity};
 use crate::diagnosis::{Diagnosis, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
@@ -46,13 +47,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
     let mut output = output.judged(judged, session.arguments.force)?;
-    if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
-        output.diagnostics.push(
-            Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
-                "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
-            ),
-        );
-    }
+    output.diagnostics.extend(nothing_refitted(campaign, model));
     if let Some(path) = &command.apply {
         let mut raw = with_values(&loaded.robot.raw, model, &found.values);
         let of_the_session = applied(&mut raw, model, &found);
@@ -83,6 +78,22 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
         output.files.push((path.clone(), text));
     }
     Ok(output)
+}
+
+/// A warning where the campaign names nothing that is re-fitted: what `identify` fits then competes as causes.
+fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
+    let [message, remedy] = match campaign.observes.purpose() {
+        Purpose::Geometry => [
+            "the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time",
+            "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
+        ],
+        Purpose::Stiffness if model.elastic_slots().is_empty() => return None,
+        Purpose::Stiffness => [
+            "the campaign has no `calibrate:`: springs compete as causes, one at a time; `identify` fits all of them",
+            "write `calibrate: [joint-compliance, ..]` into the campaign if they have not been identified",
+        ],
+    };
+    campaign.calibrate.is_empty().then(|| Diagnostic::warning(message).remedy(remedy))
 }
 
 /// Writes the causes into a description, with what each was tied with. What belongs to the session, and not to the robot,
