@@ -139,6 +139,9 @@ fn a_diagnosis_says_what_identify_refuses() {
     assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
 }
 
+/// What is done to a table, the code of what is said of it, and words of that.
+type Mistake<'a> = (&'a dyn Fn(&mut Table), &'a str, &'a [&'a str]);
+
 /// The joint columns of the starter in other orders, units and sums, and zeros of two joints.
 #[test]
 fn joint_columns_read_otherwise_are_named() {
@@ -160,7 +163,7 @@ fn joint_columns_read_otherwise_are_named() {
             t.swap(a, b);
         }
     };
-    let mistakes: [(&dyn Fn(&mut Table), &str, &[&str]); 6] = [
+    let mistakes: [Mistake; 6] = [
         (&reversed, "misread", &["the joint columns in reverse order", "numbered from the tool?"]),
         (&|t| added(t, "q3", "q2", 1.0), "misread", &["`q3` replaced by `q3` - `q2`", "report the sum"]),
         (&|t| added(t, "q3", "q2", -1.0), "misread", &["`q3` replaced by `q3` + `q2`", "report the difference"]),
