@@ -8,7 +8,7 @@ use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::row_sigmas;
 use crate::math::orthonormal;
 use crate::model::Model;
-use crate::parameter::Slot;
+use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns};
 
 /// Weighted rows of all readings.
@@ -18,6 +18,9 @@ pub struct LinearProblem {
     pub residual: DVector<f64>,
     /// Derivatives by the parameters that are fitted with every hypothesis.
     pub nuisance: DMatrix<f64>,
+    /// Of each of these: how far calibration moved it from the description, and one standard deviation of that by the description's
+    /// tolerances; infinite where it has none.
+    pub moved: Vec<[f64; 2]>,
     /// Sigma of each row, m or rad.
     pub sigmas: Vec<f64>,
     /// Configuration of each row.
@@ -84,7 +87,13 @@ impl LinearProblem {
         let markers = campaign.readings.iter().flat_map(|own| std::iter::repeat_n(marker_of(own), own.observes.rows()));
         let marker = markers.chain(campaign.constraints.iter().map(|_| 0)).collect();
         let (pose, reading) = of_rows.chain(of_constraints).unzip();
+        let moved = nuisance.iter().map(|&slot| {
+            let parameter = &model.registry[slot];
+            let is_stated = parameter.group == Group::Geometry && parameter.tolerance > 0.0;
+            [values[slot] - parameter.nominal, if is_stated { parameter.tolerance } else { f64::INFINITY }]
+        });
         Ok(Self {
+            moved: moved.collect(),
             residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
             nuisance: columns_of(nuisance),
             sigmas,
@@ -120,6 +129,7 @@ impl LinearProblem {
         Self {
             residual: self.residual.select_rows(&rows),
             nuisance: self.nuisance.select_rows(&rows),
+            moved: self.moved.clone(),
             sigmas: rows.iter().map(|&row| self.sigmas[row]).collect(),
             pose: rows.iter().map(|&row| self.pose[row]).collect(),
             marker: rows.iter().map(|&row| self.marker[row]).collect(),

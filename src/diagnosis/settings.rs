@@ -145,6 +145,9 @@ pub struct ClaimSettings {
     pub least_rival: f64,
     /// Most that can be tied and one of them still be named, as the scoring of sealed campaigns allows.
     pub group: usize,
+    /// Of those tied the one goes first beside which constants are nearer to the description by so much, in squares of its tolerances: the
+    /// odds of [`RivalSettings::margin`].
+    pub nearer: f64,
     /// Hypotheses among which halves of the configurations choose: what comes next hardly ever wins.
     pub compared: usize,
     /// Pairs of complementary halves; 50 choices resolve 2 %.
@@ -184,6 +187,7 @@ impl Default for ClaimSettings {
             outer: 0.2,
             least_rival: 0.5,
             group: 3,
+            nearer: 9.0,
             compared: 24,
             halves: 25,
             least_halves: 0.5,

@@ -96,6 +96,22 @@ impl<'a> CampaignProblem<'a> {
         self
     }
 
+    /// The same with derivatives that count the sag; `None` where they do already.
+    pub fn with_sag(&self) -> Option<Self> {
+        let predictor = (!self.predictor.counts_sag()).then(|| self.predictor.clone().with_sag())?;
+        Some(Self {
+            predictor,
+            start: self.start.clone(),
+            sigmas: self.sigmas.clone(),
+            priors: self.priors.clone(),
+            logarithms: self.logarithms.clone(),
+            kinds: self.kinds.clone(),
+            scales: self.scales.clone(),
+            rounding: self.rounding,
+            buffer: RefCell::default(),
+        })
+    }
+
     /// Which parameters are fitted by their logarithms.
     pub fn logarithms(&self) -> &[bool] {
         &self.logarithms

@@ -11,7 +11,7 @@
 use nalgebra::DVector;
 
 use super::problem::CampaignProblem;
-use crate::least_squares::{self, Bounds, Loss, Problem, Progress, Settings, Solution, UsageError};
+use crate::least_squares::{self, Bounds, Loss, Problem, Progress, Settings, Solution, Status, UsageError};
 use crate::math::median;
 
 /// Median absolute deviation of normal noise, to its standard deviation.
@@ -38,7 +38,7 @@ pub fn minimize(
 ) -> Result<Solution, UsageError> {
     let mut start = vec![0.0; problem.parameters()];
     if limits.loss == Loss::Squares {
-        return least_squares::minimize_observed(problem, &start, bounds, limits, progress);
+        return to_the_end(problem, &start, bounds, limits, progress);
     }
     let mut before = 0;
     let mut residual = DVector::zeros(problem.residuals());
@@ -62,9 +62,25 @@ pub fn minimize(
             }
         }
     }
-    let mut found = least_squares::minimize_observed(problem, &start, bounds, limits, progress)?;
+    let mut found = to_the_end(problem, &start, bounds, limits, progress)?;
     found.iterations += before;
     Ok(found)
+}
+
+/// As [`least_squares::minimize_observed`]; where derivatives that leave out the sag lead nowhere, on with those that count it. They
+/// are a tenth wrong where a ball touches a small sphere: the sag turns the direction in which it touches.
+fn to_the_end(
+    problem: &CampaignProblem,
+    start: &[f64],
+    bounds: &Bounds,
+    limits: &Settings,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Solution, UsageError> {
+    let found = least_squares::minimize_observed(problem, start, bounds, limits, progress)?;
+    let Some(exact) = problem.with_sag().filter(|_| found.status == Status::Stalled) else { return Ok(found) };
+    let mut last = least_squares::minimize_observed(&exact, &found.x, bounds, limits, progress)?;
+    last.iterations += found.iterations;
+    Ok(last)
 }
 
 /// Robust standard deviations of the residuals that are lengths, of those that are angles and of torques, in stated ones: at least 1

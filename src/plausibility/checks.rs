@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, deflections, instrument, midway, numerics, outlying, parameters, placement, points, readings, sessions,
-    stated_noise,
+    amount, common_factor, deflections, instrument, midway, numerics, outlying, parameters, placement, points,
+    readings, sessions, stated_noise,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
@@ -130,6 +130,12 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "springs are of the declared order of size",
         find: parameters::as_stiff_as_declared,
+    },
+    Check {
+        codes: &[Code::WrongUnits],
+        of_result: true,
+        about: "springs are not all softer or stiffer by one factor: masses or stiffnesses are off by it",
+        find: common_factor::of_calibration,
     },
     Check {
         codes: &[Code::Implausible],

@@ -52,7 +52,7 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     let bound = AS_GOOD * best;
     named.retain(|(_, error)| *error <= bound);
     named.truncate(SAID);
-    vec![explained(evidence, "the fitted springs", Some(before), &named)]
+    vec![explained(evidence, "the fitted springs", Some(before), &named, &|_| None)]
 }
 
 /// Share of the error to which it falls at least, to first order, before a fit is worth its time.

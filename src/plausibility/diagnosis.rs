@@ -2,9 +2,10 @@
 
 use super::amount::too_little;
 use super::checks::judge_result;
+use super::common_factor;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::diagnostic::{Code, Diagnostic};
@@ -50,6 +51,9 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     all.extend(little);
     all.extend(springs_held(model, campaign, found, limits));
+    if !all.iter().any(|told| told.code == Code::WrongUnits) {
+        all.extend(common_factor::of_causes(model, campaign, found, limits));
+    }
     all.extend(refused_as_calibration(model, campaign, found, limits));
     all.extend(
         found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
@@ -128,16 +132,20 @@ fn refused_as_calibration(
 /// Springs that the description declares to be identified, and that the campaign does not name under `calibrate:`, where fitting
 /// them too leaves nothing but noise: the causes found may stand in for them.
 fn springs_held(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
-    let calibration = found.calibration.as_ref()?;
-    let is_held = |slot: &Slot| !calibration.slots.contains(slot);
+    let fitted = found.calibration.as_ref().map_or(&[][..], |of| &of.slots);
+    let is_held = |slot: &Slot| !fitted.contains(slot);
     let held: Vec<Slot> = model.elastic_slots().into_iter().filter(is_held).collect();
     if !campaign.is_difference() || campaign.sigma.is_none() || found.causes.is_empty() || held.is_empty() {
         return None;
     }
-    let only = Some([model.elastic_slots(), calibration.slots.clone()].concat());
+    let only = Some([&model.elastic_slots()[..], fitted].concat());
     let asked = Settings { only, second_order: false, ..Settings::default() };
-    let fitted =
-        calibrate(model, campaign, &calibration.held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
+    let is_out = |reading: &Reading| reading.check == Some(true) || found.outliers.contains(&reading.row);
+    let held_out: Vec<bool> = match &found.calibration {
+        Some(of) => of.held_out.clone(),
+        None => campaign.readings.iter().map(is_out).collect(),
+    };
+    let fitted = calibrate(model, campaign, &held_out, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
     // As far above one as noise alone comes once in a thousand times.
     let freedom = fitted.degrees_of_freedom.max(1.0);
     let is_noise = f_tail(fitted.noise_ratio.powi(2), freedom, 1e9) > limits.chance;

@@ -94,6 +94,9 @@ pub struct Limits {
     pub stiffness_factor: f64,
     /// Least and greatest residuals over the stated noise. Instruments are stated up to five times too poor, or too good.
     pub noise: [f64; 2],
+    /// Displacement of a tool below which it may be the radius of a reflector or ball, m: those of laser trackers have 6.35 to 19.05 mm, some
+    /// balls 25 mm.
+    pub reflector: f64,
     /// Residuals over the stated noise from which a diagnosis doubts that statement, although it is the gap that it looks for: noise
     /// stated in rad for deg, or in m for mm, is 57 or 1000 times too small. A gap may be as great; then the doubt is needless.
     pub noise_wrong: f64,
@@ -103,6 +106,9 @@ pub struct Limits {
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
     pub deflection_factor: f64,
+    /// Standard deviation of the logarithm of the factor by which single springs differ from a common one: where all are off by more than
+    /// [`Limits::deflection_factor`], and by the same to three times this, it is no coincidence of guesses.
+    pub alike: f64,
     /// Degrees of freedom from which that is judged: the ratio is then known to 1/sqrt(2 n) = 16 %.
     pub noise_freedom: f64,
     /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
@@ -158,9 +164,11 @@ impl Default for Limits {
             stiffest: 5e7,
             stiffness_factor: 100.0,
             noise: [0.2, 5.0],
+            reflector: 0.03,
             noise_wrong: 40.0,
             noise_hopeless: 60.0,
             deflection_factor: 5.0,
+            alike: 0.05,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],
             fewest_configurations: 8,

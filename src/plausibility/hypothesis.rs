@@ -3,11 +3,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
-use super::turned::Turned;
+use super::changes::{ROW, each, mirror, move_rows, shifted, take_back};
+use super::reordered::Reordered;
+use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
-use crate::math::rotation_vector;
 use crate::model::Model;
 use crate::observation::POSE;
 use crate::parameter::{Group, Kind, Slot};
@@ -19,17 +20,20 @@ pub enum Hypothesis {
     Negated(usize),
     /// The columns of two joints are exchanged.
     Swapped(usize, usize),
+    /// The columns of all joints are in another order.
+    Reordered(Reordered),
+    /// The column of the joint after this one holds the sum of both, or (-1) their difference.
+    Coupled(usize, i8),
     /// The zero of a joint lies so many quarter turns off.
     QuarterTurns(usize, i8),
-    /// Joint columns are in another unit: all angles, or else all lengths, times the factor.
-    JointUnit {
-        /// Angles, or lengths.
-        is_angle: bool,
-        /// What they are multiplied by.
-        factor: f64,
-    },
+    /// All angles of joints are in the unit before, declared in the one after.
+    JointAngles(Angles, Angles),
+    /// All lengths of joints are in another unit: times the factor.
+    JointLengths(f64),
     /// Measured lengths times a factor.
     ReadingUnit(f64),
+    /// The same by a factor that is no unit: the instrument's scale, or that of the whole description.
+    Scale(f64),
     /// A measured axis points the other way; orientations too, or as they are.
     Mirrored(usize, bool),
     /// Two measured axes are exchanged; orientations too, or as they are.
@@ -46,6 +50,8 @@ pub enum Hypothesis {
     Shifted(isize, bool),
     /// Two markers are exchanged.
     Markers(usize, usize),
+    /// Each marker is the one so many places after it, those at the end the first ones.
+    MarkersMoved(usize),
     /// Angles of the description times a factor.
     DescriptionAngles(f64),
     /// Lengths `d` and angles `alpha` of the description belong to the frame after theirs: a classical table read as a modified one.
@@ -111,7 +117,10 @@ impl Hypothesis {
             all.extend(Turned::ALL.map(Self::Turned));
         }
         if !campaign.estimate_tool {
-            all.extend(pairs(model.markers.len()).map(|(a, b)| Self::Markers(a, b)));
+            let count = model.markers.len();
+            all.extend(pairs(count).map(|(a, b)| Self::Markers(a, b)));
+            // Of two they are the same as exchanged.
+            all.extend((1..count).filter(|_| count > 2).map(Self::MarkersMoved));
         }
         let choices = [(true, false), (false, true), (true, true)];
         let is_new = |(base, tool): (bool, bool)| {
@@ -133,16 +142,28 @@ impl Hypothesis {
         all.extend(pairs(joints.len()).filter(|&(a, b)| same_kind(model, a, b)).map(|(a, b)| Self::Swapped(a, b)));
         all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
         if angles().count() > 0 {
-            all.extend([1.0 / DEGREE, DEGREE].map(|factor| Self::JointUnit { is_angle: true, factor }));
+            all.extend(Angles::MISTAKEN.map(|(meant, read)| Self::JointAngles(meant, read)));
         }
         if angles().count() < joints.len() {
-            all.extend(LENGTH_FACTORS.map(|factor| Self::JointUnit { is_angle: false, factor }));
+            all.extend(LENGTH_FACTORS.map(Self::JointLengths));
         }
+        all.extend(Reordered::all(model).into_iter().map(Self::Reordered));
+        let coupled = (1..joints.len()).filter(|&k| model.variables[k].is_angle && model.variables[k - 1].is_angle);
+        all.extend(coupled.flat_map(|k| [1, -1].map(|sign| Self::Coupled(k - 1, sign))));
         all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
         if campaign.readings.len() > campaign.poses.len() {
             all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
         }
         all
+    }
+
+    /// Zeros of two joints at once that lie quarter turns off: most often those of a shoulder and an elbow.
+    pub fn two_zeros(model: &Model) -> Vec<Vec<Self>> {
+        let turns = |k: usize| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters));
+        let is_angle = |k: usize| model.variables[k].is_angle;
+        let both = pairs(model.variables.len()).filter(|&(a, b)| is_angle(a) && is_angle(b));
+        both.flat_map(|(a, b)| turns(a).into_iter().flat_map(move |one| turns(b).map(|other| vec![one, other])))
+            .collect()
     }
 
     /// Changes a campaign and the description's values so.
@@ -153,11 +174,11 @@ impl Hypothesis {
             Self::QuarterTurns(joint, quarters) => {
                 each(campaign, |q| q[joint] += f64::from(quarters) * FRAC_PI_2);
             }
-            Self::JointUnit { is_angle, factor } => each(campaign, |q| {
-                let own = q.iter_mut().zip(&model.variables).filter(|(_, variable)| variable.is_angle == is_angle);
-                own.for_each(|(value, _)| *value *= factor);
-            }),
-            Self::ReadingUnit(factor) => campaign.readings.iter_mut().for_each(|reading| {
+            Self::Reordered(way) => each(campaign, |q| way.apply(model, q)),
+            Self::Coupled(first, sign) => each(campaign, |q| q[first + 1] -= f64::from(sign) * q[first]),
+            Self::JointAngles(meant, read) => scale(model, campaign, true, meant.size() / read.size()),
+            Self::JointLengths(factor) => scale(model, campaign, false, factor),
+            Self::ReadingUnit(factor) | Self::Scale(factor) => campaign.readings.iter_mut().for_each(|reading| {
                 let lengths = reading.observes.length_rows().min(reading.observes.columns().len());
                 reading.measured[..lengths].iter_mut().for_each(|value| *value *= factor);
             }),
@@ -190,6 +211,11 @@ impl Hypothesis {
                     other => other,
                 };
             }),
+            Self::MarkersMoved(by) => campaign.readings.iter_mut().for_each(|reading| {
+                let count = model.markers.len();
+                let moved = |marker: usize| if marker < count { (marker + by) % count } else { marker };
+                reading.marker = reading.marker.map(moved);
+            }),
             Self::DescriptionAngles(factor) => {
                 own_slots(model, Kind::Angle).into_iter().for_each(|slot| values[slot] *= factor);
             }
@@ -220,6 +246,14 @@ impl Hypothesis {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && !matches!(self, Self::Swapped(..) | Self::Negated(_))
     }
+}
+
+/// Multiplies all joints that turn, or all that slide.
+fn scale(model: &Model, campaign: &mut Campaign, is_angle: bool, factor: f64) {
+    each(campaign, |q| {
+        let own = q.iter_mut().zip(&model.variables).filter(|(_, variable)| variable.is_angle == is_angle);
+        own.for_each(|(value, _)| *value *= factor);
+    });
 }
 
 /// Whether a reading is a position and a rotation vector.
@@ -259,51 +293,6 @@ fn same_kind(model: &Model, a: usize, b: usize) -> bool {
     model.variables[a].is_angle == model.variables[b].is_angle
 }
 
-/// Changes each configuration.
-fn each(campaign: &mut Campaign, change: impl Fn(&mut [f64])) {
-    campaign.joints.chunks_mut(campaign.variables.max(1)).for_each(change);
-}
-
-/// Reflects positions, and orientations where they `turn` too: a rotation about r, reflected by S, is one about -S r.
-fn mirror(campaign: &mut Campaign, turns: bool, reflect: impl Fn(&mut Vector3<f64>)) {
-    for reading in &mut campaign.readings {
-        if reading.observes.measured_position(&reading.measured).is_none() && !reading.observes.is_difference() {
-            continue;
-        }
-        let (lengths, angles) = reading.measured.split_at_mut(3);
-        let mut position = Vector3::from_column_slice(lengths);
-        reflect(&mut position);
-        lengths.copy_from_slice(position.as_slice());
-        if turns && reading.observes.sees_orientation() {
-            let mut about = Vector3::from_column_slice(&angles[..3]);
-            reflect(&mut about);
-            angles[..3].copy_from_slice((-about).as_slice());
-        }
-    }
-}
-
-/// The campaign with the joints of the row, or of the configuration, `by` places further on at each reading; what has none
-/// is left out.
-fn shifted(campaign: &Campaign, by: isize, whole: bool) -> Campaign {
-    // First reading of each run, by reading its run.
-    let mut first: Vec<usize> = Vec::new();
-    let mut run_of = Vec::with_capacity(campaign.readings.len());
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        let begins = !whole || index == 0 || campaign.readings[index - 1].pose != reading.pose;
-        if begins {
-            first.push(index);
-        }
-        run_of.push(first.len() - 1);
-    }
-    let from = |index: usize| run_of[index].checked_add_signed(by).and_then(|run| first.get(run).copied());
-    let mut moved = campaign.select(|index, _| from(index).is_some());
-    moved.joints = (0..campaign.readings.len())
-        .filter_map(from)
-        .flat_map(|source| campaign.configuration(source).iter().copied())
-        .collect();
-    moved
-}
-
 /// The robot's own slots of a kind, once each.
 pub(super) fn own_slots(model: &Model, kind: Kind) -> Vec<Slot> {
     let mut slots: Vec<Slot> = model.frames.iter().flat_map(|frame| frame.slots).collect();
@@ -316,37 +305,4 @@ pub(super) fn own_slots(model: &Model, kind: Kind) -> Vec<Slot> {
 /// Sum of the lengths of a robot as described, m.
 pub(super) fn total_length(model: &Model) -> f64 {
     own_slots(model, Kind::Length).iter().map(|&slot| model.registry[slot].nominal.abs()).sum()
-}
-
-/// Positions of alpha and d in the slots of a frame.
-const ROW: [usize; 2] = [3, 4];
-
-/// Moves alpha and d of each frame on the tool's chain to the frame after it, or before it.
-fn move_rows(model: &Model, values: &mut [f64], next: bool) {
-    let chain = model.path(model.tool.0);
-    let old = values.to_vec();
-    for (place, &frame) in chain.iter().enumerate() {
-        let source = if next { place.checked_sub(1) } else { Some(place + 1) };
-        let source = source.and_then(|place| chain.get(place));
-        for k in ROW {
-            values[model.frames[frame].slots[k]] = source.map_or(0.0, |&source| old[model.frames[source].slots[k]]);
-        }
-    }
-}
-
-/// Gives the last frame of the tool's chain a twist that its tool and markers were placed with.
-fn take_back(model: &Model, values: &mut [f64], twist: f64) {
-    let (frame, tool) = model.tool;
-    let Some(&last) = model.path(frame).last() else { return };
-    values[model.frames[last].slots[ROW[0]]] = twist;
-    let undo = Rotation3::from_axis_angle(&Vector3::x_axis(), -twist);
-    let point = |first: Slot| Vector3::from_fn(|k, _| first + k);
-    let own = model.markers.iter().filter(|marker| marker.frame == frame).map(|marker| marker.slot);
-    for slots in std::iter::once(tool).chain(own).map(point) {
-        let at = undo * slots.map(|slot| values[slot]);
-        slots.iter().zip(&at).for_each(|(&slot, &value)| values[slot] = value);
-    }
-    let slots = point(tool + 3);
-    let turned = rotation_vector(&(undo * Rotation3::new(slots.map(|slot| values[slot]))));
-    slots.iter().zip(&turned).for_each(|(&slot, &value)| values[slot] = value);
 }

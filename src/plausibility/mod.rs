@@ -6,7 +6,9 @@
 //! check: write a function of [`Evidence`] and [`Limits`], and put it into [`CHECKS`].
 
 mod amount;
+mod changes;
 mod checks;
+mod common_factor;
 mod compensator;
 mod deflections;
 mod diagnosis;
@@ -21,6 +23,7 @@ mod parameters;
 mod placement;
 mod points;
 mod readings;
+mod reordered;
 mod sessions;
 mod springs;
 mod stated_noise;

@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
-use super::trial::{Trials, errors, searching};
+use super::trial::{Trials, errors, lever, searching};
 use super::words::{mm, unit_of};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};
 use crate::least_squares::Loss;
@@ -57,6 +57,17 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
     (is_few && middle <= limits.far * allowed).then(|| said(campaign, &wrong, &|k| last[k], middle))
 }
 
+/// How the error of one reading is shown, as [`unit_of`]: beside readings of lengths a torque or an orientation alone in its own unit.
+fn own_unit(campaign: &Campaign, reading: &Reading) -> (f64, &'static str) {
+    let limits = Limits::default();
+    let is_mixed = unit_of(campaign).1 == "mm" && reading.observes.length_rows() == 0;
+    match reading.observes.by_variable() {
+        Some(_) if is_mixed => (1e-3 / lever(reading, 0, false, &limits), "N.m"),
+        None if is_mixed => ((1e-3 / limits.arm).to_degrees(), "deg"),
+        _ => unit_of(campaign),
+    }
+}
+
 /// What is said of readings that are far off, of which others leave `left` (m).
 fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
     let mut worst = wrong.to_vec();
@@ -65,7 +76,11 @@ fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f
     let named: Vec<String> = worst
         .iter()
         .take(NAMED)
-        .map(|&k| format!("{} ({} {unit})", campaign.address(&campaign.readings[k]), mm(scale * by(k))))
+        .map(|&k| {
+            let reading = &campaign.readings[k];
+            let (scale, unit) = own_unit(campaign, reading);
+            format!("{} ({} {unit})", campaign.address(reading), mm(scale * by(k)))
+        })
         .collect();
     let more = if wrong.len() > NAMED { format!(" and {} more", wrong.len() - NAMED) } else { String::new() };
     let verb = if wrong.len() == 1 { "is" } else { "are" };

@@ -29,7 +29,7 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
     let ways = Hypothesis::all(model, campaign).into_iter().filter(Hypothesis::adds_unknowns);
     let named = ways.filter_map(decisive).next();
     named
-        .map(|named| explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named]))
+        .map(|named| explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None))
         .into_iter()
         .collect()
 }

@@ -7,8 +7,8 @@ use super::evidence::{Evidence, Limits};
 use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
 use super::trial::{Trials, errors, noise, typical};
-use super::words::{Words, mm, unit_of, words_of};
-use crate::diagnostic::{Code, Diagnostic};
+use super::words::{Words, both, mm, unit_of, words_of};
+use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::math::median;
 
 /// A way to read the files, and what a fit then leaves, m.
@@ -74,13 +74,39 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         return Vec::new();
     }
     if named.is_empty() {
+        // Readings that are all too long, or too short, and by no unit.
+        let scaled = trials.scaled().and_then(|way| Some((vec![way], trials.error(&[way])?)));
+        if let Some((trial, before)) = scaled.filter(&decisive).zip(before) {
+            let parts = |ways: &[Hypothesis]| trials.parts(ways);
+            let told = explained(evidence, "registration", Some(before), &[trial], &parts);
+            let severity = severity(evidence, limits, [before, allowed], &trials);
+            return vec![Diagnostic { severity, ..told }.figure("allowed_mm", 1e3 * allowed)];
+        }
         return before
-            .and_then(|before| unlike(evidence, limits, [before, allowed], trials.still(&[]), tried))
+            .and_then(|before| unlike(evidence, limits, [before, allowed], &trials, tried))
             .into_iter()
             .collect();
     }
-    vec![explained(evidence, "registration", before, &named).figure("allowed_mm", 1e3 * allowed)]
+    let parts = |ways: &[Hypothesis]| trials.parts(ways);
+    let told = explained(evidence, "registration", before, &named, &parts).figure("allowed_mm", 1e3 * allowed);
+    vec![with_shift(told, &named, &trials, limits)]
 }
+
+/// The same with how far the tool is off, where that is what is wrong.
+fn with_shift(told: Diagnostic, named: &[Trial], trials: &Trials, limits: &Limits) -> Diagnostic {
+    let Some((ways, _)) = named.first() else { return told };
+    let is_tool = matches!(ways[..], [Hypothesis::Unknown { base: false, tool: true }]);
+    let Some(shift) = is_tool.then(|| trials.tool_shift(ways)).flatten() else { return told };
+    let (size, axis) = (shift.norm(), shift.iamax());
+    let is_radius = size < limits.reflector && shift[axis].abs() > ALONG * size;
+    let what = if is_radius { ": is the radius of a reflector missing?" } else { "" };
+    let axis = ["x", "y", "z"][axis];
+    let message = format!("{} It comes out {} mm away, most of it along {axis}{what}", told.message, mm(size));
+    Diagnostic { message, ..told }.figure("shift_mm", 1e3 * size)
+}
+
+/// Share of a displacement along one axis from which it is one along that axis.
+const ALONG: f64 = 0.9;
 
 /// How many ways were tried, and those that explain, the best first: single ones; else signs of several joints together, and
 /// two ways at once.
@@ -100,7 +126,9 @@ fn searched(
             let others = singles.iter().flatten().filter(move |way| **way != first && !way.undoes(&first));
             others.map(move |&way| vec![first, way])
         });
-        let more: Vec<Vec<Hypothesis>> = signs(evidence.model.variables.len()).into_iter().chain(pairs).collect();
+        let zeros = Hypothesis::two_zeros(evidence.model);
+        let signs = signs(evidence.model.variables.len());
+        let more: Vec<Vec<Hypothesis>> = signs.into_iter().chain(pairs).chain(zeros).collect();
         count += more.len();
         found = tried(trials, &more);
     }
@@ -154,8 +182,15 @@ fn tried(trials: &Trials, ways: &[Vec<Hypothesis>]) -> Vec<Trial> {
     found
 }
 
-/// What the best way explains, `fit` being what leaves an error.
-pub(super) fn explained(evidence: &Evidence, fit: &str, before: Option<f64>, named: &[Trial]) -> Diagnostic {
+/// What the best way explains, `fit` being what leaves an error. `parts` are the errors of lengths (m) and rotations (rad) that it
+/// leaves of readings of both: one number does not say which of them is wrong.
+pub(super) fn explained(
+    evidence: &Evidence,
+    fit: &str,
+    before: Option<f64>,
+    named: &[Trial],
+    parts: &dyn Fn(&[Hypothesis]) -> Option<[f64; 2]>,
+) -> Diagnostic {
     let words = |ways: &[Hypothesis]| -> Vec<Words> {
         ways.iter().map(|way| words_of(way, evidence.model, evidence.campaign)).collect()
     };
@@ -164,25 +199,32 @@ pub(super) fn explained(evidence: &Evidence, fit: &str, before: Option<f64>, nam
     let Some((best, after)) = named.first() else { return Diagnostic::error("") };
     let first = words(best);
     let (scale, unit) = unit_of(evidence.campaign);
-    let shown = |error: f64| mm(scale * error);
-    let fall = match before {
-        Some(before) => format!("the error of {fit} falls from {} to {} {unit}", shown(before), shown(*after)),
-        None => format!("the robot can be assembled, and {fit} leaves {} {unit}", shown(*after)),
+    let single = |error: f64| mm(scale * error);
+    let found: Vec<Option<[f64; 2]>> = named.iter().map(|(ways, _)| parts(ways)).collect();
+    let shown = |k: usize, error: f64| found[k].map_or_else(|| format!("{} {unit}", single(error)), both);
+    let at_first = before.and_then(|_| parts(&[]));
+    let fall = match (before, at_first) {
+        (Some(_), Some(parts)) => format!("the error of {fit} falls from {} to {}", both(parts), shown(0, *after)),
+        (Some(before), None) => format!("the error of {fit} falls from {} to {}", single(before), shown(0, *after)),
+        (None, _) => format!("the robot can be assembled, and {fit} leaves {}", shown(0, *after)),
     };
     let question = joined(first.iter().map(|words| words.question.clone()), " ");
+    let others = named.iter().enumerate().skip(1);
     let others: Vec<String> =
-        named.iter().skip(1).map(|(ways, error)| format!("{} ({} {unit})", with(ways), shown(*error))).collect();
+        others.map(|(k, (ways, error))| format!("{} ({})", with(ways), shown(k, *error))).collect();
     let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join(", or ")) };
     let message = format!("{} {fall}: {question}{others}", with(best));
     let code = if first.iter().any(|words| words.is_unit) { Code::WrongUnits } else { Code::Misread };
     let remedies = |words: Vec<Words>| joined(words.into_iter().map(|words| words.remedy), "; ");
     let others = named.iter().skip(1).map(|(ways, _)| remedies(words(ways)));
     let remedy = joined(std::iter::once(remedies(first)).chain(others), "; or: ");
+    // Of lengths alone, where they are told apart.
+    let length = |parts: Option<[f64; 2]>, error: f64| 1e3 * parts.map_or(error, |[lengths, _]| lengths);
     Diagnostic::error(message)
         .code(code)
         .remedy(remedy)
-        .figure("before_mm", before.map_or(f64::NAN, |before| 1e3 * before))
-        .figure("after_mm", 1e3 * after)
+        .figure("before_mm", before.map_or(f64::NAN, |before| length(at_first, before)))
+        .figure("after_mm", length(found[0], *after))
 }
 
 /// Parts in their order, each once.
@@ -201,21 +243,22 @@ fn unlike(
     evidence: &Evidence,
     limits: &Limits,
     [before, allowed]: [f64; 2],
-    still: Option<f64>,
+    trials: &Trials,
     tried: usize,
 ) -> Option<Diagnostic> {
     let (scale, unit) = unit_of(evidence.campaign);
+    let shown = |error: f64| format!("{} {unit}", mm(scale * error));
+    let left = match trials.parts(&[]) {
+        Some(parts) => format!("{} (at an arm of {} mm together {})", both(parts), mm(limits.arm), shown(before)),
+        None => shown(before),
+    };
     let message = format!(
-        "registration leaves {} {unit} where the description's tolerances and the noise allow {} {unit}, and none of {tried} other ways \
-         to read the files explains it",
-        mm(scale * before),
-        mm(scale * allowed)
+        "registration leaves {left} where the description's tolerances and the noise allow {}, and none of {tried} other ways to read the \
+         files explains it",
+        shown(allowed)
     );
-    let reach = total_length(evidence.model);
-    // Of a robot that moves little the spread of its readings says more than its lengths.
-    let explains_little = still.is_some_and(|still| before * limits.fall > still);
-    let is_hopeless = before > limits.hopeless * allowed && (before > limits.hopeless_share * reach || explains_little);
-    let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+    let severity = severity(evidence, limits, [before, allowed], trials);
+    let diagnostic = Diagnostic { severity, ..Diagnostic::warning(message) };
     let remedy = "compare description and controller: lengths, zeros and senses of the joints, where the markers are; look at some \
                   configurations by hand (`residuals`)";
     Some(
@@ -225,6 +268,15 @@ fn unlike(
             .figure("registration_mm", 1e3 * before)
             .figure("allowed_mm", 1e3 * allowed),
     )
+}
+
+/// Whether so great an error is refused, or may be that of a poor description of the right robot.
+fn severity(evidence: &Evidence, limits: &Limits, [before, allowed]: [f64; 2], trials: &Trials) -> Severity {
+    let reach = total_length(evidence.model);
+    // Of a robot that moves little the spread of its readings says more than its lengths.
+    let explains_little = trials.still(&[]).is_some_and(|still| before * limits.fall > still);
+    let is_hopeless = before > limits.hopeless * allowed && (before > limits.hopeless_share * reach || explains_little);
+    if is_hopeless { Severity::Error } else { Severity::Warning }
 }
 
 /// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong. A judgement;

@@ -1,5 +1,7 @@
 //! How well a campaign registers when it is read in a given way.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -54,6 +56,44 @@ impl<'a> Trials<'a> {
         let (campaign, values) = self.read(ways);
         let (_, residual) = registered(self.model, &campaign, &values, &searching(&campaign, self.limits)).ok()?;
         typical(&campaign, &residual, self.limits).filter(|error| error.is_finite())
+    }
+
+    /// The readings times the factor with which they fit the robot best, where they are positions; base and tool take part of it up, so
+    /// that it is found in turns with them.
+    pub fn scaled(&self) -> Option<Hypothesis> {
+        let mut scale = 1.0;
+        for _ in 0..SCALE_TURNS {
+            let (campaign, values) = self.read(&[Hypothesis::Scale(scale)]);
+            let (_, residual) = registered(self.model, &campaign, &values, &searching(&campaign, self.limits)).ok()?;
+            let factor = stretch(&campaign, &residual)?;
+            scale *= factor;
+            if (factor - 1.0).abs() < SCALE_SETTLED {
+                break;
+            }
+        }
+        (scale.is_finite() && scale > 0.0).then_some(Hypothesis::Scale(scale))
+    }
+
+    /// Mean displacement (m, axes of the frames that carry them) of tool and markers from where the description has them, when they are
+    /// estimated.
+    pub fn tool_shift(&self, ways: &[Hypothesis]) -> Option<Vector3<f64>> {
+        let (campaign, nominal) = self.read(ways);
+        let (values, _) = registered(self.model, &campaign, &nominal, &searching(&campaign, self.limits)).ok()?;
+        let mut points: Vec<Slot> =
+            campaign.readings.iter().map(|own| self.model.point_slot(own.marker, own.session)).collect();
+        points.sort_unstable();
+        points.dedup();
+        let shift = |&first: &Slot| {
+            Vector3::from_fn(|k, _| values.get(first + k).zip(nominal.get(first + k)).map_or(0.0, |(a, b)| a - b))
+        };
+        Some(points.iter().map(shift).sum::<Vector3<f64>>() / points.len().max(1) as f64)
+    }
+
+    /// Median errors ([`parts`]) that registration leaves when they are read in these ways.
+    pub fn parts(&self, ways: &[Hypothesis]) -> Option<[f64; 2]> {
+        let (campaign, values) = self.read(ways);
+        let (_, residual) = registered(self.model, &campaign, &values, &searching(&campaign, self.limits)).ok()?;
+        parts(&campaign, &residual)
     }
 
     /// Median distance (m) of measured positions from their mean, read in these ways: what a robot that stands still leaves.
@@ -115,6 +155,49 @@ pub fn drawn(campaign: &Campaign, limits: &Limits) -> Vec<bool> {
 /// [`Limits::arm`]. `None` without readings.
 pub fn typical(campaign: &Campaign, residual: &[f64], limits: &Limits) -> Option<f64> {
     median(&mut errors(campaign, residual, limits).collect::<Vec<f64>>())
+}
+
+/// Most turns of registration and scale.
+const SCALE_TURNS: usize = 8;
+/// Change of the scale that ends them.
+const SCALE_SETTLED: f64 = 1e-6;
+
+/// Least squares of predicted against measured positions, of each session about its mean where bases are estimated; `None` where not all
+/// readings are positions.
+fn stretch(campaign: &Campaign, residual: &[f64]) -> Option<f64> {
+    let mut by_session: BTreeMap<_, Vec<[Vector3<f64>; 2]>> = BTreeMap::new();
+    for (reading, rows) in campaign.by_reading(residual, 1) {
+        let measured = reading.observes.measured_position(&reading.measured)?;
+        let predicted = measured - Vector3::from_column_slice(rows.get(..3)?);
+        by_session.entry(reading.session).or_default().push([measured, predicted]);
+    }
+    let [mut product, mut squares] = [0.0, 0.0];
+    for pairs in by_session.values() {
+        let mean = |k: usize| match campaign.estimate_base {
+            true => pairs.iter().map(|pair| pair[k]).sum::<Vector3<f64>>() / pairs.len() as f64,
+            false => Vector3::zeros(),
+        };
+        let means = [mean(0), mean(1)];
+        for [measured, predicted] in pairs {
+            product += (measured - means[0]).dot(&(predicted - means[1]));
+            squares += (measured - means[0]).norm_squared();
+        }
+    }
+    (squares > 0.0).then(|| product / squares)
+}
+
+/// Median errors of the lengths (m) and of the rotations (rad) in the readings; `None` where not both are read.
+pub fn parts(campaign: &Campaign, residual: &[f64]) -> Option<[f64; 2]> {
+    let of = |is_rotation: bool| {
+        let own = campaign.by_reading(residual, 1).filter(|(reading, _)| reading.observes.by_variable().is_none());
+        let own = own.filter_map(|(reading, rows)| {
+            let (lengths, rotations) = rows.split_at(reading.observes.length_rows().min(rows.len()));
+            let rows = if is_rotation { rotations } else { lengths };
+            (!rows.is_empty()).then(|| rows.iter().map(|r| r * r).sum::<f64>().sqrt())
+        });
+        median(&mut own.collect::<Vec<f64>>())
+    };
+    Some([of(false)?, of(true)?])
 }
 
 /// Whether all readings are torques and forces.

@@ -37,15 +37,27 @@ pub enum Angles {
     Degrees,
     Radians,
     Gon,
+    Turns,
 }
 
 impl Angles {
+    /// In which angles of joints are recorded, and declared.
+    pub const MISTAKEN: [(Self, Self); 6] = [
+        (Self::Radians, Self::Degrees),
+        (Self::Degrees, Self::Radians),
+        (Self::Gon, Self::Degrees),
+        (Self::Gon, Self::Radians),
+        (Self::Turns, Self::Degrees),
+        (Self::Turns, Self::Radians),
+    ];
+
     /// One, rad.
-    const fn size(self) -> f64 {
+    pub const fn size(self) -> f64 {
         match self {
             Self::Degrees => PI / 180.0,
             Self::Radians => 1.0,
             Self::Gon => PI / 200.0,
+            Self::Turns => 2.0 * PI,
         }
     }
 
@@ -55,6 +67,7 @@ impl Angles {
             Self::Degrees => "deg",
             Self::Radians => "rad",
             Self::Gon => "gon",
+            Self::Turns => "turns",
         }
     }
 }

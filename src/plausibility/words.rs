@@ -2,7 +2,8 @@
 
 use super::evidence::Limits;
 use super::hypothesis::Hypothesis;
-use super::turned::Turned;
+use super::reordered::{Order, Reordered};
+use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
 
@@ -54,15 +55,29 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
                 format!("correct `theta` of the frame that `{}` turns by {degrees:+} deg, or the column", joint(k)),
             )
         }
-        Hypothesis::JointUnit { is_angle: true, factor } => {
-            let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
+        Hypothesis::Reordered(way) => reordered(way, model),
+        Hypothesis::Coupled(first, sign) => {
+            let (this, other) = (joint(first + 1), joint(first));
+            let [back, sum] = if sign > 0 { ["-", "sum"] } else { ["+", "difference"] };
+            say(
+                format!("`{this}` replaced by `{this}` {back} `{other}`"),
+                &format!("does the controller report the {sum} of both joints?"),
+                format!("write `{this}` {back} `{other}` into the column `{this}`"),
+            )
+        }
+        Hypothesis::JointAngles(meant, read) => {
+            let [written, declared] = [meant, read].map(Angles::name);
+            let remedy = match meant {
+                Angles::Degrees | Angles::Radians => "state the angle unit of the table under `units:` of the campaign",
+                _ => "convert the joint columns to deg or rad, and state that under `units:` of the campaign",
+            };
             unit(
                 format!("joint angles read as {written}"),
                 format!("are the joint columns in {written}, and declared in {declared}?"),
-                "state the angle unit of the table under `units:` of the campaign",
+                remedy,
             )
         }
-        Hypothesis::JointUnit { is_angle: false, factor } => unit(
+        Hypothesis::JointLengths(factor) => unit(
             format!("the sliding joints times {}", number(factor)),
             format!("are their columns {}?", recorded(factor)),
             "state the length unit of the table under `units:` of the campaign",
@@ -71,6 +86,15 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             format!("the readings times {}", number(factor)),
             format!("are they {}?", recorded(factor)),
             "state the length unit of the table under `units:` of the campaign; if that is right, look at `units:` of the description",
+        ),
+        Hypothesis::Scale(factor) => unit(
+            format!("the readings times {factor:.5}"),
+            format!(
+                "is the instrument's scale off by {:.2} %, or are all lengths of the description?",
+                1e2 * (factor.recip() - 1.0)
+            ),
+            "check the instrument on a scale bar, and the lengths of the description; where one length is known for certain, estimate the \
+             scale (`estimate: {scale: true}`)",
         ),
         Hypothesis::Reaction => say(
             "the wrenches reversed".into(),
@@ -131,6 +155,11 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             "markers swapped?",
             "name the markers right in the column `marker`, or in the description".into(),
         ),
+        Hypothesis::MarkersMoved(by) => say(
+            format!("`{}` read as `{}`, and so on", marker(0), marker(by % model.markers.len().max(1))),
+            "names of the markers moved on?",
+            "name the markers right in the column `marker`, or in the description".into(),
+        ),
         Hypothesis::DescriptionAngles(factor) => {
             let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
             unit(
@@ -161,6 +190,21 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             )
         }
     }
+}
+
+/// The words of another order of the joint columns.
+fn reordered(way: Reordered, model: &Model) -> Words {
+    let name = |k: usize| model.variables.get(k).map_or("", |variable| variable.name.as_str());
+    let last = model.variables.len().saturating_sub(1);
+    let (with, question) = match way.order {
+        Order::Reversed => ("the joint columns in reverse order".into(), "are joints numbered from the tool?"),
+        Order::MovedOn(by) => (
+            format!("`{}` read from the column `{}`, and so on", name(0), name(by)),
+            if by == 1 || by == last { "an external axis at the other end?" } else { "columns moved on?" },
+        ),
+    };
+    let remedy = "name the columns right, in the table or under `columns:`".into();
+    Words { with, question: question.into(), remedy, is_unit: false }
 }
 
 /// The words of another convention of orientations.
@@ -267,9 +311,17 @@ pub fn unit_of(campaign: &Campaign) -> (f64, &'static str) {
     }
 }
 
+/// Errors of positions (m) and of orientations (rad): `1.72 mm and 0.05 deg`.
+pub fn both([lengths, rotations]: [f64; 2]) -> String {
+    format!("{} mm and {} deg", mm(lengths), digits(rotations.to_degrees()))
+}
+
 /// A length in mm, three digits.
 pub fn mm(metres: f64) -> String {
-    let value = 1e3 * metres;
+    digits(1e3 * metres)
+}
+
+fn digits(value: f64) -> String {
     match value.abs() {
         size if size >= 99.95 => format!("{value:.0}"),
         size if size >= 9.995 => format!("{value:.1}"),

@@ -73,6 +73,11 @@ impl<'a> Predictor<'a> {
         Self { moves_deflection: true, ..self }
     }
 
+    /// Whether derivatives by the geometry count what it changes in the deflection.
+    pub fn counts_sag(&self) -> bool {
+        self.moves_deflection
+    }
+
     /// Number of residuals.
     pub fn rows(&self) -> usize {
         self.campaign.rows()

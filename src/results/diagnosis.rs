@@ -285,11 +285,18 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
     }
 }
 
+/// Most names said in one breath with a cause that the readings do not tell from them.
+const NAMED_WITH: usize = 2;
+
 /// A cause as far as it is certain.
 fn claim(cause: &diagnosis::Cause) -> String {
     let follows = cause.follows.as_ref().map_or(String::new(), |follows| format!(" that goes with {follows}"));
     match cause.level {
-        Level::Law => format!("{} at {}", cause.effect, cause.site),
+        Level::Law => {
+            let tied =
+                cause.rivals.iter().take(NAMED_WITH).map(|rival| format!(" or {} at {}", rival.effect, rival.site));
+            format!("{} at {}{}", cause.effect, cause.site, tied.collect::<String>())
+        }
         Level::Site => format!("something at {}{follows}, its law unknown", cause.site),
         Level::Family => format!("{} (site and law unknown)", cause.family.words()),
     }

@@ -114,6 +114,11 @@ fn words_and_all_effects_are_explained() {
         assert!(ran.status == 0 && ran.out.len() > 100, "{word}: {}{}", ran.out, ran.err);
         assert!(!ran.out.contains("\n## "), "{word} holds the next page:\n{}", ran.out);
     }
+    for column in ["approach", "approach.q1", "order", "session", "contact", "ry", "sigma", "U95", "load_point", "set"]
+    {
+        let ran = run(folder.path(), &["explain", column]);
+        assert!(ran.status == 0 && ran.out.len() > 60, "{column}: {}{}", ran.out, ran.err);
+    }
     let list = run(folder.path(), &["explain"]);
     assert!(list.out.contains("rank") && list.out.contains("outliers"), "{}", list.out);
     for (word, expected) in [("shrinkge", "did you mean `shrinkage`?"), ("zzzzzzzz", "`elastogeo explain` lists")] {

@@ -220,3 +220,49 @@ fn reports_carry_every_warning() {
         assert!(found.iter().all(|code| page.contains(code.trim_matches('"'))), "{campaign}");
     }
 }
+
+/// Springs, or masses, that are all declared off by one factor: neither command takes that for the joints'.
+#[test]
+fn springs_off_by_one_factor_are_doubted() {
+    let folder = loaded(&[]);
+    let at = folder.path();
+    let errors = ["--errors", "1", "--elastic-errors", "0.2", "--unknown-base", "--unknown-tool", "--noise", "0.03"];
+    ok(&run(at, &[&["simulate", "arm.yaml", "--poses", "60", "--seed", "4", "--into", "h"], &errors[..]].concat()));
+    write_arm(at, "stiff.yaml", &[("2e5", "2e6"), ("1e5", "1e6"), ("4e4", "4e5"), ("3e4", "3e5")]);
+    let light = [("mass: 150", "mass: 15.3"), ("mass: 90", "mass: 9.18"), ("mass: 60", "mass: 6.12")];
+    let lighter = [("mass: 30", "mass: 3.06"), ("mass: 12", "mass: 1.22"), ("mass: 5", "mass: 0.51")];
+    write_arm(at, "light.yaml", &[light, lighter].concat());
+    for robot in ["stiff.yaml", "light.yaml"] {
+        let both = ["--what", "geometric,elastic", "--save", "x.yaml"];
+        for command in [&[&["identify", "h"], &both[..]].concat()[..], &["diagnose", "h", "--apply", "x.yaml"]] {
+            let ran = run(at, &[command, &["--robot", robot]].concat());
+            let words = ["DOUBTFUL (wrong-units)", "softer than declared", "off by that factor?"];
+            words.iter().for_each(|word| assert!(ran.out.contains(word), "{robot} {word}: {}{}", ran.out, ran.err));
+            assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{robot}: {}", ran.out);
+        }
+    }
+    // Of the right description, and of one with single springs that are off, nothing is said.
+    write_arm(at, "soft.yaml", &[("2e5", "2e6")]);
+    for robot in ["arm.yaml", "soft.yaml"] {
+        for command in ["identify", "diagnose"] {
+            let ran = run(at, &[command, "h", "--robot", robot]);
+            assert!(!ran.out.contains("off by that factor?"), "{robot}: {}", ran.out);
+        }
+    }
+}
+
+/// Deflections whose campaign names nothing to be re-fitted: `identify` fits the springs, and `diagnose` says that it does not.
+#[test]
+fn springs_that_are_not_named_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let arm = ["simulate", "kuka-kr270", "--poses", "40", "--observes", "deflection", "--seed", "3", "--into", "d"];
+    let loads = ["--wrench", "0,0,-2500", "--wrench", "1500,800,0", "--noise", "0.02"];
+    ok(&run(at, &[&arm[..], &loads, &["--elastic-errors", "1", "--errors", "0"]].concat()));
+    let file = at.join("d/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("text");
+    std::fs::write(&file, text.replace("calibrate:\n- joint-compliance\n", "")).expect("written");
+    doubts(at, &["diagnose", "d"], "springs-held", &["declares to be identified", "nothing but noise"]);
+    let ran = run(at, &["diagnose", "d"]);
+    assert!(ran.err.contains("no `calibrate:`: springs compete as causes"), "{}", ran.err);
+}

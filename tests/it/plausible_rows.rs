@@ -126,3 +126,32 @@ fn moments_against_their_forces_are_named() {
         assert!(ran.status == 2 && ran.err.contains(words), "{factor}: {}{}", ran.out, ran.err);
     }
 }
+
+/// Times in milliseconds, and sides of approach that never change.
+#[test]
+fn times_in_milliseconds_and_one_side_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let arm = ["simulate", "universal-ur5", "--poses", "30", "--seed", "5", "--unknown-base", "--unknown-tool"];
+    ok(at, &[&arm[..], &["--into", "t"]].concat());
+    let added = |name: &'static str, value: fn(usize) -> String| {
+        spoil(&at.join("t"), |t: &mut Table| {
+            t.names.push(name.into());
+            t.rows.iter_mut().enumerate().for_each(|(k, row)| row.push(value(k)));
+        });
+    };
+    added("time", |k| (20_000 * k).to_string());
+    let found = doubts(at, &["check", "t"], "suspect-readings", &["5.6 h", "is it in milliseconds?"]);
+    assert_eq!(of_code(&found, "suspect-readings").len(), 1, "{found}");
+    added("approach.q2", |_| "1".into());
+    let ran = run(at, &["check", "t"]);
+    assert!(ran.err.contains("`approach.q2` holds one side alone"), "{}", ran.err);
+    // Both sides, and seconds.
+    spoil(&at.join("t"), |t: &mut Table| {
+        t.scale(&["time"], 1e-3);
+        let column = t.column("approach.q2");
+        t.rows[3][column] = "-1".into();
+    });
+    let ran = run(at, &["check", "t"]);
+    assert!(!ran.err.contains("milliseconds") && !ran.err.contains("one side"), "{}", ran.err);
+}

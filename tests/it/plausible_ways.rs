@@ -51,7 +51,8 @@ fn orientations_of_another_convention_are_named() {
         });
     };
     changed("inverse", &|own| -own);
-    refuses(at, &["identify", "inverse"], "misread", &["rotations inverted"]);
+    // Errors of positions and of orientations, each in its unit.
+    refuses(at, &["identify", "inverse"], "misread", &["rotations inverted", " mm and ", " deg to "]);
     changed("gon", &|own| own / 0.9);
     refuses(at, &["identify", "gon"], "wrong-units", &["in gon, and declared in deg"]);
     changed("angles", &|own| {
@@ -137,3 +138,149 @@ fn a_diagnosis_says_what_identify_refuses() {
     assert!(ran.out.contains("`identify` refuses this campaign (moved-far)"), "{}{}", ran.out, ran.err);
     assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
 }
+
+/// What is done to a table, the code of what is said of it, and words of that.
+type Mistake<'a> = (&'a dyn Fn(&mut Table), &'a str, &'a [&'a str]);
+
+/// The joint columns of the starter in other orders, units and sums, and zeros of two joints.
+#[test]
+fn joint_columns_read_otherwise_are_named() {
+    let sound = starter();
+    let joints = ["q1", "q2", "q3", "q4", "q5", "q6"];
+    let added = |t: &mut Table, to: &str, from: &str, factor: f64| {
+        let [to, from] = [t.column(to), t.column(from)];
+        for row in &mut t.rows {
+            let value = |at: usize| row[at].parse::<f64>().expect("deg");
+            row[to] = (value(to) + factor * value(from)).to_string();
+        }
+    };
+    let turned = |t: &mut Table, name: &str, by: f64| {
+        let column = t.column(name);
+        t.rows.iter_mut().for_each(|row| row[column] = (row[column].parse::<f64>().expect("deg") + by).to_string());
+    };
+    let reversed = |t: &mut Table| {
+        for (a, b) in [("q1", "q6"), ("q2", "q5"), ("q3", "q4")] {
+            t.swap(a, b);
+        }
+    };
+    let mistakes: [Mistake; 6] = [
+        (&reversed, "misread", &["the joint columns in reverse order", "numbered from the tool?"]),
+        (&|t| added(t, "q3", "q2", 1.0), "misread", &["`q3` replaced by `q3` - `q2`", "report the sum"]),
+        (&|t| added(t, "q3", "q2", -1.0), "misread", &["`q3` replaced by `q3` + `q2`", "report the difference"]),
+        (&|t| t.scale(&joints, 1.0 / 0.9), "wrong-units", &["in gon, and declared in deg"]),
+        (&|t| t.scale(&joints, 1.0 / 360.0), "wrong-units", &["in turns, and declared in deg"]),
+        (
+            &|t| {
+                turned(t, "q2", 90.0);
+                turned(t, "q4", 180.0);
+            },
+            "misread",
+            &["-90 deg added to `q2`", "+180 deg added to `q4`"],
+        ),
+    ];
+    for (change, code, words) in mistakes {
+        let folder = tempfile::tempdir().expect("a folder");
+        copied(&sound.path().join("c"), &folder.path().join("c"));
+        spoil(&folder.path().join("c"), change);
+        refuses(folder.path(), &["check", "c"], code, words);
+    }
+}
+
+/// An external axis whose column stands at the other end.
+#[test]
+fn an_external_axis_at_the_other_end_is_named() {
+    let folder = starter();
+    let at = folder.path();
+    gantry(at, |t| {
+        let columns = ["rail", "q1", "q2", "down", "q4"].map(|name| t.column(name));
+        for row in &mut t.rows {
+            let old = columns.map(|column| row[column].clone());
+            (0..5).for_each(|k| row[columns[k]].clone_from(&old[(k + 1) % 5]));
+        }
+    });
+    refuses(
+        at,
+        &["check", "s"],
+        "misread",
+        &["`rail` read from the column `q4`", "an external axis at the other end?"],
+    );
+}
+
+/// Names of three markers moved on by one.
+#[test]
+fn markers_that_are_moved_on_are_named() {
+    let folder = starter();
+    let at = folder.path();
+    let arm = ["simulate", "kuka-kr270", "--poses", "20", "--markers", "m1,m2,m3", "--seed", "1", "--into", "k"];
+    ok(at, &[&arm[..], &["--unknown-base"]].concat());
+    spoil(&at.join("k"), |t: &mut Table| {
+        let marker = t.column("marker");
+        for row in &mut t.rows {
+            row[marker] = match row[marker].as_str() {
+                "m1" => "m2".into(),
+                "m2" => "m3".into(),
+                _ => "m1".into(),
+            };
+        }
+    });
+    refuses(at, &["check", "k"], "misread", &["names of the markers moved on?"]);
+}
+
+/// A tool that is described without the radius of its reflector.
+#[test]
+fn a_missing_radius_is_told() {
+    let folder = starter();
+    let at = folder.path();
+    let arm = ["simulate", "universal-ur5", "--poses", "40", "--seed", "2", "--observes", "pose", "--unknown-base"];
+    ok(at, &[&arm[..], &["--set", "tool.z=19.05", "--errors", "0.3", "--into", "r"]].concat());
+    let words = ["with the tool estimated", "most of it along z: is the radius of a reflector missing?"];
+    refuses(at, &["check", "r"], "misread", &words);
+}
+
+/// Readings a fiftieth too long on a robot with a rail: its lengths and its rail by that much, or the instrument's scale.
+#[test]
+fn a_scale_is_not_named_as_a_rail() {
+    let folder = starter();
+    let at = folder.path();
+    std::fs::write(at.join("railed.yaml"), RAILED).expect("written");
+    let arm = ["simulate", "railed.yaml", "--poses", "60", "--seed", "3", "--noise", "0.05", "--markers", "a,b"];
+    for (factor, begin) in [(1.001, "Explained: "), (1.005, "Explained: instrument-scale at instrument")] {
+        ok(at, &[&arm[..], &["--unknown-base", "--unknown-tool", "--into", "s"]].concat());
+        spoil(&at.join("s"), |t: &mut Table| t.scale(&["x", "y", "z"], factor));
+        let ran = run(at, &["diagnose", "s"]);
+        let finding = ran.out.lines().find(|line| line.starts_with("Explained")).unwrap_or_default();
+        assert!(finding.starts_with(begin), "{factor}: {}", ran.out);
+        for name in ["instrument-scale at instrument", "gear-ratio at joint:0r"] {
+            assert!(finding.contains(name), "{factor}: {finding}");
+        }
+        std::fs::remove_dir_all(at.join("s")).expect("removed");
+    }
+    ok(at, &[&arm[..], &["--unknown-base", "--unknown-tool", "--into", "s"]].concat());
+    spoil(&at.join("s"), |t: &mut Table| t.scale(&["x", "y", "z"], 1.03));
+    doubts_or_refuses(at, "s", "wrong-units", "is the instrument's scale off by 3.0");
+}
+
+/// The campaign is doubted or refused, with these words.
+fn doubts_or_refuses(at: &Path, campaign: &str, code: &str, words: &str) {
+    let ran = run(at, &["check", campaign, "--format", "json"]);
+    let told = of_code(&json(&ran), code);
+    assert!(told.iter().any(|told| told.to_string().contains(words)), "{} {}", ran.out, ran.err);
+}
+
+/// An arm of six joints on a rail.
+const RAILED: &str = "robot: arm on a rail
+units: {length: mm, angle: deg}
+variables: [rail, q1, q2, q3, q4, q5, q6]
+frames:
+  0r: {antecedent: 0, joint: prismatic, variable: rail, alpha: -90, limits: [0, 3000]}
+  1: {antecedent: 0r, joint: revolute, variable: q1, alpha: 90, r: 450, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 150, alpha: -90, theta: -90, limits: [-90, 110]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 600, limits: [-120, 80]}
+  4: {antecedent: 3, joint: revolute, variable: q4, d: 120, alpha: -90, r: 640, limits: [-180, 180]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, limits: [-120, 120]}
+  6: {antecedent: 5, joint: revolute, variable: q6, alpha: -90, r: 100, limits: [-300, 300]}
+tool: {frame: 6, at: [20, 0, 150]}
+markers:
+  a: {frame: 6, at: [80, 10, 60]}
+  b: {frame: 6, at: [-60, 50, 80]}
+";

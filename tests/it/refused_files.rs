@@ -104,6 +104,53 @@ fn wrong_files_are_refused_with_place_and_remedy() {
     }
 }
 
+/// Orientations that are written twice, components that are called as joints, and columns under the names of instruments.
+#[test]
+fn columns_of_other_names_are_refused_with_what_they_may_be() {
+    let cases: [(&str, &str, &str, &[&str]); 4] = [
+        (
+            "xyzw",
+            "pose,x,y,z,qx,qy,qz,qw,rx,ry,rz",
+            "a,900,0,0,0,0,0,1,0,0,0",
+            &["the orientation is read from qx, qy, qz, qw: list rx, ry, rz under `ignore:`"],
+        ),
+        (
+            "",
+            "pose,x,y,z,rx,ry,rz,qx,qy,qz,qw",
+            "a,900,0,0,0,0,0,0,0,0,1",
+            &["the orientation is read from rx, ry, rz: list qx, qy, qz, qw under `ignore:`", "{quaternion: ..}`"],
+        ),
+        (
+            "xyzw",
+            "pose,sequence,x,y,z,qx,qy,qz,qw",
+            "a,1,900,0,0,0,0,0,1",
+            &["unknown column `sequence`", "if it is `order`, add `columns: {order: sequence}`"],
+        ),
+        (
+            "",
+            "pose,q1,q2,q3,x,y,z,q0,q1,q2,q3",
+            "a,0,0,0,900,0,0,0,0,0,1",
+            &[
+                "q0, q1, q2, q3 look like a quaternion, and joints are called so",
+                "name its components qx, qy, qz and qw",
+            ],
+        ),
+    ];
+    for (declared, header, row, expected) in cases {
+        let folder = files(("c.yaml", "robot", "robot"));
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+        let declared = if declared.is_empty() { "" } else { "orientation: {quaternion: xyzw}" };
+        let text = CAMPAIGN.replace("orientation: {quaternion: xyzw}", declared);
+        let joints = header.contains("q2");
+        write("c.yaml", &if joints { text.replace(", joints: joints.csv", "") } else { text });
+        write("readings.csv", &format!("{header}\n{row}\n"));
+        let ran = run(folder.path(), &["residuals", "arm.yaml", "c.yaml"]);
+        assert_eq!(ran.status, 2, "{}", ran.err);
+        expected.iter().for_each(|word| assert!(ran.err.contains(word), "`{word}`: {}", ran.err));
+        assert!(!ran.err.contains("`rx` is missing"), "{}", ran.err);
+    }
+}
+
 #[test]
 fn lists_of_points_are_refused_where_they_could_mean_something_else() {
     let position = "observes: position\nmeasurements: {file: list.txt, format: points, points: {pose: name, marker: group}, joints: joints.csv}\n";

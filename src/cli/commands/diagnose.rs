@@ -45,13 +45,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
     let mut output = output.judged(judged, session.arguments.force)?;
-    if campaign.calibrate.is_empty() && campaign.observes.purpose() == Purpose::Geometry {
-        output.diagnostics.push(
-            Diagnostic::warning("the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time").remedy(
-                "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
-            ),
-        );
-    }
+    output.diagnostics.extend(nothing_refitted(campaign, model));
     match &command.apply {
         Some(path) => apply(path, (&loaded.robot.raw, model, campaign), &found, output, session),
         None => Ok(output),
@@ -93,6 +87,22 @@ fn apply(
     output.diagnostics.extend(of_the_session);
     output.file("\ndescription as diagnosed", path, text);
     Ok(output)
+}
+
+/// A warning where the campaign names nothing that is re-fitted: what `identify` fits then competes as causes.
+fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
+    let [message, remedy] = match campaign.observes.purpose() {
+        Purpose::Geometry => [
+            "the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time",
+            "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
+        ],
+        Purpose::Stiffness if model.elastic_slots().is_empty() => return None,
+        Purpose::Stiffness => [
+            "the campaign has no `calibrate:`: springs compete as causes, one at a time; `identify` fits all of them",
+            "write `calibrate: [joint-compliance, ..]` into the campaign if they have not been identified",
+        ],
+    };
+    campaign.calibrate.is_empty().then(|| Diagnostic::warning(message).remedy(remedy))
 }
 
 /// Writes the causes into a description, with what each was tied with. What belongs to the session, and not to the robot,

@@ -6,20 +6,26 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnostic::nearest;
 
-/// The pages, each under a heading of its own that is the word.
-const PAGES: [(&str, &str); 3] = [
+/// The pages, each entry under a heading of its own that is the word, or several with commas between.
+const PAGES: [(&str, &str); 4] = [
     ("terms", include_str!("../../../docs/terms.md")),
     ("effects", include_str!("../../../docs/effects.md")),
+    ("columns", include_str!("../../../docs/columns.md")),
     ("diagnostics", include_str!("../../../docs/diagnostics.md")),
 ];
 
 pub fn run(command: &Explain, session: &Session) -> Result<Output, Error> {
     let all = PAGES.map(|(name, text)| (name, cut(text)));
     let Some(asked) = &command.term else { return list(&all) };
-    let wanted = asked.trim().to_lowercase().replace([' ', '_'], "-");
+    let plain = |word: &str| word.trim().to_lowercase().replace([' ', '_'], "-");
+    let wanted = plain(asked);
+    // A column of one joint is explained as that of all.
+    let stem = wanted.split('.').next().unwrap_or_default();
     let entries = || all.iter().flat_map(|(page, entries)| entries.iter().map(move |entry| (*page, entry)));
-    let Some((page, (term, text))) = entries().find(|(_, (term, _))| *term == wanted) else {
-        let remedy = match nearest(&wanted, entries().map(|(_, (term, _))| *term)) {
+    let named = |word: &str| entries().find(|(_, (term, _))| term.split(',').any(|own| plain(own) == word));
+    let Some((page, (term, text))) = named(&wanted).or_else(|| named(stem)) else {
+        let words = entries().flat_map(|(_, (term, _))| term.split(',').map(str::trim));
+        let remedy = match nearest(&wanted, words) {
             Some(near) => format!("did you mean `{near}`?"),
             None => "`elastogeo explain` lists all words".into(),
         };

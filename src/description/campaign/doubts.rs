@@ -14,6 +14,7 @@ use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
 use crate::description::units::Units;
 use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::math::median;
 
 /// Variables beyond their limits, a name for two configurations, deflections that nothing causes (an error).
 pub fn doubts(
@@ -36,10 +37,12 @@ pub fn doubts(
     let suspect = [
         one_name_for_two(campaign, units, robot, &place),
         back_in_time(campaign, &place),
+        hours_apart(campaign, &place),
         copies(campaign, sources),
         two_temperatures(campaign, &place),
     ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
+    diagnostics.extend(one_side(campaign, robot, &place));
     diagnostics.extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, locate)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
@@ -122,6 +125,51 @@ fn back_in_time(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Plac
     let diagnostic = diagnostic.at(place(index, "time")).figure("times", back.len() as f64);
     Some(
         diagnostic.remedy("if a clock or a session began anew, name the sessions; else sort the rows, or give `order`"),
+    )
+}
+
+/// Median time between configurations above which it is doubted, s: they take seconds to minutes, which in milliseconds look like hours.
+const APART: f64 = 3600.0;
+/// Configurations from which a median says something.
+const FEW: usize = 8;
+
+/// Times that look like milliseconds.
+fn hours_apart(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+    let times = campaign.conditions.time.as_ref()?;
+    let mut first: IndexMap<usize, f64> = IndexMap::new();
+    for (reading, &time) in campaign.readings.iter().zip(times).filter(|(_, time)| time.is_finite()) {
+        first.entry(reading.pose).or_insert(time);
+    }
+    let mut all: Vec<f64> = first.into_values().collect();
+    all.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = all.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = median(&mut gaps).filter(|gap| *gap > APART && all.len() >= FEW)?;
+    let message = format!(
+        "`time` passes {:.1} h from one configuration to the next (median): is it in milliseconds?",
+        middle / 3600.0
+    );
+    let remedy = "state its unit (`units: {time: s}`; min, h); milliseconds are divided by 1000 first";
+    Some(Diagnostic::warning(message).at(place(0, "time")).figure("hours", middle / 3600.0).remedy(remedy))
+}
+
+/// Sides of approach that are the same in all readings: what depends on them does not show.
+fn one_side(campaign: &Campaign, robot: &Robot, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+    let is_one = |sides: &Vec<f64>| {
+        let mut known = sides.iter().filter(|side| **side == 1.0 || **side == -1.0);
+        known.next().is_some_and(|first| known.all(|side| side == first))
+    };
+    let all = campaign.conditions.approach.iter().zip(&robot.variables);
+    let given: Vec<(&str, bool)> =
+        all.filter_map(|(sides, variable)| Some((variable.name.as_str(), is_one(sides.as_ref()?)))).collect();
+    let named: Vec<String> =
+        given.iter().filter(|(_, is_one)| *is_one).map(|(name, _)| format!("approach.{name}")).collect();
+    let first = named.first()?;
+    let what = if named.len() == 1 { "holds" } else { "hold" };
+    let message = format!("`{}` {what} one side alone: a backlash there does not show", named.join("`, `"));
+    Some(
+        Diagnostic::warning(message)
+            .at(place(0, first))
+            .remedy("approach some configurations from the other side, or leave the column out"),
     )
 }
 

@@ -1,7 +1,7 @@
 //! The first line of a table: the delimiter, and which field is which column.
 
 use super::columns::{ColumnKind, ExpectedColumn, Layout};
-use super::orientation::{NUMBERED, VECTOR, undeclared};
+use super::orientation::{NUMBERED, Orientation, VECTOR, also_written, undeclared};
 use super::points;
 use super::row::{Delimiter, Row, Writing};
 use super::source::{Source, separate};
@@ -120,6 +120,16 @@ impl Header {
         let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
         let undeclared = undeclared(titles)
             .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
+        // Components that are called as joints are: nobody can say which is which.
+        let clash = is_wanted && wanted == VECTOR && has_all(&NUMBERED) && twice(titles, &NUMBERED[1..]);
+        if clash {
+            let field = titles.iter().position(|title| title == NUMBERED[0]).unwrap_or(0);
+            let message = "the columns q0, q1, q2, q3 look like a quaternion, and joints are called so too";
+            let remedy = "name its components qx, qy, qz and qw in the file, and declare `orientation: {quaternion: xyzw}` or \
+                          `{quaternion: wxyz}`";
+            self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(remedy));
+            used[field] = true;
+        }
         if let Some((names, declare)) = undeclared {
             let field = titles.iter().position(|title| title == names[0]).unwrap_or(0);
             let declared = match wanted == VECTOR {
@@ -138,7 +148,7 @@ impl Header {
             let title = renamed.unwrap_or(&column.name).trim();
             let title = layout.dialect.orientation.other_title(title).filter(|_| is_numbered).unwrap_or(title);
             let Some(field) = titles.iter().position(|found| found == title) else {
-                let is_undeclared = undeclared.is_some() && wanted.contains(&column.name.as_str());
+                let is_undeclared = (undeclared.is_some() || clash) && wanted.contains(&column.name.as_str());
                 let may_lack = layout.dialect.points.is_some() || layout.dialect.is_shared;
                 let is_missing = column.required || (renamed.is_some() && !may_lack);
                 if is_missing && !is_undeclared {
@@ -176,11 +186,19 @@ impl Header {
         } else if let Some(first) = titles.iter().take(field).position(|other| other == title) {
             let diagnostic = Diagnostic::error(format!("the column `{title}` is given twice")).at(row.field(field));
             let diagnostic = diagnostic.code(Code::Duplicate).related(Some(row.field(first)), "first given here");
-            self.faults.push(diagnostic.remedy("rename or remove one of the two"));
+            let is_component = NUMBERED.iter().all(|name| titles.iter().any(|title| title == name));
+            self.faults.push(diagnostic.remedy(if is_component && NUMBERED.contains(&title.as_str()) {
+                "joints are called so: name the components of the quaternion qx, qy, qz and qw in the file, and declare `orientation: {quaternion: ..}`"
+            } else {
+                "rename or remove one of the two"
+            }));
         } else if !used {
             let free = layout.expected.iter().map(|column| column.name.as_str());
             let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
-            let remedy = match (nearest(title, free), layout.dialect.of_campaign) {
+            let meant = synonym(title).filter(|meant| free.clone().any(|name| name == *meant));
+            let second = second_way(titles, title, layout.dialect.orientation);
+            let remedy = match (meant.or_else(|| nearest(title, free)), layout.dialect.of_campaign) {
+                (_, true) if second.is_some() => second.unwrap_or_default(),
                 (Some(ours), true) => format!(
                     "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"
                 ),
@@ -192,6 +210,44 @@ impl Header {
             self.faults.push(diagnostic.at(row.field(field)).remedy(remedy));
         }
     }
+}
+
+/// Whether each of these stands twice.
+fn twice(titles: &[String], names: &[&str]) -> bool {
+    names.iter().all(|name| titles.iter().filter(|title| title == name).count() > 1)
+}
+
+/// What instruments and controllers call some of our columns.
+const SYNONYMS: [(&str, &str); 12] = [
+    ("sequence", "order"),
+    ("seq", "order"),
+    ("number", "order"),
+    ("no", "order"),
+    ("nr", "order"),
+    ("index", "order"),
+    ("timestamp", "time"),
+    ("t", "time"),
+    ("temp", "temperature"),
+    ("name", "pose"),
+    ("point", "marker"),
+    ("target", "marker"),
+];
+
+/// Our column that is often called so.
+fn synonym(title: &str) -> Option<&'static str> {
+    let plain = title.to_lowercase();
+    SYNONYMS.iter().find(|(known, _)| *known == plain).map(|(_, ours)| *ours)
+}
+
+/// What to do about a column of an orientation that the file writes in two ways.
+fn second_way(titles: &[String], title: &str, declared: Orientation) -> Option<String> {
+    let (names, declare) = also_written(titles, title)?;
+    let ours = declared.columns();
+    let has_ours = ours.iter().all(|name| titles.iter().any(|title| title == name));
+    has_ours.then(|| {
+        let (names, ours) = (names.join(", "), ours.join(", "));
+        format!("the orientation is read from {ours}: list {names} under `ignore:`; or {declare} and list {ours} there")
+    })
 }
 
 /// Why the header line is no line of text.

@@ -63,6 +63,19 @@ pub(super) fn undeclared(titles: &[String]) -> Option<(&'static [&'static str], 
     all.into_iter().find(|(names, _)| names.iter().all(|name| titles.iter().any(|title| title == name)))
 }
 
+/// The ways to write an orientation in which all columns are there and of which `title` is one, and what declares it.
+pub(super) fn also_written(titles: &[String], title: &str) -> Option<(&'static [&'static str], &'static str)> {
+    let all: [(&[&str], &str); 5] = [
+        (&VECTOR, "declare `orientation: rotation-vector`"),
+        (&QUATERNION, "declare `orientation: {quaternion: ..}`"),
+        (&KUKA, "declare `orientation: kuka-abc`"),
+        (&ROLL_PITCH_YAW, "declare `orientation: roll-pitch-yaw`"),
+        (&MATRIX, "declare `orientation: matrix`"),
+    ];
+    let is_there = |names: &[&str]| names.iter().all(|name| titles.iter().any(|title| title == name));
+    all.into_iter().find(|(names, _)| names.contains(&title) && is_there(names))
+}
+
 impl Orientation {
     /// Its columns under our names.
     pub fn columns(self) -> &'static [&'static str] {

@@ -1,0 +1,103 @@
+//! Candidates for one cause, compared by what they leave of readings that were not fitted.
+
+use super::forward::Forward;
+use super::free_errors::FreeErrors;
+use super::held_out::{Beside, HeldOut, Losses, paired};
+use super::hypothesis::Hypothesis;
+use super::level::Stability;
+use super::misfit::Readings;
+use super::stability::stability;
+use crate::math::{orthonormal, project_off};
+
+/// What a law is tested with.
+pub struct Tests<'a> {
+    /// Configurations that are left out whole.
+    pub blocks: &'a [HeldOut],
+    /// Errors that are free in every configuration.
+    pub free_errors: &'a FreeErrors<'a>,
+    /// The noise over the sigmas of the rows.
+    pub noise: f64,
+    /// The readings of the problem.
+    pub readings: Readings<'a>,
+    /// All causes that were chosen.
+    pub members: &'a [usize],
+}
+
+/// Candidates beside the other causes, and what they leave.
+pub struct Compared<'a> {
+    pub forward: &'a Forward<'a>,
+    /// Causes that stand beside all of them.
+    pub others: &'a [usize],
+    pub sets: &'a [Vec<usize>],
+    pub beside: &'a Beside<'a>,
+    pub losses: &'a Losses,
+    pub tests: &'a Tests<'a>,
+    /// Whether the causes leave nothing but noise that is known.
+    pub is_sharp: bool,
+}
+
+impl Compared<'_> {
+    pub fn hypothesis(&self, at: usize) -> &Hypothesis {
+        &self.forward.problem.hypotheses[self.sets[at][0]]
+    }
+
+    /// What a candidate leaves.
+    pub fn total(&self, at: usize) -> f64 {
+        self.losses.beside[at].iter().sum()
+    }
+
+    pub fn gain(&self, at: usize) -> f64 {
+        paired(&self.losses.base, &self.losses.beside[at]).sum
+    }
+
+    pub fn free(&self) -> impl Iterator<Item = usize> {
+        (1..self.sets.len()).filter(|&at| self.hypothesis(at).is_free())
+    }
+
+    /// Whether a candidate does as well as another: not certainly worse, and not by most of what that takes away, which where
+    /// the losses of a few configurations are great may be uncertain too.
+    pub fn is_near(&self, at: usize, own: usize) -> bool {
+        let settings = self.forward.settings;
+        self.gain(at) > settings.least_rival * self.gain(own)
+            && paired(&self.losses.beside[at], &self.losses.beside[own]).t < settings.paired_t
+    }
+
+    /// Whether a candidate takes away most of what another does: a cause that does not is another one in addition, however near
+    /// the two come by themselves.
+    pub fn is_alternative(&self, at: usize, own: usize) -> bool {
+        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
+        let [own, other] = [own, at].map(|at| &self.beside.candidates[at]);
+        let alone = own.tr_mul(&before).norm_squared();
+        let in_addition = orthonormal(own, Some(other)).tr_mul(&before).norm_squared();
+        in_addition < (1.0 - self.forward.settings.least_rival) * alone
+    }
+
+    /// Whether a candidate does as well as another in its place.
+    pub fn is_rival(&self, at: usize, own: usize) -> bool {
+        self.is_near(at, own) && self.is_alternative(at, own)
+    }
+
+    /// Whether a candidate sits at none of the sites of another.
+    pub fn is_elsewhere(&self, at: usize, own: usize) -> bool {
+        let sites = self.sets[own].iter().map(|&h| &self.forward.problem.hypotheses[h].site.name);
+        sites.into_iter().all(|site| *site != self.hypothesis(at).site.name)
+    }
+
+    /// The free curve that leaves least.
+    pub fn best_free(&self) -> Option<usize> {
+        self.free().min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
+    }
+
+    /// Stability among those that come near and take away the same: what comes later hardly ever wins. `tied` does as well.
+    pub fn stability(&self, own: usize, tied: &[usize]) -> Stability {
+        let settings = self.forward.settings;
+        let mut near: Vec<usize> = (0..self.sets.len()).filter(|&at| at != own && !tied.contains(&at)).collect();
+        near.sort_by(|&a, &b| self.total(a).total_cmp(&self.total(b)));
+        let near = near.into_iter().filter(|&at| self.is_alternative(at, own));
+        let mut near: Vec<usize> = near.take(settings.compared).collect();
+        near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
+        let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();
+        let halves = (settings.halves, settings.seed);
+        stability(self.forward.problem, &self.beside.only(&near), &first, tied.len(), halves)
+    }
+}

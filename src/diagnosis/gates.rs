@@ -1,0 +1,166 @@
+//! What a law must pass to be named.
+
+use nalgebra::{DMatrix, DVector, DVectorView};
+
+use super::compared::Compared;
+use super::held_out::{Beside, paired};
+use super::hypothesis::Hypothesis;
+use super::misfit::missed;
+use super::settings::ClaimSettings;
+use crate::math::project_off;
+
+/// What a law is measured by.
+#[derive(Debug, Clone, Copy)]
+pub struct Gates {
+    pub of_free: Option<f64>,
+    pub elsewhere: Option<f64>,
+    /// Whether a free curve anywhere, or an amount of each marker's own, is certainly better, and by much.
+    pub is_beaten: bool,
+    /// Share of what an error free in every configuration carries at the site.
+    pub of_site: Option<f64>,
+    /// Whether it may be another law in its limit.
+    pub is_in_limit: bool,
+    /// Share of the error at the site that it misses.
+    pub missed: f64,
+}
+
+impl Gates {
+    pub fn hold(&self, settings: &ClaimSettings) -> bool {
+        !self.is_beaten
+            && self.missed <= 1.0 - settings.of_site
+            && self.of_site.is_none_or(|share| share >= settings.of_site)
+            && self.of_free.is_none_or(|share| share >= settings.of_free)
+            && self.elsewhere.is_none_or(|share| share >= settings.elsewhere)
+    }
+}
+
+impl Compared<'_> {
+    pub fn gates(&self, at: usize) -> Gates {
+        let settings = self.forward.settings;
+        let (own, gain) = (self.hypothesis(at), self.gain(at));
+        let at_site = self.free().filter(|&k| self.hypothesis(k).site.name == own.site.name).map(|k| self.gain(k));
+        let of_free = at_site.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| gain / best);
+        let is_better = |k: usize| {
+            paired(&self.losses.beside[at], &self.losses.beside[k]).t > settings.paired_t
+                && gain < settings.of_free * self.gain(k)
+                && self.is_alternative(k, at)
+        };
+        let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at);
+        let own_only = self.beside.only(&[at]);
+        // The least share over all that is left out, where what is missing is certain.
+        let mut elsewhere: Option<f64> = None;
+        for block in self.tests.blocks {
+            let left_out = block.losses(&own_only);
+            let poses: Vec<usize> = (0..left_out.base.len()).filter(|&pose| left_out.base[pose] > 0.0).collect();
+            let there: Vec<f64> = poses.iter().map(|&pose| left_out.base[pose] - left_out.beside[0][pose]).collect();
+            let all = &self.losses;
+            let random: Vec<f64> = poses.iter().map(|&pose| all.base[pose] - all.beside[at][pose]).collect();
+            let whole: f64 = random.iter().sum();
+            let least: Vec<f64> = random.iter().map(|gain| settings.elsewhere * gain).collect();
+            // Where most of the gain is left out, or the noise alone takes as much of it, what stays determines no law.
+            let by_noise = self.tests.noise.powi(2) * block.added_variance(self.beside, at);
+            if whole > 0.0 && whole < settings.left_out * gain && by_noise < settings.left_out * whole {
+                let share = there.iter().sum::<f64>() / whole;
+                let share = if paired(&least, &there).t > settings.paired_t { share } else { share.max(1.0) };
+                elsewhere = Some(elsewhere.map_or(share, |known| known.min(share)));
+            }
+        }
+        let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
+        Gates { of_free, is_beaten, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
+    }
+
+    /// Other laws at the site of one that may be theirs in its limit, which take away as much but for what that loses.
+    pub fn limits(&self, own: usize) -> impl Iterator<Item = usize> {
+        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
+        let taken = move |at: usize| self.beside.candidates[at].tr_mul(&before).norm_squared();
+        let law = self.hypothesis(own);
+        let is_like = move |at: &usize| {
+            let other = self.hypothesis(*at);
+            self.sets[*at].len() == 1
+                && !other.is_free()
+                && !other.is_same(law)
+                && (other.family(), &other.site.name) == (law.family(), &law.site.name)
+        };
+        let least = taken(own) - self.least_loss();
+        (1..self.sets.len()).filter(is_like).filter(move |at| taken(*at) > least)
+    }
+
+    /// Whether a law may be that of another effect in its limit: with the end of its continuous parameter where it becomes that,
+    /// it does as well, the law's own variants among the other causes left out.
+    fn is_in_limit(&self, at: usize) -> bool {
+        let [own] = self.sets[at][..] else { return false };
+        let problem = self.forward.problem;
+        let law = &problem.hypotheses[own];
+        let Some(value) = law.nonlinear.continuous() else { return false };
+        let is_variant = |h: &Hypothesis| h.is_same(law) && h.nonlinear.clone().with_continuous(value) == law.nonlinear;
+        let all = || problem.hypotheses.iter().enumerate().filter(|(_, h)| is_variant(h));
+        let of = |(h, variant): (usize, &Hypothesis)| Some((variant.nonlinear.continuous()?, h));
+        let mut values: Vec<(f64, usize)> = all().filter_map(of).collect();
+        values.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ends = [values.first(), values.last()].into_iter().zip(law.effect.is_another_at_ends(&law.nonlinear));
+        let ends: Vec<usize> = ends.filter(|(_, is_other)| *is_other).filter_map(|(end, _)| Some(end?.1)).collect();
+        let others: Vec<usize> = self.others.iter().copied().filter(|&h| !problem.hypotheses[h].is_same(law)).collect();
+        let sets: Vec<Vec<usize>> = std::iter::once(own).chain(ends).map(|h| vec![h]).collect();
+        let beside = Beside::new(&self.forward.selector.projection, &others, &sets);
+        let before = project_off(&problem.residual, &beside.basis);
+        let taken: Vec<f64> = beside.candidates.iter().map(|columns| columns.tr_mul(&before).norm_squared()).collect();
+        taken.split_first().is_some_and(|(own, ends)| ends.iter().any(|end| own - end < self.least_loss()))
+    }
+
+    /// What the end of a parameter's interval leaves more than its best value, by the likelihood; readings of a configuration count
+    /// once.
+    fn least_loss(&self) -> f64 {
+        let problem = self.forward.problem;
+        let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
+        (self.forward.settings.paired_t * self.tests.noise).powi(2) * per_pose
+    }
+
+    /// Whether amounts that each marker has for itself do certainly better, and by much: then it is not the robot that moves.
+    fn is_of_one_marker(&self, at: usize) -> bool {
+        let (problem, settings) = (self.forward.problem, self.forward.settings);
+        let mut markers = problem.marker.clone();
+        markers.sort_unstable();
+        markers.dedup();
+        if markers.len() < 2 {
+            return false;
+        }
+        let columns = || self.sets[at].iter().flat_map(|&h| problem.hypotheses[h].columns.column_iter());
+        let of_marker = |marker: &usize| {
+            let of_row = |column: DVectorView<f64>| {
+                DVector::from_fn(column.len(), |row, _| if problem.marker[row] == *marker { column[row] } else { 0.0 })
+            };
+            columns().map(of_row).collect::<Vec<_>>()
+        };
+        let apart: Vec<DVector<f64>> = markers.iter().flat_map(of_marker).collect();
+        let losses = self.forward.folds.losses(&self.beside.with(&DMatrix::from_columns(&apart)));
+        let gain = paired(&self.losses.base, &losses.beside[0]).sum;
+        paired(&self.losses.beside[at], &losses.beside[0]).t > settings.paired_t
+            && self.gain(at) < settings.of_free * gain
+    }
+
+    /// Share of the error at its site that a law misses, all other causes fitted.
+    fn missed(&self, at: usize) -> f64 {
+        let [own] = self.sets[at][..] else { return 0.0 };
+        let problem = self.forward.problem;
+        let law = &problem.hypotheses[own];
+        let is_other = |h: &usize| !self.sets[0].contains(h) && !problem.hypotheses[*h].is_same(law);
+        let others: Vec<usize> = self.tests.members.iter().copied().filter(is_other).collect();
+        let beside = Beside::new(&self.forward.selector.projection, &others, &[vec![own]]);
+        let before = project_off(&problem.residual, &beside.basis);
+        let (free, readings) = (self.tests.free_errors, self.tests.readings);
+        missed(free, &law.site, (&before, &beside.candidates[0]), readings, self.forward.settings)
+    }
+
+    /// Squares that the candidate takes away, over what an error free in every configuration carries at its site.
+    fn of_site(&self, at: usize) -> Option<f64> {
+        // What leaves nothing but noise cannot be bettered.
+        let [_] = self.sets[at][..] else { return None };
+        if self.is_sharp {
+            return None;
+        }
+        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
+        let taken = self.beside.candidates[at].tr_mul(&before).norm_squared();
+        let carried = self.tests.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
+        (carried > 0.0).then(|| taken / carried)
+    }
+}
