@@ -154,6 +154,51 @@ fn a_marker_that_slips_is_no_slip_of_the_tool() {
     assert!(found.gap.is_significant && !named.iter().any(|name| name.ends_with("-slip")), "{named:?}");
 }
 
+/// A joint that stands elsewhere beyond some angle: no sine is that, nor a series of them, and none is named.
+#[test]
+fn a_step_in_the_angle_of_a_joint_is_no_transmission_error() {
+    let slip = [("offset", RawAmount::from(3e-4)), ("slip_at", RawAmount::from(0.0))];
+    let (plain, beyond) = arm("joint-slip", "joint:3", &slip);
+    let (mut mixed, other) = (read(&plain, &plain, 0.7), read(&plain, &beyond, 0.7));
+    let middle = 0.5 * plain.variables[2].limits.expect("limits").iter().sum::<f64>();
+    for index in 0..mixed.readings.len() {
+        if mixed.configuration(index)[2] > middle + 0.2 {
+            mixed.readings[index] = other.readings[index].clone();
+        }
+    }
+    let found = found(&plain, &mixed);
+    let said: Vec<String> =
+        found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+    assert!(found.causes.iter().all(|cause| cause.level != Level::Law), "{said:?}");
+    assert!(found.causes.first().is_some_and(|cause| cause.site == "joint:3"), "{said:?}");
+}
+
+/// Friction keeps a joint behind: a positive half width is on the side from which it came.
+#[test]
+fn hysteresis_keeps_a_joint_on_the_side_from_which_it_came() {
+    let half = 3e-4;
+    let at_once = [("half_width", RawAmount::from(half)), ("distance", RawAmount::from(1e-9))];
+    let of = |effect: &str, parameters: &[(&str, RawAmount)]| {
+        let (plain, spoiled) = arm(effect, "joint:2", parameters);
+        read(&plain, &spoiled, 0.7)
+    };
+    let slip = |offset: f64| [("offset", RawAmount::from(offset)), ("slip_at", RawAmount::from(0.0))];
+    let shown = of("hysteresis", &at_once);
+    let [below, above] = [-half, half].map(|offset| of("joint-slip", &slip(offset)));
+    let mut sides = [0, 0];
+    for (index, reading) in shown.readings.iter().enumerate() {
+        let moved = shown.conditions.last_move[index][1];
+        if moved.is_nan() || moved == 0.0 {
+            continue;
+        }
+        let came_from_below = moved > 0.0;
+        let expected = if came_from_below { &below } else { &above }.readings[index].measured;
+        sides[usize::from(came_from_below)] += 1;
+        assert!((0..3).all(|k| (reading.measured[k] - expected[k]).abs() < 1e-9), "{index}: moved {moved}");
+    }
+    assert!(sides.iter().all(|count| *count > 20), "{sides:?}");
+}
+
 /// Against the solution for a ramp and for a sine, in steps of different lengths.
 #[test]
 fn a_delayed_temperature_solves_its_equation() {
