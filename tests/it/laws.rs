@@ -163,7 +163,7 @@ fn a_step_in_the_angle_of_a_joint_is_no_transmission_error() {
     let middle = 0.5 * plain.variables[2].limits.expect("limits").iter().sum::<f64>();
     for index in 0..mixed.readings.len() {
         if mixed.configuration(index)[2] > middle + 0.2 {
-            mixed.readings[index] = other.readings[index].clone();
+            mixed.readings[index] = other.readings[index];
         }
     }
     let found = found(&plain, &mixed);
