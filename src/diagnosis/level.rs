@@ -54,7 +54,7 @@ pub struct Support {
     /// Least gain where a range, a session or a load was left out, over that of folds drawn at random; `None` where none can be left
     /// out.
     pub elsewhere: Option<f64>,
-    /// Share of the error at its site that it misses, by what neighbours along the joint's angle or last move share of the rest.
+    /// Share of the error at its site that it misses, by what neighbours along the joint's angle share of the rest.
     pub missed: f64,
     /// Whether all causes together leave nothing but noise that is known.
     pub leaves_noise: bool,

@@ -1,5 +1,5 @@
-//! How much of an error a law misses at its site: what it leaves there, from configuration to configuration, along what
-//! the error could follow.
+//! How much of an error a law misses at its site: what it leaves there, from configuration to configuration, along the
+//! joint's angle.
 //!
 //! Noise does not correlate between neighbours. What neighbours share of the errors that are left at a site is of another
 //! shape than the law, whatever the readings of one configuration share. Measured without a noise that is known, and with
@@ -29,18 +29,15 @@ pub struct Readings<'a> {
 }
 
 impl Readings<'_> {
-    /// What an error at a joint could follow: its angle and its last move, by configuration. `None` where they are not known.
-    fn drivers(&self, variable: usize) -> [Vec<Option<f64>>; 2] {
+    /// The angle of a joint in each configuration; `None` of constraints.
+    fn angles(&self, variable: usize) -> Vec<Option<f64>> {
         let angle = |reading: usize| self.campaign.configuration(reading).get(variable).copied();
-        let moves = &self.campaign.conditions.last_move;
-        let moved = |reading: usize| moves.get(reading)?.get(variable).copied().filter(|moved| moved.is_finite());
-        let of = |value: &dyn Fn(usize) -> Option<f64>| self.first.iter().map(|reading| value((*reading)?)).collect();
-        [of(&angle), of(&moved)]
+        self.first.iter().map(|reading| angle((*reading)?)).collect()
     }
 }
 
-/// Share of the error at a site that a law misses, of what it takes away there and what it misses: the greatest along any of the
-/// drivers that is no chance. `columns` are the law's, orthonormal, and `before` is what the other causes leave; both off what is
+/// Share of the error at a joint that a law misses, of what it takes away there and what it misses; 0 where that may be chance.
+/// `columns` are the law's, orthonormal, and `before` is what the other causes leave; both off what is
 /// fitted with them.
 pub fn missed(
     free: &FreeErrors,
@@ -61,14 +58,11 @@ pub fn missed(
     if taken < ITS_OWN * fitted.norm_squared() {
         return 0.0;
     }
-    let drivers = readings.drivers(site.variable);
-    let along = |driver: &Vec<Option<f64>>| {
-        let mut order: Vec<(f64, usize)> =
-            driver.iter().take(left.len()).enumerate().filter_map(|(pose, value)| Some(((*value)?, pose))).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let series = Series::new(order.into_iter().map(|(_, pose)| left[pose]).collect())?;
-        let (shared, p) = series.tested(settings.flips, settings.seed);
-        (p < settings.chance / drivers.len() as f64).then(|| shared / (shared + taken))
-    };
-    drivers.iter().filter_map(along).fold(0.0, f64::max)
+    let angles = readings.angles(site.variable);
+    let known = angles.iter().take(left.len()).enumerate();
+    let mut order: Vec<(f64, usize)> = known.filter_map(|(pose, angle)| Some(((*angle)?, pose))).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(series) = Series::new(order.into_iter().map(|(_, pose)| left[pose]).collect()) else { return 0.0 };
+    let (shared, p) = series.tested(settings.flips, settings.seed);
+    if p < settings.chance { shared / (shared + taken) } else { 0.0 }
 }

@@ -131,7 +131,7 @@ pub struct ClaimSettings {
     /// mattered on sealed campaigns of another generator.
     pub of_free: f64,
     /// Share of what an error free in every configuration carries at its site below which a law is not named: where several
-    /// rows of a configuration tell sites apart, and of what neighbours along the joint's angle or last move share.
+    /// rows of a configuration tell sites apart, and of what neighbours along the joint's angle share.
     pub of_site: f64,
     /// Gain outside the range in which a law was fitted, over that of folds drawn at random, below which it is not named. Of 73
     /// true laws 2 fell below one half, of 32 false ones 13.

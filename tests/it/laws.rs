@@ -187,7 +187,7 @@ fn hysteresis_keeps_a_joint_on_the_side_from_which_it_came() {
     let [below, above] = [-half, half].map(|offset| of("joint-slip", &slip(offset)));
     let mut sides = [0, 0];
     for (index, reading) in shown.readings.iter().enumerate() {
-        let moved = shown.conditions.last_move[index][1];
+        let moved = shown.conditions.last_move[1][index];
         if moved.is_nan() || moved == 0.0 {
             continue;
         }
