@@ -173,31 +173,29 @@ impl Before<'_> {
 }
 
 /// The claims, those of one law with several values at one site replaced by a curve there, where one can stand for them: three of
-/// them have any shape, and so have two where neither is most of it.
+/// them have any shape, and so have two neither of which takes most away by itself.
 fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
     let hypotheses = &forward.problem.hypotheses;
-    let all: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-    let squares = forward.selector.fit(&all).squares;
-    let lost = |own: usize| {
-        let others: Vec<usize> = all.iter().copied().filter(|&h| h != own).collect();
-        forward.selector.fit(&others).squares - squares
-    };
-    let is_law = |claim: &&Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
+    let squares = |members: &[usize]| forward.selector.fit(members).squares;
+    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
     let mut kept = claims.clone();
-    for first in claims.iter().filter(is_law) {
-        let is_of_series =
-            |claim: &Claim| is_law(&claim) && hypotheses[claim.hypothesis].is_same(&hypotheses[first.hypothesis]);
-        let losses: Vec<f64> =
-            kept.iter().filter(|claim| is_of_series(claim)).map(|claim| lost(claim.hypothesis)).collect();
-        let greatest = losses.iter().copied().fold(0.0, f64::max);
-        if losses.len() < 2 || losses.len() < 3 && greatest >= settings.claims.of_site * losses.iter().sum::<f64>() {
+    for first in claims.iter().filter(|claim| is_law(claim)) {
+        let law = &hypotheses[first.hypothesis];
+        let is_of_series = |claim: &&Claim| is_law(claim) && hypotheses[claim.hypothesis].is_same(law);
+        let (series, others): (Vec<&Claim>, Vec<&Claim>) = kept.iter().partition(is_of_series);
+        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
+        let with = |own: &[&Claim]| -> f64 {
+            let own = own.iter().map(|claim| claim.hypothesis);
+            squares(&taken.iter().copied().chain(own).collect::<Vec<usize>>())
+        };
+        let before = with(&[]);
+        let alone = series.iter().map(|&claim| before - with(&[claim])).fold(0.0, f64::max);
+        let is_one_value = series.len() < 3 && alone >= settings.claims.of_site * (before - with(&series));
+        if series.len() < 2 || is_one_value {
             continue;
         }
-        let others: Vec<Claim> = kept.iter().filter(|claim| !is_of_series(claim)).cloned().collect();
-        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
-        if let Some(found) = curve(forward, &taken, Some(&hypotheses[first.hypothesis].site.name), settings) {
-            kept = others;
-            kept.push(found);
+        if let Some(found) = curve(forward, &taken, Some(&law.site.name), settings) {
+            kept = others.into_iter().cloned().chain([found]).collect();
         }
     }
     kept
