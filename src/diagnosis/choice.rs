@@ -118,8 +118,10 @@ pub fn choice(
 }
 
 /// Leaves out causes of which nothing is certain beside all others: the 95 % interval of their amounts then holds none. A curve that was
-/// added at the site of a law takes all of it up where the law is another.
+/// added at the site of a law takes all of it up where the law is another. A law that does better than any curve at its site stays: what
+/// a curve adds there is the rest.
 fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64) {
+    let is_better = |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= 1.0);
     while claims.len() > 1 {
         let beside = |at: usize| -> f64 {
             let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
@@ -127,9 +129,9 @@ fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64) {
             let gain = selector.gains(&others)[claims[at].hypothesis];
             gain.squares / gain.directions.max(1) as f64
         };
-        let gains: Vec<f64> = (0..claims.len()).map(beside).collect();
-        let least = (0..gains.len()).min_by(|&a, &b| gains[a].total_cmp(&gains[b]));
-        let Some(least) = least.filter(|&at| gains[at] < (normal95() * noise).powi(2)) else { return };
+        let open = (0..claims.len()).filter(|&at| !is_better(&claims[at]));
+        let least = open.map(|at| (at, beside(at))).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((least, _)) = least.filter(|(_, gain)| *gain < (normal95() * noise).powi(2)) else { return };
         claims.remove(least);
     }
 }
