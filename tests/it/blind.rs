@@ -261,20 +261,3 @@ fn a_rate_has_the_interval_of_wilson() {
 fn a_seal_is_the_sha_256_of_the_truth() {
     assert_eq!(seal("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
-
-/// A law, and a free curve at its site that takes all of it up: the law is not named with an amount that may be none.
-#[test]
-fn no_amount_is_none() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let made = ["blind", "make", "--at", "workshop", "--seed", "77", "--count", "3", "--into", "sealed"];
-    assert_eq!(super::cli::run(folder.path(), &made).status, 0);
-    let ran = super::cli::run(folder.path(), &["diagnose", "sealed/sealed-003", "--format", "json"]);
-    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
-    let causes = found["causes"].as_array().expect("a list");
-    assert!(causes.iter().any(|cause| cause["site"] == "joint:1"), "{causes:?}");
-    for cause in causes {
-        let parameters = cause["parameters"].as_array().expect("a list").iter();
-        let mut amounts = parameters.filter_map(|p| Some((p["value"].as_f64()?.abs(), p["ci95"].as_f64()?)));
-        assert!(amounts.any(|(amount, width)| amount > width), "{cause}");
-    }
-}
