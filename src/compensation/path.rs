@@ -42,7 +42,8 @@ pub struct Outcome {
 }
 
 /// Where sides of approach came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Sides {
     /// The path's own columns.
     Given,

@@ -8,7 +8,8 @@
 use crate::parameter::Slot;
 
 /// How springs act together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Together {
     /// One after the other: compliances add.
     Series,

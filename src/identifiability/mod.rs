@@ -53,6 +53,16 @@ pub enum Why {
     Held,
 }
 
+impl std::fmt::Display for Why {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Exact => "exact",
+            Self::Weak => "weak",
+            Self::Held => "held",
+        })
+    }
+}
+
 /// Result of the reduction. Columns are numbered as in the matrix given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {

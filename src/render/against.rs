@@ -1,12 +1,18 @@
 //! The identified parameters compared with another set, as text.
 
 use super::table::{Screen, number};
-use crate::results::{AgainstOther, Difference, SetErrors};
+use crate::results::{AgainstOther, Before, Difference, FitOrCheck, SetErrors};
 
 /// Text of `identify --against`: errors with both sets, then the parameters that both have.
 pub fn compared(found: &AgainstOther, screen: Screen) -> String {
-    let which = if found.judged_by == "check" { "readings the fit did not see" } else { "the fitted readings" };
-    let before = if found.before_is == "measured" { "as measured" } else { "registration only" };
+    let which = match found.judged_by {
+        FitOrCheck::Check => "readings the fit did not see",
+        FitOrCheck::Fit => "the fitted readings",
+    };
+    let (before, anew) = match found.before_is {
+        Before::Measured => ("as measured", ""),
+        Before::Registration => ("registration only", "; base and tool fitted anew for both"),
+    };
     let other = found.description.as_str();
     let sets = [&found.before, &found.other, &found.identified];
     let row = |(what, values): (String, [f64; 3])| {
@@ -15,7 +21,6 @@ pub fn compared(found: &AgainstOther, screen: Screen) -> String {
         [what].into_iter().chain(shown).chain([factor(values[1]), factor(values[2])]).collect::<Vec<String>>()
     };
     let header = ["residuals", before, other, "identified", "better by", "identified by"];
-    let anew = if found.before_is == "measured" { "" } else { "; base and tool fitted anew for both" };
     let mut out = format!("\nagainst {other} ({which}{anew})\n");
     out += &screen.table(&header, errors(sets).into_iter().map(row));
     let closer = &found.closer;

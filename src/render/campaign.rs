@@ -8,7 +8,7 @@ use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange, NoiseFigure};
 /// Text of `check` of a campaign.
 pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     let mut out = format!("{}\n{}, {} readings", found.campaign, found.robot, found.readings);
-    let _ = writeln!(out, " ({}) at {} configurations", found.observes, found.configurations);
+    let _ = writeln!(out, " ({}) at {} configurations", found.observes.name(), found.configurations);
     let markers: Vec<String> = found.markers.iter().map(|(name, count)| format!("{name} {count}")).collect();
     let _ = writeln!(out, "readings by marker: {}", markers.join(", "));
     let sets = [("fit", found.sets.fit), ("check", found.sets.check), ("unassigned", found.sets.unassigned)];
@@ -46,7 +46,7 @@ fn noise(found: &CampaignCheck) -> String {
             let axes = if x == y && y == z { format!("{x:.4} mm") } else { format!("{x:.4}, {y:.4}, {z:.4} mm") };
             let turned = match noise.orientation {
                 Some(deg) => format!(", {deg:.4} deg"),
-                None if found.observes == "pose" => {
+                None if found.has_orientations => {
                     "; of orientations none: they are weighed by what a fit leaves".into()
                 }
                 None => String::new(),

@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use super::table::Screen;
-use crate::compensation::Hold;
+use crate::compensation::{Hold, Sides};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::description::units::Units;
@@ -67,7 +67,7 @@ pub fn compensation(found: &Compensation, screen: Screen) -> String {
         let names = found.left_out.join(", ");
         let _ = writeln!(out, "left out, being of the measurement and not of the robot: {names}");
     }
-    if found.sides == "unsettled" {
+    if found.sides == Sides::Unsettled {
         out += "the side of approach of some points flips with the correction itself: those may miss by the backlash\n";
     }
     for point in found.not_met().take(MOST_SHOWN) {
@@ -145,7 +145,7 @@ pub fn row_of(variables: &[Variable], point: &CompensatedPoint, units: &Units) -
     let mut cells: Vec<String> = Vec::new();
     match point {
         CompensatedPoint::Refused(point) => {
-            cells.extend([point.name.clone(), point.status.replace(['\n', '\r'], " ")]);
+            cells.extend([point.name.clone(), point.status.to_string().replace(['\n', '\r'], " ")]);
             cells.resize(2 + variables.len() + POSE.columns().len(), String::new());
         }
         CompensatedPoint::Corrected(point) => {

@@ -6,7 +6,7 @@ use super::plots::bars;
 use super::table::Screen;
 use crate::description::raw::RawAmount;
 use crate::diagnosis::{Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, Level, Stability, Verdict};
-use crate::results::{Cause, Diagnosis, Location, NextPose, Rejected};
+use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Rejected, WeightSource};
 
 /// Most outliers listed.
 const OUTLIERS: usize = 20;
@@ -61,7 +61,7 @@ pub fn finding(found: &Diagnosis) -> String {
         Verdict::NoGap => format!(
             "No gap: calibration leaves {rms:.4} mm (rms, unseen readings), and noise alone gives {noise:.4} mm."
         ),
-        Verdict::Undecided if found.noise.source == "leftover" => format!(
+        Verdict::Undecided if found.noise.source == NoiseFrom::Leftover => format!(
             "Undecided: nothing in the catalogue takes a certain part of the {rms:.4} mm (rms) away that calibration leaves; the noise is \
              not known, so it cannot be told whether that is noise."
         ),
@@ -184,10 +184,10 @@ fn open(found: &Diagnosis) -> String {
         let all: Vec<String> = found.not_tried.iter().map(|one| format!("{} ({})", one.effect, one.needs)).collect();
         let _ = writeln!(out, "not tried, for what is missing: {}", all.join("; "));
     }
-    if found.noise.source == "leftover" {
+    if found.noise.source == NoiseFrom::Leftover {
         out += "the noise is not known: it is taken from what the causes leave, and cannot show that nothing is left\n";
     }
-    if found.noise.orientation == Some("residuals") {
+    if found.noise.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
     }
     out

@@ -5,12 +5,12 @@ use std::fmt::Write;
 use super::against::compared;
 use super::plots::{bars, histogram};
 use super::table::{Screen, number};
-
+use crate::estimation::Together;
 use crate::results::units::{deg, mm};
 use crate::results::{
     CombinedParameter, DescriptionResiduals, Dropped, ElasticSensitivity, IN_BOTH_READINGS, Identification,
     MovedParameter, ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since,
-    SpringGroup, WorstReading,
+    SpringGroup, WeightSource, WorstReading,
 };
 
 /// Factors below this are not shown.
@@ -26,7 +26,7 @@ pub fn reduction(found: &Reduction, screen: Screen) -> String {
     if found.dropped.is_empty() {
         return out;
     }
-    let row = |d: &Dropped| vec![d.name.clone(), d.why.into(), format!("{:.1e}", d.remainder), merged(d)];
+    let row = |d: &Dropped| vec![d.name.clone(), d.why.to_string(), format!("{:.1e}", d.remainder), merged(d)];
     out += "\n";
     out += &screen.table(&["dropped", "why", "remainder", "merged into (factor)"], found.dropped.iter().map(row));
     out
@@ -219,10 +219,10 @@ fn certainty(found: &Identification) -> String {
             "the error of {within} of the {all} configurations held out lies in its predicted 95 % interval"
         );
     }
-    if found.noise_sources.position != "stated" {
+    if found.noise_sources.position != WeightSource::Stated {
         out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
     }
-    if found.noise_sources.orientation == Some("residuals") {
+    if found.noise_sources.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
     }
     if let Some(ratio) = found.noise_ratio {
@@ -290,7 +290,7 @@ fn spring_groups(groups: &[SpringGroup], screen: Screen) -> String {
         return String::new();
     }
     let rows = groups.iter().map(|group| {
-        let how = if group.kind == "series" { "in series" } else { "side by side" };
+        let how = if group.kind == Together::Series { "in series" } else { "side by side" };
         let note = if group.insensitive { "moves no reading: any stiffer fits" } else { "" };
         let [value, ci95] = [format!("{:.4e}", group.equivalent), format!("{:.1e}", group.ci95)];
         vec![group.members.join(", "), how.into(), value, ci95, group.unit.into(), note.into()]
@@ -300,7 +300,10 @@ fn spring_groups(groups: &[SpringGroup], screen: Screen) -> String {
     // Groups within each other, and members that count more or less than once.
     for group in groups.iter().filter(|group| group.formula.contains(['(', '*'])) {
         let sums = group.formula.matches('(').count();
-        if sums > 1 || group.kind == "parallel" || group.weights.iter().any(|weight| (weight - 1.0).abs() > 1e-3) {
+        if sums > 1
+            || group.kind == Together::Parallel
+            || group.weights.iter().any(|weight| (weight - 1.0).abs() > 1e-3)
+        {
             let _ = writeln!(out, "{:.4e} {} = {}", group.equivalent, group.unit, group.formula);
         }
     }

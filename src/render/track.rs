@@ -41,7 +41,7 @@ fn row(check: &TrackedCheck) -> Vec<String> {
     };
     let shows = check.event.as_ref().map_or(String::new(), |event| match &event.part_of {
         Some(_) => format!("{}, part of growth", event.kind),
-        None => event.kind.into(),
+        None => event.kind.to_string(),
     });
     vec![
         check.name.clone(),

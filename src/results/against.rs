@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::errors::{CoordinateErrors, ReadingErrors};
+use super::errors::{CoordinateErrors, FitOrCheck, ReadingErrors};
 use super::parts::{PartErrors, parts};
 use super::since::MovedParameter;
 use super::units::mm;
@@ -53,16 +53,25 @@ pub struct Closer {
     pub chance: f64,
 }
 
+/// What the errors are before either set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Before {
+    /// Deflections as they were measured.
+    Measured,
+    /// Residuals of the campaign's description with base and tool fitted alone.
+    Registration,
+}
+
 /// The identified parameters against another set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AgainstOther {
     /// The other description.
     pub description: String,
-    /// `check`: readings that the fit did not see; `fit` where none were held out.
-    pub judged_by: &'static str,
-    /// What `before` holds: `measured`, deflections as they were measured; `registration`, the campaign's description with base and
-    /// tool fitted alone.
-    pub before_is: &'static str,
+    /// Readings that the fit did not see; those of the fit where none were held out.
+    pub judged_by: FitOrCheck,
+    /// What `before` holds.
+    pub before_is: Before,
     pub before: SetErrors,
     pub other: SetErrors,
     pub identified: SetErrors,
@@ -89,8 +98,8 @@ impl AgainstOther {
         let of = |residual: &[f64]| SetErrors::new(model, campaign, residual, &among);
         Some(Self {
             description: description.into(),
-            judged_by: if is_checked { "check" } else { "fit" },
-            before_is: if is_difference { "measured" } else { "registration" },
+            judged_by: FitOrCheck::of(is_checked),
+            before_is: if is_difference { Before::Measured } else { Before::Registration },
             before: of(&before)?,
             other: of(&against.other)?,
             identified: of(&against.identified)?,

@@ -4,6 +4,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use super::identification::NoiseSources;
 use super::own_weight::OwnWeight;
 use super::units::{deg, mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
@@ -12,6 +13,7 @@ use crate::estimation::{What, candidates};
 use crate::math::distinct;
 use crate::model::Model;
 use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
+use crate::observation::Observes;
 use crate::parameter::Group;
 
 /// Readings by the column `set`.
@@ -128,7 +130,7 @@ impl InstrumentNoise {
 pub struct CampaignCheck {
     pub campaign: String,
     pub robot: String,
-    pub observes: &'static str,
+    pub observes: Observes,
     pub readings: usize,
     pub configurations: usize,
     /// Readings by marker; `TCP` is the tool centre point.
@@ -152,6 +154,9 @@ pub struct CampaignCheck {
     pub without: Vec<String>,
     pub own_weight: OwnWeight,
     pub warnings: Vec<Diagnostic>,
+    /// Readings hold an orientation in addition to a position.
+    #[serde(skip)]
+    pub has_orientations: bool,
 }
 
 impl CampaignCheck {
@@ -169,7 +174,7 @@ impl CampaignCheck {
         Self {
             campaign: campaign.name.clone(),
             robot: model.name.clone(),
-            observes: campaign.observes.name(),
+            observes: campaign.observes,
             readings: readings.len(),
             configurations: poses.len(),
             markers,
@@ -187,6 +192,7 @@ impl CampaignCheck {
             without: campaign.without.clone(),
             own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
             warnings: warnings.to_vec(),
+            has_orientations: NoiseSources::new(campaign).orientation.is_some(),
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use super::errors::FitOrCheck;
 use super::units::{deg, mm};
 use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::RawCertificate;
@@ -42,8 +43,7 @@ pub struct CertifiedReading {
     pub row: usize,
     pub pose: String,
     pub marker: String,
-    /// `check`, or `fit`: the calibration has seen it.
-    pub set: &'static str,
+    pub set: FitOrCheck,
     pub before: f64,
     pub after: f64,
     /// Along x, y, z of the measurement frame, calibrated.
@@ -253,7 +253,7 @@ fn readings(model: &Model, campaign: &Campaign, found: &Calibration, sizes: [&[f
         row: reading.row,
         pose: pose(campaign, index),
         marker: marker(model, campaign, index),
-        set: if found.held_out[index] { "check" } else { "fit" },
+        set: FitOrCheck::of(found.held_out[index]),
         before: sizes[0][index],
         after: sizes[1][index],
         error: own[..reading.observes.length_rows()].iter().map(|v| mm(*v)).collect(),

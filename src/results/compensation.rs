@@ -99,7 +99,7 @@ pub struct CorrectedPoint {
     /// By direction that is not held: how far the point is off the target, m along x, y, z of the base, rad about rx, ry, rz of
     /// the target.
     pub let_go: IndexMap<&'static str, f64>,
-    pub status: &'static str,
+    pub status: PointStatus,
     /// Commands less nominal ones.
     pub correction: Option<IndexMap<String, f64>>,
     /// Pose of the commands by the controller's own geometry (m, rotation vector).
@@ -120,6 +120,28 @@ pub struct CorrectedPoint {
     pub condition: f64,
 }
 
+/// Whether a point can be met: `ok`, or `refused: ` and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PointStatus {
+    Ok,
+    Refused(String),
+}
+
+impl std::fmt::Display for PointStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ok => f.write_str("ok"),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+        }
+    }
+}
+
+impl Serialize for PointStatus {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 /// A point that cannot be met.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RefusedPoint {
@@ -127,8 +149,7 @@ pub struct RefusedPoint {
     pub name: String,
     joints: Option<f64>,
     residual: Option<f64>,
-    /// `refused: ` and why.
-    pub status: String,
+    pub status: PointStatus,
     #[serde(skip)]
     pub why: String,
 }
@@ -136,7 +157,7 @@ pub struct RefusedPoint {
 impl RefusedPoint {
     /// A point, counted from 0, and why it is refused.
     pub fn new(index: usize, name: String, why: String) -> Self {
-        Self { index, name, joints: None, residual: None, status: format!("refused: {why}"), why }
+        Self { index, name, joints: None, residual: None, status: PointStatus::Refused(why.clone()), why }
     }
 }
 
@@ -181,8 +202,8 @@ pub struct Compensation {
     pub uncertainty: Option<Distances>,
     /// Indices, from 0.
     pub refused: Vec<usize>,
-    /// Where the sides of approach come from: `given`, `derived` or `unsettled`.
-    pub sides: &'static str,
+    /// Where the sides of approach come from.
+    pub sides: Sides,
     /// Directions of the targets that are held.
     pub held: Vec<&'static str>,
     pub own_weight: OwnWeight,
@@ -231,11 +252,7 @@ impl Compensation {
                 .then(|| Distances::of(met().filter_map(|point| point.linear_error))),
             uncertainty: None,
             refused: refused.map(|(index, _)| index).collect(),
-            sides: match outcome.sides {
-                Sides::Given => "given",
-                Sides::Derived => "derived",
-                Sides::Unsettled => "unsettled",
-            },
+            sides: outcome.sides,
             held: (0..6).filter(|&k| hold.0[k]).map(|k| Hold::NAMES[k]).collect(),
             own_weight: OwnWeight::nominal(model, true),
             left_out: outcome.left_out.clone(),
@@ -300,7 +317,7 @@ impl Named<'_> {
             orientation_residual: found.orientation,
             standard_uncertainty: None,
             let_go: self.hold.let_go().map(|k| (Hold::NAMES[k], found.off[k])).collect(),
-            status: "ok",
+            status: PointStatus::Ok,
             correction: self.nominal[index].as_ref().map(less).map(|by| joints(&by)),
             pose: self.poses[index],
             before: point.before.as_ref().map(Deviation::new),

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use super::identification::NoiseSources;
+use super::identification::{NoiseSources, WeightSource};
 use super::units::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{
@@ -121,15 +121,47 @@ pub struct NextPose {
     pub sigmas: f64,
 }
 
+/// Where the noise comes from that the gap is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NoiseFrom {
+    /// The campaign states it.
+    Stated,
+    /// Scatter of repeated readings.
+    Repeats,
+    /// What the best explanation leaves.
+    Leftover,
+}
+
+impl NoiseFrom {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Stated => "as the campaign states",
+            Self::Repeats => "from repeated readings",
+            Self::Leftover => "from what the best explanation leaves",
+        }
+    }
+}
+
+impl From<NoiseSource> for NoiseFrom {
+    fn from(source: NoiseSource) -> Self {
+        match source {
+            NoiseSource::Stated => Self::Stated,
+            NoiseSource::Repeated => Self::Repeats,
+            NoiseSource::Residual => Self::Leftover,
+        }
+    }
+}
+
 /// The noise that the gap is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Noise {
     /// Root mean square position error by noise alone, mm.
     pub value: f64,
-    /// `stated`, `repeats` or `leftover`: what the model itself leaves.
-    pub source: &'static str,
-    /// Of orientations: `stated`, or `residuals`; `None` where no reading has both a position and an orientation.
-    pub orientation: Option<&'static str>,
+    /// Where it comes from.
+    pub source: NoiseFrom,
+    /// Of orientations; `None` where no reading has both a position and an orientation.
+    pub orientation: Option<WeightSource>,
 }
 
 /// How figures came about.
@@ -230,23 +262,14 @@ impl Diagnosis {
             noise: Noise {
                 value: mm(gap.noise),
                 orientation: NoiseSources::new(campaign).orientation,
-                source: noise_source(found.noise_source)[0],
+                source: found.noise_source.into(),
             },
             rest: Rest { rms: mm(found.rest.rms), ..found.rest.clone() },
             hypotheses: found.hypotheses,
-            notes: Notes { noise: noise_source(found.noise_source)[1] },
+            notes: Notes { noise: NoiseFrom::from(found.noise_source).words() },
             seconds,
             campaign: campaign.name.clone(),
         }
-    }
-}
-
-/// Where the noise comes from: as a key, and in words.
-fn noise_source(source: NoiseSource) -> [&'static str; 2] {
-    match source {
-        NoiseSource::Stated => ["stated", "as the campaign states"],
-        NoiseSource::Repeated => ["repeats", "from repeated readings"],
-        NoiseSource::Residual => ["leftover", "from what the best explanation leaves"],
     }
 }
 

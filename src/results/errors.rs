@@ -5,6 +5,23 @@ use serde::Serialize;
 use super::units::{deg, mm};
 use crate::estimation::Errors;
 
+/// Whether the fit has seen a reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FitOrCheck {
+    /// Fitted.
+    Fit,
+    /// Held out.
+    Check,
+}
+
+impl FitOrCheck {
+    /// Of a reading that is held out, or not.
+    pub fn of(is_held_out: bool) -> Self {
+        if is_held_out { Self::Check } else { Self::Fit }
+    }
+}
+
 /// Root mean square and greatest error of a coordinate, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CoordinateErrors {

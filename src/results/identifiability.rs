@@ -23,8 +23,7 @@ pub struct Merged {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dropped {
     pub name: String,
-    /// `exact`, `weak` or `held`.
-    pub why: &'static str,
+    pub why: Why,
     /// What is left of its scaled column after those of the kept parameters.
     #[serde(skip)]
     pub remainder: f64,
@@ -82,11 +81,7 @@ impl Reduction {
         let of = |terms: &[(usize, f64)]| terms.iter().map(|&(column, factor)| (name(column), factor)).collect();
         let dropped = |&(column, why): &(usize, Why)| Dropped {
             name: name(column),
-            why: match why {
-                Why::Exact => "exact",
-                Why::Weak => "weak",
-                Why::Held => "held",
-            },
+            why,
             remainder: found.remainder[column],
             merged: merged(model, slots, found, column),
         };

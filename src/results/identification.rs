@@ -81,18 +81,28 @@ pub struct PredictedError {
     pub observed_rms: f64,
 }
 
+/// Where a noise comes from by which readings are weighed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WeightSource {
+    /// The campaign states it.
+    Stated,
+    /// What the model leaves, its own errors included.
+    Residuals,
+}
+
 /// Where the noise comes from by which readings are weighed and intervals judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct NoiseSources {
-    /// `stated`, or `residuals`: what the model itself leaves, its own errors included.
-    pub position: &'static str,
-    /// The same of orientations; `None` where no reading has both a position and an orientation.
-    pub orientation: Option<&'static str>,
+    /// Of positions.
+    pub position: WeightSource,
+    /// Of orientations; `None` where no reading has both a position and an orientation.
+    pub orientation: Option<WeightSource>,
 }
 
 impl NoiseSources {
     pub(super) fn new(campaign: &Campaign) -> Self {
-        let source = |is_stated: bool| if is_stated { "stated" } else { "residuals" };
+        let source = |is_stated: bool| if is_stated { WeightSource::Stated } else { WeightSource::Residuals };
         let has_both = |reading: &Reading| {
             let lengths = reading.observes.length_rows();
             reading.observes.by_variable().is_none() && lengths > 0 && reading.observes.rows() > lengths

@@ -37,7 +37,7 @@ pub mod units;
 mod variation;
 mod view;
 
-pub use against::{AgainstOther, Closer, Difference, SetErrors};
+pub use against::{AgainstOther, Before, Closer, Difference, SetErrors};
 pub use blind::{BlindScore, LeftOut, ScoredCampaign};
 pub use campaign::{
     AppliedLoads, CampaignCheck, InstrumentNoise, JointRange, NoiseFigure, ReferenceMotion, Sets, StatedNoise,
@@ -46,15 +46,17 @@ pub use campaign::{
 pub use certificate::{Certificate, CertifiedErrors, CertifiedInstrument, CertifiedPose, CertifiedReading, Verdict};
 pub use combinations::{CombinedParameter, CombinedParameters};
 pub use compensation::{
-    CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, RefusedPoint, StripAt, StripLeft,
+    CompensatedPoint, Compensation, CorrectedPoint, Deviation, Distances, PointStatus, RefusedPoint, StripAt, StripLeft,
 };
 pub use compensator::{
     BothWays, Compensator, CompensatorWay, CompliancePoint, CompliancePoints, Estimated, LawMisfit, OtherCompliance,
     WithUnit,
 };
 pub use configurations::ConfigurationResidual;
-pub use diagnosis::{AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, Notes, Region, Rejected};
-pub use errors::{CoordinateErrors, OrientationErrors, ReadingErrors};
+pub use diagnosis::{
+    AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Region, Rejected,
+};
+pub use errors::{CoordinateErrors, FitOrCheck, OrientationErrors, ReadingErrors};
 pub use fuzzy::{
     AfterFit, ComponentRules, Condition, CrossValidated, FuzzyCompliance, Gain, GreyCompliance, GrowthStep, LoadLevel,
     LocalSpringsFound, MethodComparison, MethodErrors, MethodRow, RigidErrors, RuleBranch, RuleInput, RuleSplit, Timed,
@@ -63,7 +65,7 @@ pub use identifiability::{
     Dropped, ElasticSensitivity, MeanMax, Merged, Observability, ParameterSensitivity, Reduction, Sensitivities,
 };
 pub use identification::{
-    Identification, NoiseSources, ParameterEstimate, PredictedError, Residuals, SchemeComparison,
+    Identification, NoiseSources, ParameterEstimate, PredictedError, Residuals, SchemeComparison, WeightSource,
 };
 pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
 pub use parts::{PartErrors, WorstReading};
@@ -71,7 +73,7 @@ pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};
 pub use pose::{Homogeneous, Pose, Poses};
 pub use report::{
-    CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StiffnessReview,
+    CampaignSummary, ReadingReview, Report, SliceNode, SliceUnits, Sources, StageLabel, StepKey, StiffnessReview,
     StiffnessSlice, Swept, WaterfallStep, stage_label,
 };
 pub use residuals::{DescriptionResiduals, ReadingResidual};
@@ -88,4 +90,4 @@ pub use track::{
     About, Track, TrackedChange, TrackedCheck, TrackedCourse, TrackedEvent, TrackedNext, TrackedParameter, TrackedValue,
 };
 pub use variation::{PathDeviations, Variation, Varied};
-pub use view::{ScenePart, ToolDeflection, View};
+pub use view::{ToolDeflection, View};

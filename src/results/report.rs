@@ -12,14 +12,15 @@ use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::math::distinct;
 use crate::model::Model;
-use crate::review::{Node, Review, Slice, Stage};
+use crate::observation::Observes;
+use crate::review::{Node, Review, Slice, Stage, StageKey};
 
 /// The campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CampaignSummary {
     pub name: String,
     pub robot: String,
-    pub observes: &'static str,
+    pub observes: Observes,
     pub readings: usize,
     pub poses: usize,
     /// Readings held out.
@@ -58,11 +59,28 @@ impl Sources {
     }
 }
 
+/// What the errors are after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StepKey {
+    /// Of the description as it is.
+    Described,
+    /// With base, tool and markers fitted alone.
+    Registered,
+    /// As the calibration left them.
+    Calibrated,
+    /// With what a diagnosis re-fits.
+    Competed,
+    /// With one more effect.
+    Effect,
+    /// Expected by noise alone.
+    Noise,
+}
+
 /// A step from the description as it is down to the noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterfallStep {
-    /// `described`, `registered`, `calibrated`, `competed`, `effect` or `noise`.
-    pub key: &'static str,
+    pub key: StepKey,
     pub label: String,
     /// Root mean square position error.
     pub rms: f64,
@@ -75,7 +93,7 @@ pub struct WaterfallStep {
 /// A stage at which residuals are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct StageLabel {
-    pub key: &'static str,
+    pub key: StageKey,
     pub label: &'static str,
 }
 
@@ -140,7 +158,7 @@ pub struct ReadingReview {
     /// Where it was taken, base frame.
     pub point: [f64; 3],
     /// By stage.
-    pub errors: IndexMap<&'static str, Vec<f64>>,
+    pub errors: IndexMap<StageKey, Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrench: Option<[f64; 6]>,
     /// What the suspected effects take out.
@@ -173,13 +191,13 @@ pub struct Report {
 }
 
 /// What a stage is called.
-pub fn stage_label(key: &str) -> &'static str {
+pub fn stage_label(key: StageKey) -> &'static str {
     match key {
-        "described" => "description as it is",
-        "registered" => "base, tool and markers fitted alone",
-        "calibrated" => "calibrated (identify)",
-        "competed" => "calibrated, what effects compete for (diagnose)",
-        _ => "with the effects added (diagnose)",
+        StageKey::Described => "description as it is",
+        StageKey::Registered => "base, tool and markers fitted alone",
+        StageKey::Calibrated => "calibrated (identify)",
+        StageKey::Competed => "calibrated, what effects compete for (diagnose)",
+        StageKey::Explained => "with the effects added (diagnose)",
     }
 }
 
@@ -228,7 +246,7 @@ impl CampaignSummary {
         Self {
             name: campaign.name.clone(),
             robot: review.model.name.clone(),
-            observes: campaign.observes.name(),
+            observes: campaign.observes,
             readings: campaign.readings.len(),
             poses: poses.len(),
             set_aside: review.held_out.iter().filter(|held_out| **held_out).count(),
@@ -252,11 +270,11 @@ fn waterfall(campaign: &Campaign, identify: Option<&Identification>, diagnose: &
     if let Some(found) = identify {
         let on = if found.is_checked() { "readings held out" } else { "fitted readings" };
         let [described, registered, calibrated] = found.judged();
-        step("described", "description as it is".into(), described, "identify", on);
+        step(StepKey::Described, "description as it is".into(), described, "identify", on);
         if is_placed {
-            step("registered", stage_label("registered").into(), registered, "identify", on);
+            step(StepKey::Registered, stage_label(StageKey::Registered).into(), registered, "identify", on);
         }
-        step("calibrated", "calibrated".into(), calibrated, "identify", on);
+        step(StepKey::Calibrated, "calibrated".into(), calibrated, "identify", on);
     }
     // The same thing, if both re-fit the same parameters and hold the same readings back.
     if identify.is_none_or(|found| (gap.rms - found.judged()[2]).abs() >= 5e-3 * gap.rms) {
@@ -265,12 +283,18 @@ fn waterfall(campaign: &Campaign, identify: Option<&Identification>, diagnose: &
             _ if is_placed => "base and tool re-fitted".into(),
             _ => "nothing re-fitted".into(),
         };
-        step("competed", refitted, gap.rms, "diagnose", "held-out readings");
+        step(StepKey::Competed, refitted, gap.rms, "diagnose", "held-out readings");
     }
     for cause in &diagnose.causes {
-        step("effect", format!("{} at {}", cause.effect, cause.site), cause.rms_after, "diagnose", "held-out readings");
+        step(
+            StepKey::Effect,
+            format!("{} at {}", cause.effect, cause.site),
+            cause.rms_after,
+            "diagnose",
+            "held-out readings",
+        );
     }
-    step("noise", "noise".into(), gap.noise, "diagnose", "expected");
+    step(StepKey::Noise, "noise".into(), gap.noise, "diagnose", "expected");
     steps
 }
 

@@ -14,8 +14,8 @@ use crate::parameter::{Kind, Parameter, Slot};
 pub struct SpringGroup {
     /// Names, the kept one first.
     pub members: Vec<String>,
-    /// `series` or `parallel`; of groups within each other the outermost.
-    pub kind: &'static str,
+    /// Of groups within each other the outermost.
+    pub kind: Together,
     /// The stiffness of the one spring from those of the members.
     pub formula: String,
     /// Stiffness (or compliance) of the one spring, in `unit`.
@@ -57,7 +57,7 @@ impl SpringGroup {
         let of = |slot: Slot| found.estimates.iter().find(|estimate| estimate.slot == slot);
         Self {
             members: group.springs.members.iter().map(|&(slot, _)| model.registry[slot].name.clone()).collect(),
-            kind: if group.springs.together == Together::Series { "series" } else { "parallel" },
+            kind: group.springs.together,
             formula: group.springs.formula(model),
             equivalent,
             ci95,

@@ -6,7 +6,7 @@ use super::units::{half_width_95, mm, unit};
 use crate::math::quantiles::t95;
 use crate::model::Model;
 use crate::parameter::Parameter;
-use crate::tracking::{self, Amount, Calibrated, Check, Event, Finding, History, Shape, likely, meaning};
+use crate::tracking::{self, Amount, Calibrated, Check, Event, EventKind, Finding, History, Shape, likely, meaning};
 
 /// The value of a parameter at one check.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -75,8 +75,7 @@ pub struct TrackedChange {
 /// What a check shows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackedEvent {
-    /// `step`, `growth` or `effect`.
-    pub kind: &'static str,
+    pub kind: EventKind,
     /// In words.
     pub words: String,
     /// First check after a step, or of the line.

@@ -8,55 +8,6 @@ use super::units::mm;
 use crate::model::Model;
 use crate::scene::{Part, PartKind, Scene, Shot};
 
-/// Name of a kind in the script and in style sheets.
-fn kind(kind: PartKind) -> &'static str {
-    match kind {
-        PartKind::Link => "link",
-        PartKind::Joint => "joint",
-        PartKind::Frame => "frame",
-        PartKind::Cut => "cut",
-        PartKind::Actuator => "actuator",
-        PartKind::Beam => "beam",
-        PartKind::Spring => "spring",
-        PartKind::Mass => "mass",
-        PartKind::Marker => "marker",
-        PartKind::Tool => "tool",
-        PartKind::Anchor => "anchor",
-    }
-}
-
-/// A part of the robot as it is drawn; see [`crate::scene::Part`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ScenePart {
-    pub kind: &'static str,
-    pub name: String,
-    pub words: String,
-    /// Indices of its points.
-    pub points: Vec<usize>,
-    #[serde(skip_serializing_if = "str::is_empty")]
-    pub form: &'static str,
-    #[serde(skip_serializing_if = "str::is_empty")]
-    pub drive: &'static str,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub sites: Vec<String>,
-}
-
-impl ScenePart {
-    /// All parts of a scene.
-    pub fn all(scene: &Scene) -> Vec<Self> {
-        let part = |part: &Part| Self {
-            kind: kind(part.kind),
-            name: part.name.clone(),
-            words: part.words.clone(),
-            points: part.points.clone(),
-            form: part.form,
-            drive: part.drive,
-            sites: part.sites.clone(),
-        };
-        scene.parts.iter().map(part).collect()
-    }
-}
-
 /// Displacement of the tool centre point, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ToolDeflection {
@@ -76,7 +27,7 @@ pub struct View {
     /// rad and m.
     pub joints: IndexMap<String, f64>,
     pub unit: &'static str,
-    pub parts: Vec<ScenePart>,
+    pub parts: Vec<Part>,
     pub points: Vec<[f64; 3]>,
     /// How far load moves each point; empty without load.
     pub moved: Vec<[f64; 3]>,
@@ -111,7 +62,7 @@ impl View {
             source: String::new(),
             joints: at.clone().map(|(variable, q)| (variable.name.clone(), *q)).collect(),
             unit: "m",
-            parts: ScenePart::all(scene),
+            parts: scene.parts.clone(),
             points: coordinates(&shot.points),
             moved: coordinates(&shot.moved),
             load: None,

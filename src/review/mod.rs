@@ -8,7 +8,7 @@ mod slice;
 mod strain_energy;
 
 pub use campaign::{Review, review, shot};
-pub use readings::{Readings, Stage, readings};
+pub use readings::{Readings, Stage, StageKey, readings};
 pub use repeats::{Direction, Figures, Repeated, repeated};
 pub use slice::{Node, Slice, slice};
 pub use strain_energy::{StrainEnergy, compliance, strain_energy, typical};

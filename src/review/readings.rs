@@ -1,6 +1,7 @@
 //! Residuals of all readings, stage by stage.
 
 use nalgebra::{Point3, Vector3};
+use serde::Serialize;
 
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnosis::Diagnosis;
@@ -9,11 +10,27 @@ use crate::kinematics::{Geometry, Placements};
 use crate::model::Model;
 use crate::prediction::{Linearised, PredictionError, Predictor, undeflected_point};
 
+/// A stage at which residuals are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StageKey {
+    /// The description as it is.
+    Described,
+    /// Base, tool and markers fitted alone.
+    Registered,
+    /// As the calibration found.
+    Calibrated,
+    /// What effects compete for.
+    Competed,
+    /// With the causes of the diagnosis.
+    Explained,
+}
+
 /// Residuals of all readings at one stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
-    /// `described`, `registered`, `calibrated`, `competed` or `explained`.
-    pub key: &'static str,
+    /// Which.
+    pub key: StageKey,
     /// As [`Linearised::residual`].
     pub residual: Vec<f64>,
 }
@@ -37,13 +54,13 @@ pub struct Readings {
 
 impl Readings {
     /// A stage by its key.
-    pub fn stage(&self, key: &str) -> Option<&Stage> {
+    pub fn stage(&self, key: StageKey) -> Option<&Stage> {
         self.stages.iter().find(|stage| stage.key == key)
     }
 
     /// The stage that shows what calibration leaves: what the effects competed for.
     pub fn left(&self) -> &[f64] {
-        self.stage("competed").or(self.stages.last()).map_or(&[], |stage| &stage.residual)
+        self.stage(StageKey::Competed).or(self.stages.last()).map_or(&[], |stage| &stage.residual)
     }
 
     /// Position part of a reading's residual, m, base frame; none of a distance.
@@ -70,20 +87,20 @@ pub fn readings(
         Predictor::new(model, campaign, Vec::new())?.linearise(values, false, &mut found)?;
         Ok(found.residual)
     };
-    let mut stages = vec![Stage { key: "described", residual: at(model, &model.registry.nominal())? }];
+    let mut stages = vec![Stage { key: StageKey::Described, residual: at(model, &model.registry.nominal())? }];
     if let Some(found) = calibration {
-        stages.push(Stage { key: "registered", residual: found.registered.clone() });
-        stages.push(Stage { key: "calibrated", residual: found.residual.clone() });
+        stages.push(Stage { key: StageKey::Registered, residual: found.registered.clone() });
+        stages.push(Stage { key: StageKey::Calibrated, residual: found.residual.clone() });
     }
     let competed = at(model, &diagnosis.calibrated)?;
     let mut pattern = Vec::new();
-    stages.push(Stage { key: "competed", residual: competed });
+    stages.push(Stage { key: StageKey::Competed, residual: competed });
     if diagnosis.entries().next().is_some() {
         let with = diagnosis.applied(model);
         let explained = at(&with, &with.completed(&diagnosis.values))?;
         let before = stages.last().map(|stage| stage.residual.clone()).unwrap_or_default();
         pattern = before.iter().zip(&explained).map(|(before, after)| before - after).collect();
-        stages.push(Stage { key: "explained", residual: explained });
+        stages.push(Stage { key: StageKey::Explained, residual: explained });
     }
     let geometry = Geometry::new(model, &diagnosis.calibrated)?;
     let mut placements = Placements::default();

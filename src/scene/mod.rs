@@ -12,12 +12,14 @@ pub use parts::draw;
 pub use shot::Shot;
 
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use crate::description::robot::FrameIndex;
 use crate::elements::VertexIndex;
 
 /// Kinds of part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum PartKind {
     /// A body, as the polyline of its Khalil-Kleinfinger lengths from one frame to the next.
     Link,
@@ -43,8 +45,36 @@ pub enum PartKind {
     Anchor,
 }
 
+/// How a joint moves, or the shape of a beam's section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Form {
+    /// A joint that turns.
+    Revolute,
+    /// A joint that slides.
+    Prismatic,
+    /// A beam of round section.
+    Round,
+    /// A beam of rectangular section, or of one that is drawn so.
+    Box,
+}
+
+/// What drives a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Drive {
+    /// A commanded variable.
+    Variable,
+    /// An actuator between two bodies.
+    Actuator,
+    /// Other joints.
+    Coupling,
+    /// Its loop.
+    Passive,
+}
+
 /// A part: what it is and the points that draw it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
     /// Kind.
     pub kind: PartKind,
@@ -52,14 +82,17 @@ pub struct Part {
     pub name: String,
     /// What it is, in words with units.
     pub words: String,
-    /// How a joint moves: `revolute`, `prismatic`, `fixed`; the shape of a beam's section; else empty.
-    pub form: &'static str,
-    /// What drives a joint: `variable`, `actuator`, `coupling`, `passive`; else empty.
-    pub drive: &'static str,
-    /// Sites of the catalogue of effects that it stands for (`joint:2`, `link:2`, `actuator:screw2`, ...).
-    pub sites: Vec<String>,
     /// Its points, by index in [`Scene::points`].
     pub points: Vec<usize>,
+    /// How a joint moves, or the shape of a beam's section.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<Form>,
+    /// What drives a joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
+    /// Sites of the catalogue of effects that it stands for (`joint:2`, `link:2`, `actuator:screw2`, ...).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sites: Vec<String>,
 }
 
 /// A point that moves with the robot.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{Beam, Part, PartKind, Point, Scene, Spot};
+use super::{Beam, Drive, Form, Part, PartKind, Point, Scene, Spot};
 use crate::description::elastic::Section;
 use crate::description::raw::{JointKind, SectionShape};
 use crate::description::robot::{FrameIndex, Motion, Robot};
@@ -58,7 +58,7 @@ impl Drawing<'_> {
     }
 
     fn add(&mut self, kind: PartKind, name: &str, words: String, points: Vec<usize>) -> &mut Part {
-        let part = Part { kind, name: name.into(), words, form: "", drive: "", sites: Vec::new(), points };
+        let part = Part { kind, name: name.into(), words, form: None, drive: None, sites: Vec::new(), points };
         self.scene.parts.push(part);
         let last = self.scene.parts.len() - 1;
         &mut self.scene.parts[last]
@@ -105,16 +105,16 @@ impl Drawing<'_> {
             return;
         }
         let (form, what) = match joint {
-            JointKind::Revolute => ("revolute", "turns"),
-            JointKind::Prismatic => ("prismatic", "slides"),
+            JointKind::Revolute => (Form::Revolute, "turns"),
+            JointKind::Prismatic => (Form::Prismatic, "slides"),
             JointKind::Fixed => return,
         };
         let (drive, by) = match motion {
             Motion::Fixed => return,
-            Motion::Variable { index, .. } => ("variable", self.model.variables[index].name.clone()),
-            Motion::Actuator(which) => ("actuator", self.model.actuators[which].name.clone()),
-            Motion::Coupling(_) => ("coupling", "a coupling".into()),
-            Motion::Passive => ("passive", "its loop".into()),
+            Motion::Variable { index, .. } => (Drive::Variable, self.model.variables[index].name.clone()),
+            Motion::Actuator(which) => (Drive::Actuator, self.model.actuators[which].name.clone()),
+            Motion::Coupling(_) => (Drive::Coupling, "a coupling".into()),
+            Motion::Passive => (Drive::Passive, "its loop".into()),
         };
         let mut words = format!("joint {name} {what} by {by}");
         if let Some([low, high]) = limits {
@@ -124,7 +124,7 @@ impl Drawing<'_> {
         }
         let sites = vec![format!("joint:{name}")];
         let part = self.add(PartKind::Joint, &name, words, vec![origin, tips[2]]);
-        (part.form, part.drive, part.sites) = (form, drive, sites);
+        (part.form, part.drive, part.sites) = (Some(form), Some(drive), sites);
     }
 
     fn loops(&mut self) {
@@ -180,7 +180,7 @@ impl Drawing<'_> {
                 format!("beam {} from {} to {}: {section}, {material}", beam.name, nodes[0].name, nodes[1].name);
             let body = self.model.frames[nodes[0].body].name.clone();
             let part = self.add(PartKind::Beam, &beam.name, words, points);
-            part.form = if round { "round" } else { "box" };
+            part.form = Some(if round { Form::Round } else { Form::Box });
             part.sites = vec![format!("link:{body}")];
         }
     }

@@ -21,4 +21,4 @@ pub use error::TrackingError;
 pub use monitor::{Event, Finding, History, Shape, monitor};
 pub use next_check::{NextCheck, next_check, usual_changes};
 pub use settings::Settings;
-pub use words::{likely, meaning};
+pub use words::{EventKind, likely, meaning};

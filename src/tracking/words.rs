@@ -31,36 +31,62 @@ fn is_zero(model: &Model, name: &str) -> bool {
         .any(|frame| frame.moves() && Some(frame.moving_slot()) == slot && frame.joint != JointKind::Fixed)
 }
 
-/// What happened, in a word or two, and what is likely behind it.
-pub fn likely(model: &Model, names: &[&str], event: &Event) -> (&'static str, String) {
+/// What happened to a robot at a check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EventKind {
+    /// A constant has jumped.
+    Step,
+    /// A constant grows.
+    Growth,
+    /// Something that is no constant.
+    Effect,
+}
+
+impl std::fmt::Display for EventKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Step => "step",
+            Self::Growth => "growth",
+            Self::Effect => "effect",
+        })
+    }
+}
+
+/// What happened, and in words what is likely behind it.
+pub fn likely(model: &Model, names: &[&str], event: &Event) -> (EventKind, String) {
     let all_zeros = !names.is_empty() && names.iter().all(|name| is_zero(model, name));
     let one = names.len() == 1;
     let of: Vec<String> = names.iter().map(|name| meaning(model, name)).collect();
     let of = of.join(", ");
     match event.shape {
         Shape::Residuals => (
-            "effect",
+            EventKind::Effect,
             "the calibrated model explains the readings worse than before; no constant of it has changed".into(),
         ),
         Shape::Line { .. } if event.bent => {
-            ("growth", format!("{of} grows or shrinks at another rate than before, or no longer"))
+            (EventKind::Growth, format!("{of} grows or shrinks at another rate than before, or no longer"))
         }
         Shape::Line { .. } => (
-            "growth",
+            EventKind::Growth,
             format!("{of} grows or shrinks steadily: wear, settling, a screw that works loose, or slow heating"),
         ),
         Shape::Step { .. } if event.worse => (
-            "effect",
+            EventKind::Effect,
             "constants have changed and the fit leaves more than before: an effect that the description does not have"
                 .into(),
         ),
         Shape::Step { .. } if one && all_zeros => {
-            ("step", format!("{of} has jumped: a collision or a slip at this joint, or new mastering"))
+            (EventKind::Step, format!("{of} has jumped: a collision or a slip at this joint, or new mastering"))
         }
-        Shape::Step { .. } if all_zeros => ("step", format!("{of} have jumped: a collision, or new mastering")),
-        Shape::Step { .. } if one => ("step", format!("{of} has jumped: a bent or exchanged part, or a collision")),
+        Shape::Step { .. } if all_zeros => {
+            (EventKind::Step, format!("{of} have jumped: a collision, or new mastering"))
+        }
+        Shape::Step { .. } if one => {
+            (EventKind::Step, format!("{of} has jumped: a bent or exchanged part, or a collision"))
+        }
         Shape::Step { .. } => (
-            "step",
+            EventKind::Step,
             format!("several constants have jumped ({of}): a heavy collision, an exchanged part, or an effect"),
         ),
     }

@@ -107,7 +107,7 @@ fn a_spring_parallel_to_a_drive_is_one_with_it() {
             }
             let result = Identification::new(&model, &campaign, &found, 0.0);
             let group = &result.equivalences[0];
-            assert_eq!((group.kind, group.unit), ("parallel", "N/m"), "{group:?}");
+            assert_eq!((group.kind, group.unit), (Together::Parallel, "N/m"), "{group:?}");
             assert!(identification(&result, Screen::default()).contains("side by side"));
         }
     }
@@ -309,7 +309,9 @@ springs: {s: {bodies: [0, 1], anchors: [[0, 0, -1], [0, 0, 0]], rate: {value: 10
             "{}",
             shown.formula
         );
-        assert!((shown.equivalent / condensed - 1.0).abs() < 1e-3 && shown.unit == "N/m" && shown.kind == "series");
+        assert!(
+            (shown.equivalent / condensed - 1.0).abs() < 1e-3 && shown.unit == "N/m" && shown.kind == Together::Series
+        );
         let text = identification(&result, Screen::default());
         assert!(text.contains(&shown.formula), "{text}");
     }

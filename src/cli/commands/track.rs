@@ -21,7 +21,7 @@ use crate::render::html::track_page;
 use crate::render::track as render;
 use crate::results::{self, About, Track};
 use crate::tracking::{
-    Calibrated, Measured, NextCheck, Settings, TrackingError, calibrated, monitor, next_check, usual_changes,
+    Calibrated, EventKind, Measured, NextCheck, Settings, TrackingError, calibrated, monitor, next_check, usual_changes,
 };
 
 pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
@@ -267,7 +267,9 @@ fn explain(
 ) {
     let first = usize::from(all.with_description);
     for (check, ((model, _), measured)) in found.checks.iter_mut().skip(first).zip(all.campaigns.iter().zip(measured)) {
-        let Some(event) = check.event.as_mut().filter(|event| event.kind == "effect" || event.changes.len() > 1) else {
+        let Some(event) =
+            check.event.as_mut().filter(|event| event.kind == EventKind::Effect || event.changes.len() > 1)
+        else {
             continue;
         };
         let (campaign, held_out) = (measured.campaign, &measured.held_out);

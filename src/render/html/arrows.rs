@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use crate::review::Review;
+use crate::review::{Review, StageKey};
 
 /// Most arrows that are drawn: every so many readings, where there are more.
 const ARROWS: usize = 1500;
@@ -13,7 +13,7 @@ const ARROWS: usize = 1500;
 pub struct Arrows {
     points: Vec<[f64; 3]>,
     rows: Vec<usize>,
-    errors: IndexMap<&'static str, Vec<[f64; 3]>>,
+    errors: IndexMap<StageKey, Vec<[f64; 3]>>,
     of: usize,
     noise: f64,
 }

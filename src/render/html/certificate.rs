@@ -9,7 +9,7 @@ use super::charts::{BLUE, Frame, GREY, chart};
 use super::page::{Page, inert, plain, safe};
 use crate::Error;
 use crate::diagnostic::Diagnostic;
-use crate::results::Certificate;
+use crate::results::{Certificate, FitOrCheck};
 
 /// Bins of the histogram.
 const BINS: usize = 30;
@@ -51,7 +51,7 @@ pub fn certificate_page(
 
 /// Position errors before and after, on one axis.
 fn histogram(found: &Certificate) -> String {
-    let judges = |set: &str| !found.held_out || set == "check";
+    let judges = |set: FitOrCheck| !found.held_out || set == FitOrCheck::Check;
     let of = |after: bool| -> Vec<f64> {
         let judged = found.readings.iter().filter(|reading| judges(reading.set) && !reading.error.is_empty());
         judged.map(|reading| if after { reading.after } else { reading.before }).collect()

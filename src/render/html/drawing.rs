@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::arrows::Arrows;
-use crate::results::ScenePart;
+use crate::scene::Part;
 use crate::scene::Shot;
 
 /// A configuration.
@@ -42,7 +42,7 @@ impl DrawnShot {
 pub struct Drawing<'a> {
     pub unit: &'static str,
     pub axis: f64,
-    pub parts: Vec<ScenePart>,
+    pub parts: Vec<Part>,
     pub shots: Vec<DrawnShot>,
     pub next: Vec<DrawnShot>,
     pub suspects: Vec<&'a str>,

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::charts::escape;
 use super::page::inert;
-use crate::scene::{Part, PartKind, Scene, Shot};
+use crate::scene::{Drive, Part, PartKind, Scene, Shot};
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 760.0;
@@ -185,7 +185,13 @@ fn draw(sheet: &mut Sheet, part: &Part, p: &[Vector3<f64>], axis: f64) {
         (PartKind::Beam, _) => sheet.prism(p, "class=\"beam\""),
         (PartKind::Joint, [origin, tip]) => {
             let along = (tip - origin) * 0.42;
-            let class = if part.drive == "actuator" { "actuator-joint" } else { part.drive };
+            let class = match part.drive {
+                Some(Drive::Variable) => "variable",
+                Some(Drive::Actuator) => "actuator-joint",
+                Some(Drive::Coupling) => "coupling",
+                Some(Drive::Passive) => "passive",
+                None => "",
+            };
             sheet.line(&[origin - along, origin + along], &format!("class=\"{class}\""));
         }
         (PartKind::Cut, [at, _]) => sheet.dot(at, 8.0, "class=\"cut\""),

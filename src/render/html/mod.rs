@@ -21,7 +21,7 @@ pub use view::{magnification, view_page};
 use minijinja::context;
 
 use crate::Error;
-use crate::results::{Report, ScenePart};
+use crate::results::Report;
 use crate::review::Review;
 use arrows::Arrows;
 use drawing::{Drawing, DrawnShot};
@@ -39,7 +39,7 @@ pub fn write(review: &Review, report: &mut Report) -> Result<String, Error> {
     let data = embedded(&Drawing {
         unit: "m",
         axis: review.scene.axis,
-        parts: ScenePart::all(&review.scene),
+        parts: review.scene.parts.clone(),
         shots: review.shots.iter().map(DrawnShot::new).collect(),
         next: review.next.iter().map(DrawnShot::new).collect(),
         suspects: report.suspects(),

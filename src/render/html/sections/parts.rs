@@ -8,7 +8,7 @@ use crate::description::campaign::Reading;
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::results::{Report, stage_label};
-use crate::review::Review;
+use crate::review::{Review, StageKey};
 
 /// Colours of the parts that are told apart in the chart, one after the other.
 const COLORS: [(&str, &str); 3] = [(BLUE, "blue"), (ORANGE, "orange"), (GREY, "grey")];
@@ -20,7 +20,7 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
     if found.parts.is_empty() && found.worst.is_empty() {
         return None;
     }
-    let stage = review.readings.stage("calibrated").or(review.readings.stages.last())?;
+    let stage = review.readings.stage(StageKey::Calibrated).or(review.readings.stages.last())?;
     let campaign = review.campaign;
     let sessions = &campaign.sessions;
     let (names, of): (&[String], fn(&Reading) -> usize) = match sessions.names.len() {

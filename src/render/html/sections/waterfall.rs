@@ -7,7 +7,7 @@ use minijinja::context;
 
 use crate::render::html::charts::{BLUE, Frame, GREY, ORANGE, chart};
 use crate::render::html::page::{Page, Section, safe};
-use crate::results::{Report, WaterfallStep};
+use crate::results::{Report, StepKey, WaterfallStep};
 
 /// A step this many times the next is in the table, not drawn: the others would be no more than a line.
 const OFF: f64 = 20.0;
@@ -25,11 +25,11 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     let mut last = 0.0;
     for &WaterfallStep { key, rms, .. } in drawn {
         let name = match key {
-            "described" => "as described".to_string(),
-            "registered" => "registered".into(),
-            "calibrated" => "calibrated".into(),
-            "competed" => "re-fitted".into(),
-            _ => {
+            StepKey::Described => "as described".to_string(),
+            StepKey::Registered => "registered".into(),
+            StepKey::Calibrated => "calibrated".into(),
+            StepKey::Competed => "re-fitted".into(),
+            StepKey::Effect | StepKey::Noise => {
                 effects += 1;
                 format!("effect {effects}")
             }
