@@ -7,7 +7,7 @@ use crate::description::fuzzy::{Component, Premise, Rules, Split};
 use crate::elements::{Direction, PerLength};
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
 use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates};
-use crate::model::Model;
+use crate::model::{Edge, Model};
 use crate::parameter::Group;
 use crate::simulation::{draw_configurations, generator};
 use crate::state::{Loads, Mechanics};
@@ -166,16 +166,14 @@ fn rules(name: &str, rules: &Rules, out: &mut String) {
 fn structure(model: &Model, out: &mut String) {
     let (structure, values) = (&model.structure, model.registry.nominal());
     let name = |vertex: usize| structure.vertices.get(vertex).map_or("", |vertex| vertex.name.as_str());
-    for edge in structure.edges().skip(1) {
+    let is_shown = |edge: &&Edge| {
+        edge.element.is_active(&values) || edge.element.directions().iter().any(|own| *own != Direction::Flexible)
+    };
+    let shown: Vec<&Edge> = structure.edges().skip(1).filter(is_shown).collect();
+    for edge in &shown {
         let element = &edge.element;
-        let released: String = element
-            .directions()
-            .map(|direction| if direction == Direction::Flexible { '-' } else { 'o' })
-            .iter()
-            .collect();
-        if !element.is_active(&values) && !released.contains('o') {
-            continue;
-        }
+        let released: String =
+            element.directions().iter().map(|own| if *own == Direction::Flexible { '-' } else { 'o' }).collect();
         let per_length = element.per_length(&values).unwrap_or_default();
         let [a, b] = edge.ends;
         let numbers = format!("{} {}", digits(&per_length.compliance, 0.0), digits(&[per_length.mass], 0.0));
@@ -185,7 +183,7 @@ fn structure(model: &Model, out: &mut String) {
     for (name, vertex) in &structure.nodes {
         let _ = writeln!(out, "node {name} at {}", numbers(structure.at_home(*vertex).as_slice()));
     }
-    if !structure.masses.is_empty() || out.contains("element ") {
+    if !structure.masses.is_empty() || !shown.is_empty() {
         let _ = writeln!(out, "gravity {}", numbers(structure.gravity.as_slice()));
     }
 }

@@ -31,6 +31,12 @@ pub fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     brief(py, move || Ok(elastogeo::cli::main_from(arguments)))
 }
 
+/// Names of the commands.
+#[pyfunction]
+pub fn command_names() -> Vec<String> {
+    elastogeo::cli::command_names()
+}
+
 /// Names of the bundled robots.
 #[pyfunction]
 pub fn bundled_robots() -> Vec<String> {

@@ -21,6 +21,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Error", module.py().get_type::<error::Error>())?;
     module.add_function(wrap_pyfunction!(command::command, module)?)?;
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
+    module.add_function(wrap_pyfunction!(command::command_names, module)?)?;
     module.add_function(wrap_pyfunction!(command::bundled_robots, module)?)?;
     module.add_class::<robot::Robot>()?;
     module.add_class::<campaign::Campaign>()?;

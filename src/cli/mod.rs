@@ -33,6 +33,14 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     performed(arguments, Reader::default())
 }
 
+/// Names of the commands.
+pub fn command_names() -> Vec<String> {
+    <Arguments as clap::CommandFactory>::command()
+        .get_subcommands()
+        .map(|command| command.get_name().to_string())
+        .collect()
+}
+
 /// What a command found, for a program that called it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {

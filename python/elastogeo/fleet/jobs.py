@@ -118,6 +118,8 @@ def _is_bundled(name: str) -> bool:
 
 def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], list[Path]]:
     """Options with absolute paths, and the files that they name."""
+    if command not in _native.command_names():
+        raise BadInput(f"this elastogeo {_native.__version__} has no command `{command}`")
     out: list[str] = []
     named: list[Path] = []
     for option in options:
@@ -137,15 +139,20 @@ def _settings(command: str, options: Sequence[str]) -> tuple[tuple[str, ...], li
     words = {"track": ["track", nothing, nothing], "blind": ["blind", "score", nothing]}.get(
         command, [command, nothing]
     )
-    try:
-        _native.command([*words, *out])
-    except Error as error:
-        first = error.diagnostics[0]
-        if "unrecognized subcommand" in first["message"]:
-            raise BadInput(f"this elastogeo {_native.__version__} has no command `{command}`") from None
-        if "no-such-campaign" not in str(error):
-            raise BadInput(_reason(error)) from None
+    # What is refused without any option is the campaign, which does not exist.
+    refused = _refusal([*words, *out])
+    if refused is not None and refused.diagnostics != getattr(_refusal(words), "diagnostics", None):
+        raise BadInput(_reason(refused))
     return tuple(out), named
+
+
+def _refusal(words: list[str]) -> Error | None:
+    """Why a command refuses its arguments."""
+    try:
+        _native.command(words)
+    except Error as error:
+        return error
+    return None
 
 
 def _reason(error: Error) -> str:

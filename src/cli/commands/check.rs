@@ -25,15 +25,12 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
     if let Some(path) = &command.snapshot {
-        let new = format!("{}\n{}", snapshot(&loaded.model)?, units(&loaded.raw.units)?);
         // Snapshots of earlier versions hold no units.
+        let without_units = snapshot(&loaded.model)?;
+        let new = format!("{without_units}\n{}", units(&loaded.raw.units)?);
         let old = old(path)?;
-        let new = match &old {
-            Some(old) if !old.contains("\nunits:") => snapshot(&loaded.model)?,
-            _ => new,
-        };
         let shown = path.display();
-        let agrees = old.as_ref().is_none_or(|old| *old == new);
+        let agrees = old.as_ref().is_none_or(|old| *old == new || *old == without_units);
         text = match &old {
             Some(_) if agrees => format!("{} agrees with {shown}\n", command.file),
             Some(old) => format!(

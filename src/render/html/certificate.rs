@@ -26,6 +26,7 @@ pub fn certificate_page(
     doubts: &[Diagnostic],
 ) -> Result<(String, String), Error> {
     let page = Page::of(&serde_json::to_value(found)?, &[]);
+    let answer = page.render("certificate-answer.html", context! {});
     let number = found.about.number.as_deref().unwrap_or("");
     // It stands in a string of the style sheet.
     let footer: String = format!("{number} {}", found.robot)
@@ -37,16 +38,14 @@ pub fn certificate_page(
     let html = page.render(
         "certificate.html",
         context! {
-            title => format!("{}: calibration certificate", found.robot), description => description.to_string(), footer => footer.trim().to_string(),
+            title => format!("{}: calibration certificate", found.robot), answer => safe(answer.clone()), description => description.to_string(), footer => footer.trim().to_string(),
             rows, missing => found.about.missing(), most => MOST,
             turned => found.poses.iter().any(|pose| pose.orientation_accuracy.is_some()),
             varied => found.poses.iter().any(|pose| pose.variation.is_some()),
             histogram => safe(histogram(found)), doubts => Value::from(Serde(doubts)), version => found.version,
         },
     );
-    let answer = html.split("id=\"answer\">").nth(1).and_then(|rest| rest.split("</div>").next()).unwrap_or_default();
-    let answer = plain(answer);
-    Ok((inert(&html), answer))
+    Ok((inert(&html), plain(&answer)))
 }
 
 /// Position errors before and after, on one axis.

@@ -13,6 +13,7 @@ use crate::render::diagnostics::is_active;
 const TEMPLATES: &[(&str, &str)] = &[
     ("page.html", include_str!("templates/page.html")),
     ("certificate.html", include_str!("templates/certificate.html")),
+    ("certificate-answer.html", include_str!("templates/certificate-answer.html")),
     ("scene.html", include_str!("templates/scene.html")),
     ("view.html", include_str!("templates/view.html")),
     ("answer.html", include_str!("templates/answer.html")),
