@@ -15,6 +15,8 @@ from ._arrays import Array
 
 #: Rows of a table that a notebook shows.
 SHOWN = 50
+#: Parameters of the robot's place, which a plot of its changes leaves out.
+BASE = {f"base.{symbol}" for symbol in ("x", "y", "z", "rx", "ry", "rz")}
 
 
 class Result:
@@ -99,7 +101,7 @@ class Identification(Result):
     def _plot(self) -> str:
         shown: dict[str, list[tuple[str, float, float | None]]] = {"mm": [], "deg": [], "%": []}
         for each in self._found.get("parameters", []):
-            if not each["identifiable"] or each["name"].startswith("base."):
+            if not each["identifiable"] or each["name"] in BASE:
                 continue
             nominal, change, width = _number(each["nominal"]), _number(each["value"]), each["ci95"] or 0.0
             change -= nominal

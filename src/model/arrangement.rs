@@ -4,6 +4,7 @@
 
 use super::{Marker, Model};
 use crate::description::campaign::{Campaign, InSession, Sharing, Target};
+use crate::description::parameters::{BASE, MARKER, TOOL, symbols};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 /// Common error of a point of the arrangement, m: it is only a size to compare columns by.
@@ -19,6 +20,17 @@ pub struct Arrangement {
     scale: Shared,
     /// By target: slots of its values; none where they are known.
     targets: Vec<Vec<Option<Slot>>>,
+    /// Bases, tools and markers of the sessions.
+    copies: Vec<Copied>,
+}
+
+/// A base, tool or marker of a session.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Copied {
+    /// `base@monday`.
+    pub name: String,
+    /// Its parameters.
+    pub slots: std::ops::Range<Slot>,
 }
 
 /// First slots of a part that differs between sessions.
@@ -41,25 +53,27 @@ impl Model {
     #[must_use]
     pub fn arranged(&self, campaign: &Campaign) -> Self {
         let mut model = self.clone();
+        let mut markers: Vec<String> = self.markers.iter().map(|marker| marker.name.clone()).collect();
         for &frame in &campaign.bodies {
             let name = self.frames[frame].name.clone();
-            let slot = model.known_point(&name);
+            let owner = format!("body@{name}");
+            let slot = model.known_point(&owner);
             model.markers.push(Marker { name, frame, slot });
+            markers.push(owner);
         }
         let sessions = &campaign.sessions;
         if campaign.estimate_base && sessions.base != Sharing::All {
             let names = sessions.parts(sessions.base);
-            let first = names.iter().map(|name| model.copies(self.base..self.base + 6, name)).collect();
+            let first = names.iter().map(|name| model.copies("base", &symbols(&BASE), self.base, name)).collect();
             model.arrangement.base = Shared { by: sessions.base, first };
         }
         if campaign.estimate_tool && sessions.tool != Sharing::All {
             let names = sessions.parts(sessions.tool);
-            let tool = self.tool.1..self.tool.1 + 6;
             // The tool's six, and three of each marker behind them.
             let first = names.iter().map(|name| {
-                let first = model.copies(tool.clone(), name);
-                for marker in model.markers.clone() {
-                    model.copies(marker.slot..marker.slot + 3, name);
+                let first = model.copies("tool", &symbols(&TOOL), self.tool.1, name);
+                for (k, owner) in markers.iter().enumerate() {
+                    model.copies(owner, &symbols(&MARKER), model.markers[k].slot, name);
                 }
                 first
             });
@@ -84,7 +98,7 @@ impl Model {
     #[must_use]
     pub fn nominal_at(&self, arrangement: &Self, values: &[f64]) -> Vec<f64> {
         let mut nominal = self.registry.nominal();
-        let Arrangement { base, tool, scale, targets } = &self.arrangement;
+        let Arrangement { base, tool, scale, targets, .. } = &self.arrangement;
         let of = |first: &Vec<Slot>, count: usize| -> Vec<Slot> {
             first.iter().flat_map(|&first| first..first + count).collect()
         };
@@ -107,7 +121,7 @@ impl Model {
 
     /// Appends the origin of a frame, a point that is never estimated.
     fn known_point(&mut self, owner: &str) -> Slot {
-        let slots = ["x", "y", "z"].map(|symbol| self.appended(format!("body@{owner}.{symbol}"), Kind::Length, 0.0));
+        let slots = symbols(&MARKER).map(|symbol| self.appended(format!("{owner}.{symbol}"), Kind::Length, 0.0));
         slots[0]
     }
 
@@ -119,15 +133,21 @@ impl Model {
         self.registry.add(Parameter { name, kind, group, nominal, bounds, tolerance, free, closing, inverted })
     }
 
-    /// Appends copies of parameters for a session; the first slot.
-    fn copies(&mut self, slots: std::ops::Range<Slot>, session: &str) -> Slot {
+    /// Appends copies of an owner's parameters, which stand from `slot` on, for a session; the first slot.
+    fn copies(&mut self, owner: &str, symbols: &[&str], slot: Slot, session: &str) -> Slot {
         let first = self.registry.all().len();
-        for slot in slots {
-            let own = self.registry[slot].clone();
-            let (owner, symbol) = own.name.rsplit_once('.').unwrap_or((&own.name, ""));
-            self.registry.add(Parameter { name: format!("{owner}@{session}.{symbol}"), ..own });
+        let name = format!("{owner}@{session}");
+        for (k, symbol) in symbols.iter().enumerate() {
+            let own = self.registry[slot + k].clone();
+            self.registry.add(Parameter { name: format!("{name}.{symbol}"), ..own });
         }
+        self.arrangement.copies.push(Copied { name, slots: first..first + symbols.len() });
         first
+    }
+
+    /// Bases, tools and markers of the sessions, in the order of their parameters.
+    pub(super) fn copied(&self) -> &[Copied] {
+        &self.arrangement.copies
     }
 
     /// First of the six slots of a session's base.

@@ -4,7 +4,7 @@ use super::Model;
 use crate::description::fuzzy::{Branch, Component, Input, Premise, Rules, Tree};
 use crate::description::parameters::{Owner, parameters};
 use crate::description::raw::{JointKind, RawBranch, RawFuzzy, RawFuzzyComponent, RawRobot, RawSplit};
-use crate::parameter::{Group, Parameter};
+use crate::parameter::{Group, Slot};
 
 /// The description `raw` with every value that differs from the model's nominal one put in, in the file's units.
 /// The zero of a joint goes to `offset`, so that couplings and loops see it when the file is read again.
@@ -51,14 +51,13 @@ pub fn with_values(raw: &RawRobot, model: &Model, values: &[f64]) -> RawRobot {
 /// session or station: a description has one of each.
 #[must_use]
 pub fn of_sessions(model: &Model, values: &[f64]) -> Vec<String> {
-    let of = model.registry.all().iter().zip(values);
-    let changed = of.filter(|(parameter, value)| {
-        matches!(parameter.group, Group::Base | Group::Tool) && **value != parameter.nominal
-    });
-    let owner = |(parameter, _): (&Parameter, &f64)| Some(parameter.name.rsplit_once('.')?.0.to_string());
-    let mut owners: Vec<String> = changed.filter_map(owner).filter(|owner| owner.contains('@')).collect();
-    owners.dedup();
-    owners
+    let is_changed = |slot: Slot| {
+        let parameter = &model.registry[slot];
+        let is_written = matches!(parameter.group, Group::Base | Group::Tool);
+        is_written && values.get(slot).is_some_and(|value| *value != parameter.nominal)
+    };
+    let changed = model.copied().iter().filter(|copy| copy.slots.clone().any(is_changed));
+    changed.map(|copy| copy.name.clone()).collect()
 }
 
 /// The description with the model's rules put in, in the file's units.

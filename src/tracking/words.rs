@@ -12,7 +12,10 @@ pub fn meaning(model: &Model, name: &str) -> String {
         return format!("the zero of joint {}", frame.name);
     }
     let parameter = &model.registry[slot];
-    let owner = name.split_once('.').map_or(name, |(owner, _)| owner);
+    // Frames on one axis share slots: the first has them.
+    let frame = model.frames.iter().find(|frame| frame.slots.contains(&slot)).map(|frame| &frame.name);
+    let actuator = || model.actuators.iter().find(|actuator| (actuator.slot..actuator.slot + 5).contains(&slot));
+    let owner = frame.or_else(|| actuator().map(|actuator| &actuator.name)).map_or(name, String::as_str);
     match (parameter.group, parameter.kind) {
         (Group::Elastic, _) => format!("the elasticity `{name}`"),
         (Group::Effect, _) => format!("the amount of an effect, `{name}`"),
