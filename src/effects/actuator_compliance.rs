@@ -9,6 +9,9 @@ pub(super) static LAW: Law = Law {
     family: Some(|_| Family::Elastic),
     signature: "an angle of one joint in proportion to its load over the squared lever of its screw: largest where the lever is short",
     remedy: "identify the axial stiffness; preload or replace nut and bearing",
-    constants: |model, site, _| model.slots_named([format!("{}.axial", model.actuators[site.actuator].name)]),
+    constants: |model, site, _| {
+        let actuator = site.actuator.and_then(|actuator| model.actuators.get(actuator));
+        model.slots_named(actuator.map(|actuator| format!("{}.axial", actuator.name)))
+    },
     ..Law::NOTHING
 };

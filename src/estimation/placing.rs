@@ -159,7 +159,8 @@ impl<'a> Rigid<'a> {
         let campaign = self.group.campaign;
         let mut spheres: Vec<(Vector3<f64>, f64)> = Vec::new();
         for target in 0..campaign.targets.len() {
-            let own = || self.used.iter().map(|&i| &campaign.readings[i]).filter(|reading| reading.target == target);
+            let own =
+                || self.used.iter().map(|&i| &campaign.readings[i]).filter(|reading| reading.target == Some(target));
             let radius = own().map(|reading| reading.measured[0]).sum::<f64>() / own().count().max(1) as f64;
             spheres.extend(own().next().map(|reading| (anchor(campaign, reading), radius)));
         }
@@ -305,7 +306,7 @@ fn rigid_point(
 
 /// Values of what a reading refers to.
 fn target_of(campaign: &Campaign, reading: &Reading) -> TargetValues {
-    campaign.targets.get(reading.target).map_or([0.0; MOST_TARGET_VALUES], Target::assumed)
+    campaign.target_of(reading).map_or([0.0; MOST_TARGET_VALUES], Target::assumed)
 }
 
 /// The fixed point of a reading, m.

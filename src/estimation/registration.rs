@@ -41,7 +41,7 @@ pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
         slots.extend(parts(&placed, campaign.sessions.scale).filter_map(|of| model.scale_slot(of)));
     }
     let lengths = campaign.constraints.iter().filter_map(|constraint| constraint.length);
-    let targets: Vec<usize> = distinct(campaign.readings.iter().map(|reading| reading.target).chain(lengths));
+    let targets: Vec<usize> = distinct(campaign.readings.iter().filter_map(|reading| reading.target).chain(lengths));
     let of_targets = targets.into_iter().flat_map(|target| model.target_values(target).iter().flatten().copied());
     slots.extend(of_targets);
     slots.sort_unstable();
@@ -216,8 +216,9 @@ fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Resu
         (base * undeflected_point(geometry, placements, reading)).coords
     })?;
     for (index, target) in sought {
-        let is_own =
-            |reading: &Reading| reading.target == index && reading.observes.target_column() == Some(target.column);
+        let is_own = |reading: &Reading| {
+            reading.target == Some(index) && reading.observes.target_column() == Some(target.column)
+        };
         let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
         let read: Vec<_> = own.clone().map(|(reading, point)| (*point, reading.measured)).collect();
         let Some((reading, _)) = own.clone().next() else { continue };

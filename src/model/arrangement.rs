@@ -176,7 +176,8 @@ impl Model {
     }
 
     /// Slots of the values of a target; none where they are known.
-    pub fn target_values(&self, target: usize) -> &[Option<Slot>] {
-        self.arrangement.targets.get(target).map_or(&[], Vec::as_slice)
+    pub fn target_values(&self, target: impl Into<Option<usize>>) -> &[Option<Slot>] {
+        let own = target.into().and_then(|target| self.arrangement.targets.get(target));
+        own.map_or(&[], Vec::as_slice)
     }
 }

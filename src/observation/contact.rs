@@ -41,6 +41,10 @@ impl Observation for Contact {
         COLUMN
     }
 
+    fn touches(&self) -> bool {
+        true
+    }
+
     fn value(&self, _point: &MeasuredPoint) -> Rows {
         row(0.0)
     }
@@ -73,6 +77,10 @@ impl Observation for Socket {
 
     fn target_column(&self) -> Option<&'static str> {
         COLUMN
+    }
+
+    fn touches(&self) -> bool {
+        true
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {
@@ -156,6 +164,10 @@ impl Observation for Surface {
 
     fn target_column(&self) -> Option<&'static str> {
         COLUMN
+    }
+
+    fn touches(&self) -> bool {
+        true
     }
 
     fn residuals_named(&self) -> &'static str {

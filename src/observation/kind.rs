@@ -238,6 +238,11 @@ pub trait Observation: Sync {
         None
     }
 
+    /// Whether the robot touches what it refers to, so that joints are led there when it is planned or simulated.
+    fn touches(&self) -> bool {
+        false
+    }
+
     /// Derivative of the prediction by the value `k` of what it refers to.
     fn by_target(&self, _point: &MeasuredPoint, _k: usize) -> Rows {
         [0.0; MOST_ROWS]

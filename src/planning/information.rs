@@ -273,8 +273,8 @@ fn plan(request: &Request) -> Plan {
 
 /// All points, to each of what they are measured from.
 fn way(blank: &Campaign, markers: &[Option<usize>]) -> Vec<Reading> {
-    let targets = 0..blank.targets_per_point();
-    let all = markers.iter().flat_map(|&marker| targets.clone().map(move |target| (marker, target)));
+    let targets = blank.targets_per_point();
+    let all = markers.iter().flat_map(|&marker| targets.iter().map(move |&target| (marker, target)));
     all.map(|(marker, target)| Reading { marker, target, ..blank.blank() }).collect()
 }
 

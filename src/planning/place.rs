@@ -36,7 +36,7 @@ impl Station {
 impl Design {
     /// Whether anything is touched.
     pub fn touches(&self) -> bool {
-        self.ways.iter().flatten().any(|reading| reading.observes.target_column() == Some("contact"))
+        self.ways.iter().flatten().any(|reading| reading.observes.touches())
     }
 }
 
@@ -62,7 +62,7 @@ impl<'a> Rules<'a> {
             Some(design) if design.touches() => {
                 let mut first = 0;
                 let touched = |way: &Vec<Reading>| {
-                    let own = way.iter().position(|reading| reading.observes.target_column() == Some("contact"));
+                    let own = way.iter().position(|reading| reading.observes.touches());
                     let index = own.map(|own| first + own);
                     first += way.len();
                     let target = own.map(|own| target_values(model, ways, way[own].target, &design.values));

@@ -113,8 +113,14 @@ pub fn undeflected_point(geometry: &Geometry, placements: &Placements, reading: 
 }
 
 /// Values of what readings refer to, with these `values` of all parameters (by slot, SI); zeros where there is no such target.
-pub fn target_values(model: &Model, campaign: &Campaign, target: usize, values: &[f64]) -> TargetValues {
-    let Some(known) = campaign.targets.get(target) else { return [0.0; MOST_TARGET_VALUES] };
+pub fn target_values(
+    model: &Model,
+    campaign: &Campaign,
+    target: impl Into<Option<usize>>,
+    values: &[f64],
+) -> TargetValues {
+    let target = target.into();
+    let Some(known) = target.and_then(|target| campaign.targets.get(target)) else { return [0.0; MOST_TARGET_VALUES] };
     let mut own = known.assumed();
     own.iter_mut()
         .zip(model.target_values(target))

@@ -91,7 +91,7 @@ pub fn lay_out(
     // Points of the faces, through which they still go when their angles are right.
     let mut faces: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
     for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
-        let is_own = |r: &Reading| r.target == index && r.observes.target_column() == Some(target.column);
+        let is_own = |r: &Reading| r.target == Some(index) && r.observes.target_column() == Some(target.column);
         let Some(reading) = campaign.readings.iter().position(is_own).filter(|_| is_point(target)) else {
             ordinary(model, target, index, exact, values, random);
             continue;

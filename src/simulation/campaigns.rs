@@ -190,7 +190,7 @@ pub fn unmeasured(model: &Model, plan: &Plan) -> Campaign {
         campaign.poses.push(format!("p{:03}", pose + 1));
         for _ in 0..plan.repeats {
             for &marker in &plan.markers {
-                for (target, &wrench) in (0..targets).flat_map(|target| wrenches.iter().map(move |w| (target, w))) {
+                for (target, &wrench) in targets.iter().flat_map(|&target| wrenches.iter().map(move |w| (target, w))) {
                     let row = campaign.readings.len() + 1;
                     campaign.readings.push(Reading { row, pose, marker, target, wrench, ..blank });
                     campaign.joints.extend_from_slice(q);

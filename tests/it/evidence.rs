@@ -109,6 +109,7 @@ fn an_unknown_anchor_and_the_zero_of_a_draw_wire_are_found() {
         ..Target::anchor("wire", &Vector3::zeros())
     };
     campaign.targets = vec![target];
+    campaign.readings.iter_mut().for_each(|reading| reading.target = Some(0));
     let model = robot.model.arranged(&campaign);
     let mut truth = model.registry.nominal();
     let expected = [0.9, -0.7, 0.2, 0.0123];

@@ -65,13 +65,13 @@ pub(super) fn mounts(raw: &RawCampaign, robot: &Robot, sources: &[Source]) -> Ve
 }
 
 /// Marker and target of the readings of a file's body.
-pub(super) fn sensor(entry: &RawEntry, robot: &Robot, campaign: &Campaign) -> (Option<usize>, usize) {
+pub(super) fn sensor(entry: &RawEntry, robot: &Robot, campaign: &Campaign) -> [Option<usize>; 2] {
     let frame = frame(entry, robot);
     let body = |frame: FrameIndex| campaign.bodies.iter().position(|known| *known == frame);
     let marker = frame.and_then(body).map(|index| robot.markers.len() + index);
     let name = &robot.frames[frame.unwrap_or(robot.tool.frame)].name;
     let own = |target: &Target| target.column == COLUMN && target.member.0 == *name;
-    (marker, campaign.targets.iter().position(own).unwrap_or(0))
+    [marker, campaign.targets.iter().position(own)]
 }
 
 /// Bodies that the robot does not have, and `body:` or `mount:` where nothing reads one.

@@ -11,8 +11,15 @@ use crate::observation::MOST_ROWS;
 /// number, hardly ever three.
 const TELLING_ROWS: usize = 3;
 
-/// What must agree for readings of one configuration to be repeats: kind, marker, target, wrench, payload.
-pub type Point = (&'static str, Option<usize>, usize, [u64; 6], Option<[u64; 5]>);
+/// What must agree for readings of one configuration to be repeats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Point {
+    kind: &'static str,
+    marker: Option<usize>,
+    target: Option<usize>,
+    wrench: [u64; 6],
+    payload: Option<[u64; 5]>,
+}
 
 /// Bits that are equal for equal numbers.
 fn bits(value: f64) -> u64 {
@@ -25,7 +32,8 @@ pub fn point_of(reading: &Reading) -> Point {
         let [x, y, z] = [payload.com.x, payload.com.y, payload.com.z].map(bits);
         [bits(payload.mass), x, y, z, payload.frame as u64]
     });
-    (reading.observes.name(), reading.marker, reading.target, reading.wrench.map(bits), payload)
+    let wrench = reading.wrench.map(bits);
+    Point { kind: reading.observes.name(), marker: reading.marker, target: reading.target, wrench, payload }
 }
 
 impl Campaign {

@@ -111,8 +111,8 @@ pub struct Reading {
     pub measured: Rows,
     /// One sigma of the instrument.
     pub noise: Noise,
-    /// What it refers to, by index in [`Campaign::targets`], where [`Reading::observes`] needs something.
-    pub target: usize,
+    /// What it refers to, by index in [`Campaign::targets`]; `None` where [`Reading::observes`] needs nothing.
+    pub target: Option<usize>,
     /// Its session, and whose base, tool and scale it has.
     pub session: InSession,
     /// Force and torque applied on the tool, base axes.
@@ -224,12 +224,8 @@ impl Campaign {
     /// Whether no reading and no constraint holds a known length: the robot could be of any size then.
     pub fn lacks_length(&self) -> bool {
         let is_unknown = |reading: &Reading| {
-            let target = self.targets.get(reading.target);
-            // Readings that refer to nothing have the number of the first target.
-            let touches = |target: &&Target| {
-                target.column == "contact" && reading.observes.target_column() == Some(target.column)
-            };
-            target.filter(touches).is_some_and(|target| {
+            let target = self.target_of(reading).filter(|_| reading.observes.touches());
+            target.is_some_and(|target| {
                 target.values.iter().all(|value| value.kind != Kind::Length || value.parameter.is_some())
             })
         };
@@ -268,7 +264,7 @@ impl Campaign {
             marker: None,
             measured: [0.0; MOST_ROWS],
             noise: self.noise(),
-            target: 0,
+            target: None,
             session: InSession::default(),
             wrench: [0.0; 6],
             load_point: LoadPoint::default(),
@@ -278,9 +274,15 @@ impl Campaign {
         }
     }
 
-    /// Targets to which each point is measured; one (of no meaning) where the kind of reading needs none.
-    pub fn targets_per_point(&self) -> usize {
-        if self.observes.target_column().is_some() { self.targets.len().max(1) } else { 1 }
+    /// What a reading refers to.
+    pub fn target_of(&self, reading: &Reading) -> Option<&Target> {
+        self.targets.get(reading.target?)
+    }
+
+    /// Targets to which each point is measured, by index; a single `None` where the kind of reading needs none.
+    pub fn targets_per_point(&self) -> Vec<Option<usize>> {
+        let is_needed = self.observes.target_column().is_some() && !self.targets.is_empty();
+        if is_needed { (0..self.targets.len()).map(Some).collect() } else { vec![None] }
     }
 
     /// The campaign with only the readings for which `keep` holds.

@@ -70,7 +70,7 @@ impl<'a> RowReader<'a> {
                 marker,
                 measured: [0.0; MOST_ROWS],
                 noise: noise(&row, entry, &mut faults),
-                target: 0,
+                target: None,
                 session,
                 wrench: wrench(&row, &mut faults),
                 load_point: load_point(&row, entry, self.robot, marker, &mut faults),
@@ -115,12 +115,13 @@ impl<'a> RowReader<'a> {
         if let Some(prefix) = observes.by_variable() {
             return self.by_variable(row, (observes, prefix), blank, campaign, faults);
         }
-        let (marker, target) = match observes.ignores_arrangement() {
+        let [marker, target] = match observes.ignores_arrangement() {
             true => sensor(entry, self.robot, campaign),
-            false => (blank.marker, target(row, observes, campaign, faults)),
+            false => [blank.marker, target(row, observes, campaign, faults)],
         };
         // What is touched decides the kind of a contact; other kinds refer to nothing.
-        let of_target = campaign.targets.get(target).filter(|_| observes.target_column().is_some());
+        let of_target =
+            target.and_then(|target| campaign.targets.get(target)).filter(|_| observes.target_column().is_some());
         let observes = of_target.and_then(|target| target.observes).unwrap_or(observes);
         let reading = Reading { observes, marker, target, ..blank };
         let measured = measured(row, observes, faults);
@@ -148,7 +149,7 @@ impl<'a> RowReader<'a> {
                 faults.push(diagnostic.at(row.place(&column)).remedy("write a campaign for each kind"));
                 continue;
             };
-            campaign.readings.push(Reading { observes, target, measured, ..blank });
+            campaign.readings.push(Reading { observes, target: Some(target), measured, ..blank });
         }
     }
 
@@ -290,12 +291,12 @@ fn set(row: &Row, faults: &mut Faults) -> Option<bool> {
     }
 }
 
-/// What a row of a kind of readings refers to, by index; the first where the kind needs nothing.
-fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Faults) -> usize {
-    let Some(column) = observes.target_column() else { return 0 };
+/// What a row of a kind of readings refers to, by index; `None` where the kind needs nothing, or what it needs is not there.
+fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Faults) -> Option<usize> {
+    let column = observes.target_column()?;
     let mut own = campaign.targets.iter().enumerate().filter(|(_, target)| target.column == column);
     let Some(name) = row.text(column) else {
-        let first = own.next().map_or(0, |(index, _)| index);
+        let first = own.next().map(|(index, _)| index);
         if own.next().is_some() {
             let diagnostic = Diagnostic::error(format!("several {column}s are declared, and the rows do not name one"));
             let measured = observes.columns().first().and_then(|measured| row.place(measured.name));
@@ -305,7 +306,7 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
     };
     let found = own.clone().find(|(_, target)| target.is_meant(name, |group| row.text(group)));
     if let Some((index, _)) = found {
-        return index;
+        return Some(index);
     }
     // Of a contact without a group the cell may be empty.
     let mut groups =
@@ -313,13 +314,13 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
     if let Some([group, _]) = groups.find(|[group, _]| row.text(group).is_some_and(str::is_empty)) {
         let message = format!("empty cell in column `{group}`, by which the {column} `{name}` is grouped");
         faults.push(Diagnostic::error(message).at(row.place(group)).remedy("fill it in, or remove the row"));
-        return 0;
+        return None;
     }
     // Where none is declared, that is said once, of the campaign.
     if own.clone().next().is_some() || !matches!(column, "anchor" | "contact") {
         faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));
     }
-    0
+    None
 }
 
 /// Noise of a row's readings: as its columns say, else as its file's instrument says.

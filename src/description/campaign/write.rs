@@ -113,7 +113,7 @@ fn target_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign) {
     for name in target_columns(campaign) {
         sheet.texts(name, move |row| {
             let own = |reading: &Reading| {
-                let target = campaign.targets.get(reading.target).filter(|target| target.column == name);
+                let target = campaign.target_of(reading).filter(|target| target.column == name);
                 target.filter(|_| reading.observes.target_column() == Some(name))
             };
             of_row(readings, row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
@@ -122,7 +122,7 @@ fn target_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign) {
     for group in groups(campaign).into_iter().filter(|_| target_columns(campaign).contains(&"contact")) {
         sheet.texts(group, move |row| {
             let own = |reading: &Reading| {
-                let target = campaign.targets.get(reading.target);
+                let target = campaign.target_of(reading);
                 let target = target.filter(|target| reading.observes.target_column() == Some(target.column));
                 let member = target.and_then(|target| target.member.1.as_ref());
                 member.filter(|[column, _]| column == group).map(|[_, member]| member.clone())
@@ -137,7 +137,7 @@ fn torque_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign, variables: &'
     let readings = &campaign.readings;
     for variable in variables {
         let of_variable = move |reading: &&Reading| {
-            let target = campaign.targets.get(reading.target);
+            let target = campaign.target_of(reading);
             reading.observes.by_variable().is_some() && target.is_some_and(|own| own.member.0 == variable.name)
         };
         let Some(prefix) = readings.iter().find(of_variable).and_then(|reading| reading.observes.by_variable()) else {
@@ -155,7 +155,7 @@ fn torque_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign, variables: &'
 pub fn names(campaign: &Campaign, readings: &[Reading]) -> IndexMap<String, String> {
     let mut cells = IndexMap::new();
     for reading in readings {
-        let target = campaign.targets.get(reading.target);
+        let target = campaign.target_of(reading);
         if let Some(target) = target.filter(|target| Some(target.column) == reading.observes.target_column()) {
             cells.insert(target.column.to_string(), target.member.0.clone());
             if let Some([group, member]) = &target.member.1 {

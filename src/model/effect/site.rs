@@ -32,8 +32,8 @@ pub struct Site {
     pub frame: FrameIndex,
     /// The variable that moves the joint, or the actuator's.
     pub variable: usize,
-    /// The actuator, by index in [`crate::model::Model::actuators`].
-    pub actuator: usize,
+    /// The actuator, by index in [`crate::model::Model::actuators`]; of sites that are actuators.
+    pub actuator: Option<usize>,
 }
 
 impl SiteKind {

@@ -11,7 +11,7 @@ use super::{Nonlinear, NonlinearParameter, NonlinearValue};
 use crate::description::raw::{JointKind, RawAmount, RawCurve, RawEffect};
 use crate::description::robot::{FrameIndex, Motion};
 use crate::diagnostic::Diagnostic;
-use crate::model::{Effect, EffectEntry, EffectParameter, Fault, Frame, Model, SwitchedOn};
+use crate::model::{Actuator, Effect, EffectEntry, EffectParameter, Fault, Frame, Model, SwitchedOn};
 use crate::parameter::{Group, Kind, Parameter, Slot};
 
 impl EffectEntry {
@@ -52,32 +52,28 @@ impl EffectEntry {
 impl Model {
     /// Sites of a kind on this robot.
     pub fn sites(&self, kind: SiteKind) -> Vec<Site> {
-        let site = |name: String, frame: usize, variable: usize, actuator: usize| Site {
-            name,
-            kind,
-            frame,
-            variable,
-            actuator,
-        };
+        let site = |name: String, frame: FrameIndex| Site { name, kind, frame, variable: 0, actuator: None };
         let frames = || self.frames.iter().enumerate().skip(1);
         match kind {
-            SiteKind::Frame => {
-                frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index, 0, 0)).collect()
-            }
+            SiteKind::Frame => frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index)).collect(),
             SiteKind::Joint => {
                 self.joints_moved_by(|motion| matches!(motion, Motion::Variable { .. } | Motion::Actuator(_)))
             }
             SiteKind::Link => frames()
                 .filter(|(_, frame)| frame.joint != JointKind::Fixed)
-                .map(|(index, frame)| site(format!("link:{}", frame.name), index, 0, 0))
+                .map(|(index, frame)| site(format!("link:{}", frame.name), index))
                 .collect(),
-            SiteKind::Actuator => (0..)
-                .zip(&self.actuators)
-                .map(|(k, actuator)| site(format!("actuator:{}", actuator.name), actuator.joint, actuator.variable, k))
-                .collect(),
-            SiteKind::Base => vec![site("base".into(), 0, 0, 0)],
-            SiteKind::Tool => vec![site("tool".into(), self.tool.0, 0, 0)],
-            SiteKind::Instrument => vec![site("instrument".into(), 0, 0, 0)],
+            SiteKind::Actuator => {
+                let of = |(k, actuator): (usize, &Actuator)| Site {
+                    variable: actuator.variable,
+                    actuator: Some(k),
+                    ..site(format!("actuator:{}", actuator.name), actuator.joint)
+                };
+                self.actuators.iter().enumerate().map(of).collect()
+            }
+            SiteKind::Base => vec![site("base".into(), 0)],
+            SiteKind::Tool => vec![site("tool".into(), self.tool.0)],
+            SiteKind::Instrument => vec![site("instrument".into(), 0)],
         }
     }
 
@@ -90,7 +86,7 @@ impl Model {
             kind: SiteKind::Joint,
             frame: index,
             variable: self.variable_of(index).unwrap_or(0),
-            actuator: 0,
+            actuator: None,
         };
         joints.map(site).collect()
     }

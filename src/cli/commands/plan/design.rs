@@ -87,7 +87,7 @@ fn continued(command: &Plan, file: &CampaignFile, loaded: crate::files::LoadedCa
     let placement = placement(command, &campaign)?;
     let from = if is_new { last } else { session };
     let is_own = |reading: &Reading| {
-        let member = campaign.targets.get(reading.target).and_then(|target| target.member.1.as_ref());
+        let member = campaign.target_of(reading).and_then(|target| target.member.1.as_ref());
         let is_there = member.is_none_or(|[_, member]| Some(member) == placement.as_ref());
         reading.session.session == from && (is_there || reading.observes.target_column().is_none())
     };
@@ -169,7 +169,7 @@ fn placement(command: &Plan, campaign: &Campaign) -> Result<Option<String>, Erro
 /// What is read together at one configuration: of the configurations whose readings are all as asked, each set once, without
 /// those that are part of another.
 fn ways(campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Vec<Vec<Reading>> {
-    type Key = (&'static str, Option<usize>, usize);
+    type Key = (&'static str, Option<usize>, Option<usize>);
     let key = |reading: &Reading| -> Key { (reading.observes.name(), reading.marker, reading.target) };
     let mut all: Vec<Vec<Reading>> = Vec::new();
     for pose in 0..campaign.poses.len() {

@@ -220,11 +220,8 @@ fn bring_to_contacts(
     campaign: &mut Campaign,
     random: &mut ChaCha8Rng,
 ) -> Result<(), Error> {
-    let is_contact = |reading: &Reading| {
-        let target = campaign.targets.get(reading.target);
-        reading.observes.target_column() == Some("contact") && target.is_some_and(|own| own.column == "contact")
-    };
-    let contacts: Vec<usize> = (0..campaign.readings.len()).filter(|k| is_contact(&campaign.readings[*k])).collect();
+    let contacts: Vec<usize> =
+        (0..campaign.readings.len()).filter(|k| campaign.readings[*k].observes.touches()).collect();
     if contacts.is_empty() {
         return Ok(());
     }
@@ -259,7 +256,7 @@ fn bring_to_contacts(
             start = draw_configurations_in(&geometry, &within, 1, random)?.pop().unwrap_or(start);
         }
         let Some(q) = found else {
-            let name = &before.targets[reading.target].name;
+            let name = before.target_of(&reading).map_or("", |target| target.name.as_str());
             return Err(Error::input(
                 format!("`{name}`: the ball cannot be brought there"),
                 "give `near: [x, y, z]` of the contact within the arm's reach, or widen --share",
