@@ -21,8 +21,18 @@ pub struct Balance {
     pub strip: Option<Bent>,
 }
 
-/// The reading `index` at the configuration just placed, in equilibrium with a process and a given wrench (N and N.m,
-/// base axes), reached by travelling in a direction; sought from a point (m, base frame).
+/// From where an equilibrium with a process is sought, base axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// What loads the tool in addition, N and N.m.
+    pub wrench: [f64; 6],
+    /// Direction in which the tool travels.
+    pub travel: Vector3<f64>,
+    /// Point, m.
+    pub point: Vector3<f64>,
+}
+
+/// The reading `index` at the configuration just placed, in equilibrium with a process.
 ///
 /// # Errors
 /// [`Refusal`] if the process cannot be there, or there is no stable equilibrium.
@@ -30,21 +40,20 @@ pub fn settle(
     predictor: &SinglePredictor,
     index: usize,
     process: &Process,
-    (given, travel): (&[f64; 6], &Vector3<f64>),
-    from: &Vector3<f64>,
+    start: &Start,
     settings: &BalanceSettings,
     work: &mut SingleWorkspace,
 ) -> Result<Balance, Refusal> {
     let by_force: Matrix3<f64> = predictor.compliance(index, work).fixed_view::<3, 3>(0, 0).into_owned();
     let mut at = |x: &Vector3<f64>| -> Result<(Push, Seen, [f64; 6], Vector3<f64>), Refusal> {
-        let push = process.push(x, travel)?;
-        let mut wrench = *given;
+        let push = process.push(x, &start.travel)?;
+        let mut wrench = start.wrench;
         (0..3).for_each(|k| wrench[k] += push.force[k]);
         let seen = predictor.see(index, &wrench, work)?;
         let gap = seen.real.translation.vector - x;
         Ok((push, seen, wrench, gap))
     };
-    let mut x = *from;
+    let mut x = start.point;
     let (mut push, mut seen, mut wrench, mut gap) = at(&x)?;
     for _ in 0..settings.max_steps {
         let matrix = Matrix3::identity() - by_force * push.gradient;

@@ -14,7 +14,7 @@ mod pushed;
 mod straight;
 
 pub use correct::{Corrected, correct};
-pub use coupling::{Balance, settle};
+pub use coupling::{Balance, Start, settle};
 pub use deflected::deflected;
 pub use desired::{Asked, Controller, desire, six};
 pub use path::{Outcome, Point, Sides, compensate, predict_path};

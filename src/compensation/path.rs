@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::correct::{Corrected, correct};
-use super::coupling::{Balance, settle};
+use super::coupling::{Balance, Start, settle};
 use super::{Deflects, Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
@@ -196,7 +196,8 @@ fn balanced(
         None => Ok(Balance { seen: predictor.see(index, &given, work)?, wrench: given, strip: None }),
         Some(process) => {
             let target = desired.target.translation.vector;
-            settle(predictor, index, process, (&given, travel), &target, &settings.balance, work)
+            let start = Start { wrench: given, travel: *travel, point: target };
+            settle(predictor, index, process, &start, &settings.balance, work)
         }
     }
 }
@@ -292,7 +293,8 @@ fn point(
             // From where the arm stands under what it carries alone, and else from the target.
             let free = predictor.see(index, &given, work)?.real.translation.vector;
             let settle = |from: &Vector3<f64>, work: &mut SingleWorkspace| {
-                settle(predictor, index, process, (&given, travel), from, &settings.balance, work)
+                let start = Start { wrench: given, travel: *travel, point: *from };
+                settle(predictor, index, process, &start, &settings.balance, work)
             };
             let found = settle(&free, work).or_else(|_| settle(&target, work))?;
             Some((found.seen.real.translation.vector - target).norm())

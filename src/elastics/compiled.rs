@@ -226,7 +226,8 @@ impl<'m> Elastics<'m> {
     pub(super) fn configuration<'a>(
         &'a self,
         placements: &'a Placements,
-        (points, local): (&'a [Vector3<f64>], &'a [f64]),
+        points: &'a [Vector3<f64>],
+        local: &'a [f64],
         deflected: Option<Deflected<'a>>,
     ) -> Configuration<'a> {
         Configuration {

@@ -64,7 +64,7 @@ impl ElasticColumns {
     /// Derivatives of the spatial twist of the loaded vertex by each slot's SI value.
     pub fn evaluate(&self, case: &LoadCase, placements: &Placements, out: &mut [Vector6<f64>]) {
         out.fill(Vector6::zeros());
-        let at = case.elastics.configuration(placements, (&case.statics.points, &case.statics.local), None);
+        let at = case.elastics.configuration(placements, &case.statics.points, &case.statics.local, None);
         for member in &self.members {
             member.evaluate(case, &at, out);
         }

@@ -170,7 +170,7 @@ impl<'a> Pose<'a> {
     fn loaded_point(&self) -> Vector3<f64> {
         let deflected = Deflected { undeflected: &self.undeflected, turned: &self.turned };
         let at: Configuration =
-            self.elastics.configuration(self.placements, (&self.statics.points, &self.statics.local), Some(deflected));
+            self.elastics.configuration(self.placements, &self.statics.points, &self.statics.local, Some(deflected));
         at.carried(self.load.vertex, &self.load.point)
     }
 

@@ -68,7 +68,7 @@ impl MotionWorkspace {
         let mut vertices = std::mem::take(&mut self.vertices);
         move_vertices(case, placements, motion, &mut vertices);
         let moves = VertexMotion { motion, frames: &placements.frames, vertices: &vertices };
-        let at = case.elastics.configuration(placements, (&case.statics.points, &case.statics.local), None);
+        let at = case.elastics.configuration(placements, &case.statics.points, &case.statics.local, None);
         let mut change = Vector6::zeros();
         for ((member, of), placed) in case.elastics.members.iter().zip(&self.carried).zip(&case.statics.placed) {
             let rate = member.edge.element.by_motion(&at, member.edge.ends, &moves);

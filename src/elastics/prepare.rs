@@ -44,7 +44,7 @@ impl Elastics<'_> {
         let points = std::mem::take(&mut out.points);
         let mut local = std::mem::take(&mut out.local);
         self.local_values(placements, &mut out.inputs, &mut local);
-        let at = self.configuration(placements, (&points, &local), deflected);
+        let at = self.configuration(placements, &points, &local, deflected);
         self.place_members(&at, out);
         self.equations(out);
         self.release_undetermined(out);

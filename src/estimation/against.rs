@@ -5,7 +5,7 @@
 
 use std::borrow::Borrow;
 
-use super::calibration::Task;
+use super::calibration::{Request, Task};
 use super::result::{Calibration, CalibrationError};
 use super::settings::Settings;
 use super::since::{Change, differences};
@@ -44,7 +44,8 @@ pub struct Against {
 /// # Errors
 /// As [`super::calibrate`].
 pub fn against(
-    (model, campaign): (&Model, &Campaign),
+    model: &Model,
+    campaign: &Campaign,
     found: &Calibration,
     settings: &Settings,
     other: &OtherSet,
@@ -94,7 +95,7 @@ fn predicted(
     settings: &Settings,
     values: &[f64],
 ) -> Result<Vec<f64>, CalibrationError> {
-    let mut task = Task::new(model, campaign, &found.held_out, settings)?;
+    let mut task = Task::new(Request { model, campaign, held_out: &found.held_out, settings })?;
     task.nominal = values.to_vec();
     let registered = task.registered()?;
     Ok(task.errors(&registered)?.1)

@@ -5,7 +5,7 @@
 //! declared instead, unless the weighted squares of the readings rise by it (likelihood ratio; Seber and Wild, *Nonlinear
 //! Regression*, 1989, sec. 5.3) by more than a declared value that far off is unlikely.
 
-use super::calibration::calibrate_as_asked;
+use super::calibration::{Request, calibrate_as_asked};
 use super::determined::calibrate_determined;
 use super::far::squares;
 use super::result::{Calibration, CalibrationError, Estimate};
@@ -30,7 +30,8 @@ pub fn calibrate_as_weighed(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let mut found = calibrate_determined(model, campaign, held_out, settings, progress)?;
+    let request = Request { model, campaign, held_out, settings };
+    let mut found = calibrate_determined(request, progress)?;
     let mut held: Vec<Slot> = Vec::new();
     while found.converged() {
         let far: Vec<(Slot, f64)> =
@@ -42,7 +43,7 @@ pub fn calibrate_as_weighed(
             let names = all.iter().map(|slot| model.registry[*slot].name.clone());
             let hold = settings.hold.iter().cloned().chain(names).collect();
             let asked = Settings { hold, ..settings.clone() };
-            let other = calibrate_as_asked(model, campaign, held_out, &asked, progress).ok()?;
+            let other = calibrate_as_asked(request.with(&asked), progress).ok()?;
             let unlikely: f64 = more.iter().map(|(_, unlikely)| unlikely).sum();
             let chance = f_tail(unlikely / more.len() as f64, more.len() as f64, MANY);
             let is_needed = rise_by_chance(campaign, &found, &other, more.len()) < chance;

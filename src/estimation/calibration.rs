@@ -29,18 +29,35 @@ use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 use crate::prediction::{ConfigurationError, ConfigurationErrors, Linearised, NoiseParts, PredictionError, Predictor};
 
+/// What is to be calibrated: a model, on the readings of a campaign that are not held out.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    pub model: &'a Model,
+    pub campaign: &'a Campaign,
+    /// One mark for each reading.
+    pub held_out: &'a [bool],
+    pub settings: &'a Settings,
+}
+
+impl<'a> Request<'a> {
+    /// The same with other settings.
+    pub fn with<'s>(self, settings: &'s Settings) -> Request<'s>
+    where
+        'a: 's,
+    {
+        Request { settings, ..self }
+    }
+}
+
 /// Calibrates as [`super::calibrate_as_weighed`] does, springs that end at a bound left there.
 ///
 /// # Errors
 /// As [`super::calibrate`].
 pub(super) fn calibrate_as_asked(
-    model: &Model,
-    campaign: &Campaign,
-    held_out: &[bool],
-    settings: &Settings,
+    request: Request,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    calibrate_from(None, (model, campaign, held_out), settings, progress)
+    calibrate_from(None, request, progress)
 }
 
 /// The same begun, and reduced, at other values (by slot) than those of the registered description.
@@ -49,11 +66,11 @@ pub(super) fn calibrate_as_asked(
 /// As [`super::calibrate`].
 pub(super) fn calibrate_from(
     begin: Option<&[f64]>,
-    (model, campaign, held_out): (&Model, &Campaign, &[bool]),
-    settings: &Settings,
+    request: Request,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let task = Task::new(model, campaign, held_out, settings)?;
+    let Request { model, held_out, settings, .. } = request;
+    let task = Task::new(request)?;
     let (before, _) = task.errors(&task.nominal)?;
     let mut start = task.registered()?;
     let (registration, registered) = task.errors(&start)?;
@@ -172,12 +189,8 @@ impl<'a> Task<'a> {
         Ok(merged.second_order)
     }
 
-    pub(super) fn new(
-        model: &'a Model,
-        campaign: &'a Campaign,
-        held_out: &'a [bool],
-        settings: &'a Settings,
-    ) -> Result<Self, CalibrationError> {
+    pub(super) fn new(request: Request<'a>) -> Result<Self, CalibrationError> {
+        let Request { model, campaign, held_out, settings } = request;
         let malformed = |message: String| Err(CalibrationError::Malformed(message));
         if held_out.len() != campaign.readings.len() {
             let (found, expected) = (held_out.len(), campaign.readings.len());

@@ -5,14 +5,12 @@
 //! has them: a twist of an axis by 48 deg. Where a constant has moved by a hundred times its tolerance, and its 95 % interval is as
 //! wide, parameters that noise decides are left as described ([`Criterion::Noise`]). A wide interval alone does no harm.
 
-use super::calibration::calibrate_as_asked;
+use super::calibration::{Request, calibrate_as_asked};
 use super::far::calibrate_far;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
-use crate::description::campaign::Campaign;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
 use crate::least_squares::Progress;
-use crate::model::Model;
 use crate::parameter::Group;
 
 /// Change of a constant, and half width of its 95 % interval, over its tolerance, beyond which it is not determined: no arm is as far
@@ -25,13 +23,11 @@ const WIDE: f64 = 100.0;
 /// # Errors
 /// As [`super::calibrate`].
 pub(super) fn calibrate_determined(
-    model: &Model,
-    campaign: &Campaign,
-    held_out: &[bool],
-    settings: &Settings,
+    request: Request,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let found = calibrate_far(model, campaign, held_out, settings, progress)?;
+    let Request { model, settings, .. } = request;
+    let found = calibrate_far(request, progress)?;
     let is_usual = settings.only.is_none() && settings.criterion == Criterion::Relative(DEFAULT_TOLERANCE);
     let is_undetermined = |own: &Estimate| {
         let parameter = &model.registry[own.slot];
@@ -42,6 +38,6 @@ pub(super) fn calibrate_determined(
         return Ok(found);
     }
     let asked = Settings { criterion: Criterion::Noise, ..settings.clone() };
-    let other = calibrate_as_asked(model, campaign, held_out, &asked, progress).ok();
+    let other = calibrate_as_asked(request.with(&asked), progress).ok();
     Ok(other.filter(Calibration::converged).unwrap_or(found))
 }

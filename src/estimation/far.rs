@@ -4,14 +4,13 @@
 //! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
 //! moved that far, the calibration is begun and reduced once more where the first one ended.
 
-use super::calibration::{calibrate_as_asked, calibrate_from};
+use super::calibration::{Request, calibrate_as_asked, calibrate_from};
 use super::problem::row_sigmas;
 use super::result::{Calibration, CalibrationError, Estimate};
-use super::settings::{Scheme, Settings};
+use super::settings::Scheme;
 use crate::description::campaign::Campaign;
 use crate::least_squares::{Loss, Progress};
 use crate::math::quantiles::f_tail;
-use crate::model::Model;
 use crate::parameter::Group;
 
 /// Change of a constant over its tolerance from which the reduction is looked at again: tolerances say how far its columns are expected
@@ -26,13 +25,11 @@ const CHANCE: f64 = 1e-3;
 /// # Errors
 /// As [`super::calibrate`].
 pub(super) fn calibrate_far(
-    model: &Model,
-    campaign: &Campaign,
-    held_out: &[bool],
-    settings: &Settings,
+    request: Request,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Calibration, CalibrationError> {
-    let found = calibrate_as_asked(model, campaign, held_out, settings, progress)?;
+    let Request { model, campaign, settings, .. } = request;
+    let found = calibrate_as_asked(request, progress)?;
     let is_plain = settings.loss == Loss::Squares && settings.scheme == Scheme::Batch && !settings.prior;
     let is_far = |own: &Estimate| {
         let parameter = &model.registry[own.slot];
@@ -41,7 +38,7 @@ pub(super) fn calibrate_far(
     if !is_plain || !found.converged() || !found.estimates.iter().any(is_far) {
         return Ok(found);
     }
-    let again = calibrate_from(Some(&found.values), (model, campaign, held_out), settings, progress);
+    let again = calibrate_from(Some(&found.values), request, progress);
     let better = |other: &Calibration| {
         let [before, after] = [&found, other].map(|of| squares(campaign, of));
         let [fewer, more] = [&found, other].map(|of| of.identifiability.kept.len());

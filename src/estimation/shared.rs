@@ -239,7 +239,7 @@ impl Sharing {
             *own += value * value / lengths[*label].max(f64::MIN_POSITIVE);
         }
         if let Some(turn) = others.last().filter(|_| self.turn.is_some() && !self.has[0]) {
-            explained += project_turns_off(turn, (first, &lengths), matrices, scales, leverage);
+            explained += project_turns_off(turn, first, &lengths, matrices, scales, leverage);
         }
         explained
     }
@@ -249,7 +249,8 @@ impl Sharing {
 /// columns for each configuration, on rows of its own.
 fn project_turns_off(
     turn: &Part,
-    (first, lengths): (&Part, &[f64]),
+    first: &Part,
+    lengths: &[f64],
     matrices: &mut [&mut DMatrix<f64>],
     scales: &[f64],
     leverage: &mut [f64],

@@ -98,9 +98,10 @@ pub fn linearise(
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let first_column = out.joints.len();
         let first_slot = out.slots.len();
+        let walk = Walk { constants, joints, sign, slots };
         let mut pose = start[side];
         for (position, &frame) in plan.branches[side].iter().enumerate() {
-            pose = walked(pose, constants, (frame, position > 0), joints[frame], (sign, slots), out);
+            pose = walk.past(frame, position > 0, pose, out);
         }
         ends[side] = pose;
         // A turn about a point carries the end round it; the column so far holds the point and the sense.
@@ -123,43 +124,48 @@ pub fn linearise(
     out.rows = if plan.meet == Meet::Frame { 3 } else { 2 };
 }
 
-/// A frame further along a branch, whose constants of the plane count unless it is the first; with what turns and shifts the
-/// rest of the branch there, of `sign`, and of the constants where `slots` are asked for.
-fn walked(
-    mut pose: Pose,
-    constants: &Constants,
-    (frame, is_placed): (FrameIndex, bool),
-    joint: f64,
-    (sign, slots): (f64, bool),
-    out: &mut Linearisation,
-) -> Pose {
-    let model_frame = &constants.model.frames[frame];
-    if is_placed {
-        if slots {
-            out.slots.push((model_frame.slots[1], turn(pose, sign)));
+/// A walk along a branch.
+struct Walk<'a> {
+    constants: &'a Constants<'a>,
+    joints: &'a [f64],
+    /// Of the branch in the residual.
+    sign: f64,
+    /// Whether derivatives by constants are asked for.
+    slots: bool,
+}
+
+impl Walk<'_> {
+    /// Past a frame, whose constants of the plane count where it `is_placed`: unless it is the first; with what turns and shifts
+    /// the rest of the branch there.
+    fn past(&self, frame: FrameIndex, is_placed: bool, mut pose: Pose, out: &mut Linearisation) -> Pose {
+        let model_frame = &self.constants.model.frames[frame];
+        if is_placed {
+            if self.slots {
+                out.slots.push((model_frame.slots[1], turn(pose, self.sign)));
+            }
+            pose.heading += pose.sense * self.constants.value(model_frame.slots[1]);
+            let (sine, cosine) = pose.heading.sin_cos();
+            let d = self.constants.value(model_frame.slots[4]);
+            pose.x += d * cosine;
+            pose.y += d * sine;
+            if self.slots {
+                out.slots.push((model_frame.slots[4], [self.sign * cosine, self.sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
+            }
+            if self.constants.value(model_frame.slots[3]).cos() < 0.0 {
+                pose.sense = -pose.sense;
+            }
         }
-        pose.heading += pose.sense * constants.value(model_frame.slots[1]);
-        let (sine, cosine) = pose.heading.sin_cos();
-        let d = constants.value(model_frame.slots[4]);
-        pose.x += d * cosine;
-        pose.y += d * sine;
-        if slots {
-            out.slots.push((model_frame.slots[4], [sign * cosine, sign * sine, f64::NAN, 0.0, 0.0, 0.0]));
+        if model_frame.moves() {
+            out.joints.push((frame, turn(pose, self.sign)));
+            pose.heading += pose.sense * self.constants.full(frame, self.joints[frame]);
+        } else {
+            if self.slots {
+                out.slots.push((model_frame.slots[THETA], turn(pose, self.sign)));
+            }
+            pose.heading += pose.sense * self.constants.value(model_frame.slots[THETA]);
         }
-        if constants.value(model_frame.slots[3]).cos() < 0.0 {
-            pose.sense = -pose.sense;
-        }
+        pose
     }
-    if model_frame.moves() {
-        out.joints.push((frame, turn(pose, sign)));
-        pose.heading += pose.sense * constants.full(frame, joint);
-    } else {
-        if slots {
-            out.slots.push((model_frame.slots[THETA], turn(pose, sign)));
-        }
-        pose.heading += pose.sense * constants.value(model_frame.slots[THETA]);
-    }
-    pose
 }
 
 /// Marks a turn about `pose`: its point and signed sense, to be finished when the branch's end is known.

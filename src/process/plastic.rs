@@ -142,7 +142,7 @@ impl Plastic {
     }
 
     /// The free end under the tool and without it.
-    pub fn bent(&self, (n, f, offset, length): (f64, f64, f64, f64)) -> Bent {
+    pub fn bent(&self, n: f64, f: f64, offset: f64, length: f64) -> Bent {
         let moments = self.moments(n, f, offset, length);
         let end = |moment: &dyn Fn(usize) -> f64| self.line(moment).last().map_or(0.0, |point| point[1]);
         let worst = self.worn.iter().fold(1.0, |most: f64, worn| most.max(*worn));

@@ -99,7 +99,7 @@ impl Strip {
         let (Some(plastic), Some(contact)) = (&self.plastic, self.contact(at, travel)?) else { return Ok(None) };
         let Contact { n, f, length, .. } = contact;
         let plastic = plastic.after(n, f, self.offset, length);
-        let bent = plastic.bent((n, f, self.offset, length));
+        let bent = plastic.bent(n, f, self.offset, length);
         Ok(Some((Self { plastic: Some(plastic), ..self.clone() }, bent)))
     }
 

@@ -86,7 +86,8 @@ impl AgainstOther {
     /// With the names and units of a model; `None` where no reading judges.
     pub fn new(
         description: &str,
-        (model, campaign): (&Model, &Campaign),
+        model: &Model,
+        campaign: &Campaign,
         found: &Calibration,
         against: &Against,
     ) -> Option<Self> {

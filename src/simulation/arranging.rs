@@ -124,7 +124,7 @@ pub fn lay_out(
                 slot.iter().for_each(|&slot| values[slot] = own);
             }
             let now = target_values(model, campaign, index, values);
-            if target.column == "anchor" || can_touch(&toucher, &geometry, &drawn, (reading, &now)) {
+            if target.column == "anchor" || can_touch(&toucher, &geometry, &drawn, reading, &now) {
                 break;
             }
         }
@@ -138,7 +138,8 @@ fn can_touch(
     toucher: &Toucher,
     geometry: &Geometry,
     drawn: &[Vec<f64>],
-    (reading, fixture): (usize, &TargetValues),
+    reading: usize,
+    fixture: &TargetValues,
 ) -> bool {
     let mut placements = Placements::default();
     let mut is_taken =

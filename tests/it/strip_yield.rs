@@ -43,7 +43,7 @@ fn a_strip_that_yields_bends_and_springs_back_as_published() {
     for load in [1.0_f64, 1.1, 1.2, 1.3, 1.4, 1.45] {
         let n = load * plastic.yields / length;
         let under = deflection(&plastic.tip(n, 0.0, 0.0, length)) / yields;
-        let bent = plastic.after(n, 0.0, 0.0, length).bent((n, 0.0, 0.0, length));
+        let bent = plastic.after(n, 0.0, 0.0, length).bent(n, 0.0, 0.0, length);
         let left = bent.left / yields;
         let [under_is, left_is] = [published(load), published(load) - load];
         lines.push(format!("{load}: bent {under_is:.5} published, {under:.5} here; left {left_is:.5}, {left:.5}"));

@@ -45,7 +45,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let found = calibrate(model, campaign, &held_out, &Settings::default(), &mut |progress| {
         bar.set_position(progress.iteration as u64);
     });
-    let found = found.map_err(|error| not_computed(error.into(), (model, campaign), session))?;
+    let found = found.map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
     let calibrated = with_values(&loaded.robot.raw, model, &found.values);
     let uncertainty = FittedUncertainty::new(model, &found.fit).positions(model, campaign).ok();

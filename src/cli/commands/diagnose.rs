@@ -14,6 +14,7 @@ use crate::description::raw::{RawApplied, RawRobot, RawValidity};
 use crate::diagnosis::{Diagnosis, Settings, diagnose};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::effects::Family;
+use crate::files::LoadedRobot;
 use crate::model::{Model, with_values};
 use crate::observation::Purpose;
 use crate::plausibility::{Evidence, Limits, doubts, judge};
@@ -37,7 +38,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let started = Instant::now();
     let mut progress = |doing: &str| bar.set_message(doing.to_string());
     let found = diagnose(model, campaign, &held_out, &Settings::new(campaign, seed), &mut progress)
-        .map_err(|error| not_computed(error.into(), (model, campaign), session))?;
+        .map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
     let seconds = started.elapsed().as_secs_f64();
     let result = results::Diagnosis::new(model, campaign, &found, seconds);
@@ -47,7 +48,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let mut output = output.judged(judged, session.arguments.force)?;
     output.diagnostics.extend(nothing_refitted(campaign, model));
     match &command.apply {
-        Some(path) => apply(path, (&loaded.robot.raw, model, campaign), &found, output, session),
+        Some(path) => apply(path, &loaded.robot, campaign, &found, output, session),
         None => Ok(output),
     }
 }
@@ -55,12 +56,14 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
 /// Writes the description as diagnosed, where it may be.
 fn apply(
     path: &Path,
-    (raw, model, campaign): (&RawRobot, &Model, &Campaign),
+    robot: &LoadedRobot,
+    campaign: &Campaign,
     found: &Diagnosis,
     mut output: Output,
     session: &Session,
 ) -> Result<Output, Error> {
-    let mut raw = with_values(raw, model, &found.values);
+    let model = &robot.model;
+    let mut raw = with_values(&robot.raw, model, &found.values);
     let of_the_session = applied(&mut raw, model, found);
     if !raw.effects.is_empty() {
         raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));

@@ -58,20 +58,19 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         output.diagnostics = loaded.diagnostics;
         return Ok(output);
     }
-    let given = (&campaign, &held_out[..]);
     let mut other =
-        command.against.as_deref().map(|name| other(name, (&command.campaign, &loaded), session)).transpose()?;
-    if let (Some((_, other)), Some(count)) = (&mut other, command.train) {
-        other.campaign = fewer(&other.campaign, count, command.check, seed);
+        command.against.as_deref().map(|name| other(name, &command.campaign, &loaded, session)).transpose()?;
+    if let (Some(Other { loaded, .. }), Some(count)) = (&mut other, command.train) {
+        loaded.campaign = fewer(&loaded.campaign, count, command.check, seed);
     }
     let asked = Asked {
         since: command.since.as_deref(),
-        against: other.as_ref().map(|(name, other)| (*name, other)),
+        against: other.as_ref(),
         save: command.save.as_deref(),
         table: command.table.as_deref(),
         configurations: command.configurations.as_deref(),
     };
-    calibrated(session, &loaded, given, &settings, &asked)
+    calibrated(session, &loaded, &campaign, &held_out, &settings, &asked)
 }
 
 /// Refuses options out of range, files that could not be written, and what rules have not.
@@ -103,15 +102,20 @@ fn can_be_done(command: &Identify, by_rules: bool) -> Result<(), Error> {
 const OTHER_REMEDY: &str =
     "give a description of the same robot: the same variables, and the markers that the campaign reads";
 
-/// The campaign as another description reads it, with the description's name.
+/// A campaign as another description reads it.
+#[derive(Debug)]
+pub(super) struct Other {
+    /// Name of the description.
+    pub name: String,
+    /// The campaign.
+    pub loaded: LoadedCampaign,
+}
+
+/// The campaign as another description reads it.
 ///
 /// # Errors
 /// What the description lacks of what the campaign reads.
-pub(super) fn other<'a>(
-    name: &'a str,
-    (campaign, ours): (&str, &LoadedCampaign),
-    session: &Session,
-) -> Result<(&'a str, LoadedCampaign), Error> {
+pub(super) fn other(name: &str, campaign: &str, ours: &LoadedCampaign, session: &Session) -> Result<Other, Error> {
     let refuse = |what: String| Err(Error::input(format!("--against {name}: {what}"), OTHER_REMEDY));
     let (model, theirs) = (&ours.robot.model, session.reader.robot(name)?.model);
     let variables = |model: &Model| model.variables.iter().map(|own| own.name.clone()).collect::<Vec<_>>().join(", ");
@@ -123,7 +127,7 @@ pub(super) fn other<'a>(
     if let Some(marker) = read.into_iter().find(|marker| theirs.marker(marker).is_none()) {
         return refuse(format!("it has no marker `{marker}`, which the campaign reads"));
     }
-    Ok((name, session.reader.campaign(campaign, Some(name))?))
+    Ok(Other { name: name.into(), loaded: session.reader.campaign(campaign, Some(name))? })
 }
 
 /// A calibration compared with another set of parameters.
@@ -131,15 +135,17 @@ pub(super) fn other<'a>(
 /// # Errors
 /// Another robot, or readings that it cannot predict.
 pub(super) fn compared(
-    (name, other): (&str, &LoadedCampaign),
-    (model, campaign): (&Model, &Campaign),
+    other: &Other,
+    model: &Model,
+    campaign: &Campaign,
     found: &Calibration,
     settings: &Settings,
 ) -> Result<Option<AgainstOther>, Error> {
-    let set = OtherSet { raw: &other.robot.raw, model: &other.robot.model, campaign: &other.campaign };
-    let compared = against((model, campaign), found, settings, &set)
+    let Other { name, loaded } = other;
+    let set = OtherSet { raw: &loaded.robot.raw, model: &loaded.robot.model, campaign: &loaded.campaign };
+    let compared = against(model, campaign, found, settings, &set)
         .map_err(|error| Error::input(format!("--against {name}: {error}"), OTHER_REMEDY))?;
-    Ok(AgainstOther::new(name, (model, campaign), found, &compared))
+    Ok(AgainstOther::new(name, model, campaign, found, &compared))
 }
 
 /// What a calibration is asked for in addition to its result.
@@ -147,8 +153,8 @@ pub(super) fn compared(
 pub(super) struct Asked<'a> {
     /// Name of the description, an earlier one: what has moved since.
     pub since: Option<&'a str>,
-    /// Another set of parameters: the description's name, and the campaign as it reads it.
-    pub against: Option<(&'a str, &'a LoadedCampaign)>,
+    /// Another set of parameters.
+    pub against: Option<&'a Other>,
     /// File of the calibrated description.
     pub save: Option<&'a Path>,
     /// File of the parameters as a table.
@@ -161,7 +167,8 @@ pub(super) struct Asked<'a> {
 pub(super) fn calibrated(
     session: &Session,
     loaded: &LoadedCampaign,
-    (campaign, held_out): (&Campaign, &[bool]),
+    campaign: &Campaign,
+    held_out: &[bool],
     settings: &Settings,
     asked: &Asked,
 ) -> Result<Output, Error> {
@@ -175,7 +182,7 @@ pub(super) fn calibrated(
     drop(bar);
     let found = match found {
         Ok(found) => found,
-        Err(error) => return Err(not_computed(error.into(), (model, campaign), session)),
+        Err(error) => return Err(not_computed(error.into(), model, campaign, session)),
     };
     let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
@@ -197,7 +204,7 @@ pub(super) fn calibrated(
     result.conventions = CombinedParameters::all(&loaded.robot.robot.calibration.combinations, model, &found);
     result.since = asked.since.map(|name| Since::new(name, model, &changes(raw, model, &found)));
     if let Some(other) = asked.against {
-        result.against = compared(other, (model, campaign), &found, settings)?;
+        result.against = compared(other, model, campaign, &found, settings)?;
     }
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);
@@ -264,7 +271,7 @@ fn unwritten(model: &Model, values: &[f64], path: &Path) -> Option<Diagnostic> {
 }
 
 /// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.
-pub(super) fn not_computed(error: Error, (model, campaign): (&Model, &Campaign), session: &Session) -> Error {
+pub(super) fn not_computed(error: Error, model: &Model, campaign: &Campaign, session: &Session) -> Error {
     let evidence = Evidence::of(model, campaign);
     let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
     why.map_or(error, Error::from)

@@ -107,7 +107,7 @@ pub fn run(
         // What was not fitted: held out, or under another load.
         let judges = campaign.readings.iter().zip(held_out);
         let judges: Vec<bool> = judges.map(|(r, held_out)| *held_out || !is_under(r, command.fit_force)).collect();
-        fit.compared((campaign, &judges))?
+        fit.compared(campaign, &judges)?
     } else {
         fit.alone()?
     };
@@ -161,12 +161,12 @@ impl Fit<'_> {
     }
 
     /// All methods asked for side by side, over the readings of a campaign that count.
-    fn compared(&self, judged: (&Campaign, &[bool])) -> Result<Output, Error> {
+    fn compared(&self, whole: &Campaign, judges: &[bool]) -> Result<Output, Error> {
         let bar = self.session.terminal.bar(None, "{spinner} {msg}");
         let taken = |step: &Step| bar.set_message(render::step(&GrowthStep::new(step)));
         let mut iterated = |progress: &Progress| bar.set_message(springs(progress));
-        let (methods, dropped) = self.methods(judged, &mut iterated, &taken)?;
-        let found = MethodComparison { unit: "mm", check: judged.1.contains(&true), methods };
+        let (methods, dropped) = self.methods(whole, judges, &mut iterated, &taken)?;
+        let found = MethodComparison { unit: "mm", check: judges.contains(&true), methods };
         let mut output = self.output(render::methods(&found, self.session.terminal.screen), &found)?;
         if dropped {
             output.text +=
@@ -175,11 +175,12 @@ impl Fit<'_> {
         Ok(output)
     }
 
-    /// Errors of all methods asked for, over the readings of `judged` that count; and whether the correction of the grey one
+    /// Errors of all methods asked for, over the readings of the `whole` campaign that count (`judges`); and whether the correction of the grey one
     /// was dropped.
     fn methods(
         &self,
-        (whole, judges): (&Campaign, &[bool]),
+        whole: &Campaign,
+        judges: &[bool],
         iterated: &mut dyn FnMut(&Progress),
         taken: &(dyn Fn(&Step) + Sync),
     ) -> Result<(Vec<MethodErrors>, bool), Error> {

@@ -35,5 +35,5 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     left_to_fit(campaign, &held_out)?;
     let settings = Settings { only: Some(Vec::new()), loss, hold: command.hold.clone(), ..Settings::default() };
     let asked = Asked { save: command.save.as_deref(), ..Asked::default() };
-    calibrated(session, &loaded, (campaign, &held_out), &settings, &asked)
+    calibrated(session, &loaded, campaign, &held_out, &settings, &asked)
 }

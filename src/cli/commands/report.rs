@@ -27,12 +27,11 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
     Output::gate(&judged, force, &loaded.diagnostics)?;
-    let other =
-        command.against.as_deref().map(|name| other(name, (&command.campaign, &loaded), session)).transpose()?;
+    let other = command.against.as_deref().map(|name| other(name, &command.campaign, &loaded, session)).transpose()?;
     let bar = session.terminal.bar(None, "{spinner} {msg}");
     let mut progress = |what: &str| bar.set_message(what.to_string());
     let review = review(&loaded.robot.robot, model, campaign, &held_out, session.seed(), &mut progress)
-        .map_err(|error| not_computed(error, (model, campaign), session))?;
+        .map_err(|error| not_computed(error, model, campaign, session))?;
     let mut given = command.campaign.clone();
     given += &command.robot.as_ref().map_or(String::new(), |robot| format!(" --robot {robot}"));
     given += &if session.seed() == 1 { String::new() } else { format!(" --seed {}", session.seed()) };
@@ -42,8 +41,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         let declared = &loaded.robot.robot.calibration.combinations;
         let conventions = CombinedParameters::all(declared, model, found);
         report.identify.iter_mut().for_each(|own| own.conventions.clone_from(&conventions));
-        if let (Some((name, other)), Some(own)) = (&other, &mut report.identify) {
-            own.against = compared((name, other), (model, campaign), found, &Settings::default())?;
+        if let (Some(other), Some(own)) = (&other, &mut report.identify) {
+            own.against = compared(other, model, campaign, found, &Settings::default())?;
         }
         judged.extend(judge_result(&Evidence::with(model, campaign, found), &Limits::default()));
     }

@@ -40,7 +40,7 @@ pub fn resolve(
         true => kinds(&raw.completed(&RawEntry::default()), known),
         false => sources.iter().flat_map(|source| source.kinds.iter().copied()).collect(),
     };
-    let mut campaign = without_readings(raw, robot, (&sources, &all_kinds), locate, &mut diagnostics);
+    let mut campaign = without_readings(raw, robot, &sources, &all_kinds, locate, &mut diagnostics);
     campaign.targets.extend(bodies::mounts(raw, robot, &sources));
     campaign.targets.extend(torques::sensors(raw, robot, &all_kinds));
     diagnostics.extend(torques::faults(raw, robot, &sources, locate));
@@ -73,7 +73,8 @@ pub fn resolve(
 fn without_readings(
     raw: &RawCampaign,
     robot: &Robot,
-    (sources, kinds): (&[Source], &[Observes]),
+    sources: &[Source],
+    kinds: &[Observes],
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Campaign {

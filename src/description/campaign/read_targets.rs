@@ -199,7 +199,7 @@ pub(super) fn constraints(
     let angles = raw.angles.iter().map(|(key, value)| (Between::Normals, key, OrUnknown::Known(*value)));
     let mut constraints = Vec::new();
     for (between, key, value) in distances.chain(angles) {
-        match constraint(raw, targets, (between, key), value) {
+        match constraint(raw, targets, between, key, value) {
             Ok((own, unknown)) => {
                 constraints.extend(own);
                 targets.extend(unknown);
@@ -272,7 +272,8 @@ fn in_range(raw: &RawCampaign, between: Between, given: f64) -> Result<f64, (Str
 fn constraint(
     raw: &RawCampaign,
     targets: &[Target],
-    (between, key): (Between, &str),
+    between: Between,
+    key: &str,
     value: OrUnknown<f64>,
 ) -> Result<(Vec<Constraint>, Option<Target>), (String, String)> {
     let what = if between == Between::Normals { "angle" } else { "distance" };

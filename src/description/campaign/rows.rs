@@ -65,7 +65,7 @@ impl<'a> RowReader<'a> {
             let blank = Reading {
                 row: number,
                 line: table.line(index).unwrap_or_default(),
-                pose: self.pose(&row, (session, own), check, campaign, &mut faults),
+                pose: self.pose(&row, session, own, check, campaign, &mut faults),
                 observes: campaign.observes,
                 marker,
                 measured: [0.0; MOST_ROWS],
@@ -81,7 +81,7 @@ impl<'a> RowReader<'a> {
             self.check_sides(&row, &mut faults);
             check_order(&row, &mut faults);
             let first = campaign.readings.len();
-            kinds.iter().for_each(|&kind| self.readings(&row, (kind, entry), blank, campaign, &mut faults));
+            kinds.iter().for_each(|&kind| self.readings(&row, kind, entry, blank, campaign, &mut faults));
             for _ in first..campaign.readings.len() {
                 self.joints(&row, &mut campaign.joints, &mut faults);
                 self.orders.push(row.order());
@@ -107,13 +107,14 @@ impl<'a> RowReader<'a> {
     fn readings(
         &self,
         row: &Row,
-        (observes, entry): (Observes, &RawEntry),
+        observes: Observes,
+        entry: &RawEntry,
         blank: Reading,
         campaign: &mut Campaign,
         faults: &mut Faults,
     ) {
         if let Some(prefix) = observes.by_variable() {
-            return self.by_variable(row, (observes, prefix), blank, campaign, faults);
+            return self.by_variable(row, observes, prefix, blank, campaign, faults);
         }
         let [marker, target] = match observes.ignores_arrangement() {
             true => sensor(entry, self.robot, campaign),
@@ -132,7 +133,8 @@ impl<'a> RowReader<'a> {
     fn by_variable(
         &self,
         row: &Row,
-        (observes, prefix): (Observes, &str),
+        observes: Observes,
+        prefix: &str,
         blank: Reading,
         campaign: &mut Campaign,
         faults: &mut Faults,
@@ -177,7 +179,8 @@ impl<'a> RowReader<'a> {
     fn pose(
         &mut self,
         row: &Row,
-        (session, number): (InSession, usize),
+        session: InSession,
+        number: usize,
         check: Option<bool>,
         campaign: &mut Campaign,
         faults: &mut Faults,

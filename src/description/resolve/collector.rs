@@ -63,10 +63,11 @@ impl<'a> Collector<'a> {
         &mut self,
         path: &[&str],
         message: impl Into<String>,
-        (first, why): (Vec<&str>, &str),
+        first: &[&str],
+        why: &str,
         remedy: impl Into<String>,
     ) {
-        let first = self.place(&first);
+        let first = self.place(first);
         let diagnostic = Diagnostic::error(message).code(Code::Duplicate).at(self.place(path));
         self.diagnostics.push(diagnostic.related(first, why).remedy(remedy));
     }

@@ -49,7 +49,7 @@ pub fn couplings(
             .collect();
         if let Some(first) = drivers.0[joint].iter().find(|driver| matches!(driver.motion, Motion::Coupling(_))) {
             let message = format!("joint `{}` is in two couplings", frames[joint].name);
-            diagnostics.conflict(&path, message, (first.path(), "it already follows here"), "keep one of them");
+            diagnostics.conflict(&path, message, &first.path(), "it already follows here", "keep one of them");
             continue;
         }
         drivers.add(joint, Motion::Coupling(couplings.len()), &path);

@@ -61,11 +61,11 @@ pub fn one_driver_each(raw: &RawRobot, frames: &[Frame], drivers: &Drivers, diag
             }
             [first, second, ..] => {
                 let message = format!("joint `{name}` is moved by two things");
-                let first = (first.path(), "it is already moved here");
                 diagnostics.conflict(
                     &second.path(),
                     message,
-                    first,
+                    &first.path(),
+                    "it is already moved here",
                     "keep one of: variable, actuator, coupling, passive",
                 );
             }

@@ -177,8 +177,8 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {
                 let message = format!("`{name}` names two things, and parameters are known by name");
-                let first = (vec![*other, name.as_str()], "already named here");
-                diagnostics.conflict(&path, message, first, "give one of them another name");
+                let first = [*other, name.as_str()];
+                diagnostics.conflict(&path, message, &first, "already named here", "give one of them another name");
             }
             seen.push((section, name));
         }
@@ -194,8 +194,8 @@ fn unique_parameters(raw: &RawRobot, diagnostics: &mut Collector) {
             Some(&first) if first != key.owner && !refused.contains(&[first, key.owner]) => {
                 refused.push([first, key.owner]);
                 let message = format!("two parameters would be called `{}`", key.name);
-                let why = (first.path(), "the other one belongs to this");
-                diagnostics.conflict(&key.owner.path(), message, why, "rename one of the two");
+                let why = "the other one belongs to this";
+                diagnostics.conflict(&key.owner.path(), message, &first.path(), why, "rename one of the two");
             }
             Some(_) => {}
             None => {

@@ -77,7 +77,7 @@ fn ordered_variables(raw: &RawRobot, frames: &[Frame], diagnostics: &mut Collect
         if let Some((_, first)) = users[..at].iter().find(|(known, _)| known == variable) {
             let message = format!("variable `{variable}` moves two joints");
             let remedy = "let the second joint follow the first by a coupling, or name another variable";
-            diagnostics.conflict(path, message, (first.to_vec(), "already used here"), remedy);
+            diagnostics.conflict(path, message, first, "already used here", remedy);
         }
     }
     let mut names: Vec<&String> = Vec::new();

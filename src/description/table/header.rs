@@ -57,7 +57,8 @@ impl Header {
     /// Faults that leave the rows readable are in the header; the others are the error.
     pub fn read<R: Read>(
         file: &str,
-        (line, number): (&[u8], usize),
+        line: &[u8],
+        number: usize,
         source: &Source<R>,
         layout: &Layout,
     ) -> Result<Self, Vec<Diagnostic>> {

@@ -34,7 +34,7 @@ pub(super) fn read_laid_out(
     let layout = &Layout { rename: &rename, ignore: &ignore, ..*layout };
     let mut source = Source::new(reader, points.is_some());
     let (line, number) = source.first_line().map_err(|error| vec![failure(file, &error)])?;
-    let header = Header::read(file, (&line, number), &source, layout)?;
+    let header = Header::read(file, &line, number, &source, layout)?;
     let delimiter = header.writing.delimiter;
     source.delimiter = Some(delimiter);
     let reader = reader_of(delimiter).buffer_capacity(1 << 16).from_reader(source);

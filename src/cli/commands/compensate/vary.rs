@@ -71,7 +71,7 @@ pub fn run(vary: &Vary) -> Result<Output, Error> {
         ));
     }
     let numbers = Declared { robot: Numbers::of(&loaded.raw), process: process.and_then(|(raw, _)| Numbers::of(raw)) };
-    let declared = vary.deviations(loaded, (*path, process.map(|(_, process)| process)))?;
+    let declared = vary.deviations(loaded, path, process.map(|(_, process)| process))?;
     let whole = |of: &PathDeviations| of.points.iter().all(Option::is_some);
     let mut varied = Vec::new();
     let mut diagnostics = Vec::new();
@@ -108,19 +108,19 @@ impl Vary<'_> {
         let process = self.process.map(|(_, process)| process);
         match *what {
             What::Robot(pattern) => {
-                let (text, places) = multiplied(numbers.robot.as_ref(), ("", pattern), value)?;
+                let (text, places) = multiplied(numbers.robot.as_ref(), "", pattern, value)?;
                 let file = FilePath::new(&command.robot);
                 let file = if file.exists() { file.to_path_buf() } else { format!("{}.yaml", command.robot).into() };
                 let other = self.session.reader.robot_text(&file, &text).map_err(refused)?;
-                let deviations = self.deviations(&other, (path, process))?;
+                let deviations = self.deviations(&other, path, process)?;
                 Ok(Tried { factor: Some(value), moved: None, places, deviations })
             }
             What::Process(pattern) => {
-                let (text, places) = multiplied(numbers.process.as_ref(), (PROCESS, pattern), value)?;
+                let (text, places) = multiplied(numbers.process.as_ref(), PROCESS, pattern, value)?;
                 let read = self.session.reader.process_text(command.process.as_deref().unwrap_or_default(), &text);
                 let (_, other, more) = read.map_err(refused)?;
                 warnings.extend(more);
-                let deviations = self.deviations(loaded, (path, Some(&other)))?;
+                let deviations = self.deviations(loaded, path, Some(&other))?;
                 Ok(Tried { factor: Some(value), moved: None, places, deviations })
             }
             What::Place(axis) => {
@@ -136,17 +136,13 @@ impl Vary<'_> {
                     reading.measured.iter_mut().zip(by.iter()).for_each(|(at, by)| *at += by);
                 }
                 let process = process.map(|process| process.moved(&by));
-                let deviations = self.deviations(loaded, (&moved, process.as_ref()))?;
+                let deviations = self.deviations(loaded, &moved, process.as_ref())?;
                 Ok(Tried { factor: None, moved: Some(by[axis]), places: Vec::new(), deviations })
             }
         }
     }
 
-    fn deviations(
-        &self,
-        robot: &LoadedRobot,
-        (path, process): (&Path, Option<&Process>),
-    ) -> Result<PathDeviations, Error> {
+    fn deviations(&self, robot: &LoadedRobot, path: &Path, process: Option<&Process>) -> Result<PathDeviations, Error> {
         let desired = self.shown.desired(path, self.from, self.command.frame, self.settings.hold)?;
         let values = robot.model.registry.nominal();
         let all = pushed(&robot.model, &values, &path.campaign, &desired, process, self.settings)?;
@@ -178,7 +174,8 @@ fn parsed(asked: &str) -> Result<(What<'_>, Vec<f64>), Error> {
 /// The text of a file, whose numbers' names begin as said, with those multiplied that a pattern names, and where they stand.
 fn multiplied(
     numbers: Option<&Numbers>,
-    (begins, pattern): (&str, &str),
+    begins: &str,
+    pattern: &str,
     factor: f64,
 ) -> Result<(String, Vec<String>), Error> {
     let found = numbers.and_then(|numbers| numbers.multiplied(pattern, factor));

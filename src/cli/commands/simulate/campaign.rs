@@ -45,7 +45,7 @@ pub fn delivered(
     campaign = with_sets(command, campaign, random);
     let header = raw_campaign(command, loaded, &campaign, plan, seed);
     let files = vec![("measurements.csv".to_string(), csv(loaded, &campaign)?)];
-    written(command, loaded, values, (&campaign, &header), files, seed, points)
+    written(command, loaded, values, seed, Simulated { campaign: &campaign, header: &header, files, points })
 }
 
 /// The campaign with a share of its configurations drawn to check.
@@ -57,6 +57,17 @@ pub fn with_sets(command: &Simulate, mut campaign: Campaign, random: &mut ChaCha
     campaign
 }
 
+/// A simulated campaign.
+pub struct Simulated<'a> {
+    pub campaign: &'a Campaign,
+    /// Its file.
+    pub header: &'a RawCampaign,
+    /// Files of its readings: names and texts.
+    pub files: Vec<(String, String)>,
+    /// Points of a path.
+    pub points: Option<Vec<PathPoint>>,
+}
+
 /// A campaign with its file and those of its readings, and its truth.
 ///
 /// # Errors
@@ -65,11 +76,10 @@ pub fn written(
     command: &Simulate,
     loaded: &LoadedRobot,
     values: &[f64],
-    (campaign, header): (&Campaign, &RawCampaign),
-    files: Vec<(String, String)>,
     seed: u64,
-    points: Option<Vec<PathPoint>>,
+    simulated: Simulated,
 ) -> Result<Output, Error> {
+    let Simulated { campaign, header, files, points } = simulated;
     let model = &loaded.model;
     let truth = Truth::new(model, values, seed);
     let header_file = command.into.join("campaign.yaml");

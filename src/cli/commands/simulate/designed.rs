@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::campaign::{as_seen_from, source, with_sets, written};
+use super::campaign::{Simulated, as_seen_from, source, with_sets, written};
 use super::drawn::{Configurations, configurations as drawn};
 use super::errors::{effect, set_errors};
 use crate::Error;
@@ -81,7 +81,8 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         Ok((entry.file.clone(), csv_in(&own, &model.variables, &markers, &entry.units.unwrap_or_default())?))
     };
     let files = entries.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
-    let mut output = written(command, &loaded.robot, &values, (&campaign, &raw), files, session.seed(), None)?;
+    let simulated = Simulated { campaign: &campaign, header: &raw, files, points: None };
+    let mut output = written(command, &loaded.robot, &values, session.seed(), simulated)?;
     output.diagnostics.extend(diagnostics);
     Ok(output)
 }
