@@ -1,6 +1,6 @@
 //! Names of the columns that tables of measurements have of themselves: no variable can be called so.
 
-use crate::observation::{FAMILY, Observes};
+use crate::observation::{CONTACT_COLUMN, FAMILY, Observes};
 
 /// Columns of the applied wrench: force and moment, base axes.
 pub const WRENCH: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
@@ -18,7 +18,7 @@ const ABOUT: [&str; 13] = [
     "order",
     "session",
     "station",
-    "contact",
+    CONTACT_COLUMN,
     "payload",
     LOAD_POINT,
     "sigma",

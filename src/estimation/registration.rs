@@ -11,7 +11,7 @@ use crate::kinematics::{Geometry, Placements, Transform};
 use crate::least_squares::{self, Bounds};
 use crate::math::distinct;
 use crate::model::Model;
-use crate::observation::{Observes, POSE};
+use crate::observation::Observes;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, PredictionError, Predictor, target_values, undeflected_point};
 
@@ -174,7 +174,7 @@ fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bo
     };
     let is_placed = |reading: &&Reading| is_own(reading) && !reading.observes.ignores_arrangement();
     let kinds = || campaign.readings.iter().filter(is_placed).filter(places).map(|r| r.observes);
-    kinds().find(|kind| *kind == POSE).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
+    kinds().find(|kind| kind.holds_pose()).or_else(|| kinds().max_by_key(|kind| kind.length_rows()))
 }
 
 /// The frame of each reading's marker or of the tool, base axes.

@@ -7,7 +7,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::kind::{
-    MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, centre_of, row, rows_of,
+    CONTACT_COLUMN, MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues,
+    centre_of, row, rows_of,
 };
 
 /// As files name the kind; what is touched says which of the others a reading is.
@@ -21,8 +22,6 @@ pub(super) enum Surface {
     /// A sphere; values of its target: its centre and the distance of the ball's centre from it (m).
     Sphere,
 }
-
-const COLUMN: Option<&str> = Some("contact");
 
 fn mean(read: &[(Vector3<f64>, Rows)]) -> Vector3<f64> {
     read.iter().map(|(at, _)| at).sum::<Vector3<f64>>() / read.len().max(1) as f64
@@ -38,11 +37,7 @@ impl Observation for Contact {
     }
 
     fn target_column(&self) -> Option<&'static str> {
-        COLUMN
-    }
-
-    fn touches(&self) -> bool {
-        true
+        Some(CONTACT_COLUMN)
     }
 
     fn value(&self, _point: &MeasuredPoint) -> Rows {
@@ -76,10 +71,10 @@ impl Observation for Socket {
     }
 
     fn target_column(&self) -> Option<&'static str> {
-        COLUMN
+        Some(CONTACT_COLUMN)
     }
 
-    fn touches(&self) -> bool {
+    fn holds_point(&self) -> bool {
         true
     }
 
@@ -163,11 +158,11 @@ impl Observation for Surface {
     }
 
     fn target_column(&self) -> Option<&'static str> {
-        COLUMN
+        Some(CONTACT_COLUMN)
     }
 
-    fn touches(&self) -> bool {
-        true
+    fn is_on_face(&self) -> bool {
+        matches!(self, Self::Plane)
     }
 
     fn residuals_named(&self) -> &'static str {

@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 
 use super::kind::{
-    MOST_TARGET_VALUES, MeasuredPoint, Observation, PointDerivative, Rows, TargetValues, ValueColumn, centre_of, row,
+    ANCHOR_COLUMN, MOST_TARGET_VALUES, MeasuredPoint, Observation, PointDerivative, Rows, TargetValues, ValueColumn,
+    centre_of, row,
 };
 
 pub(super) struct Distance;
@@ -35,7 +36,7 @@ impl Observation for Distance {
     }
 
     fn target_column(&self) -> Option<&'static str> {
-        Some("anchor")
+        Some(ANCHOR_COLUMN)
     }
 
     fn residuals_named(&self) -> &'static str {

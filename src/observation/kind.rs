@@ -66,6 +66,11 @@ pub struct MeasuredPoint {
     pub target: TargetValues,
 }
 
+/// Column that names the anchor from which a reading is measured.
+pub const ANCHOR_COLUMN: &str = "anchor";
+/// Column that names the contact that a reading touches.
+pub const CONTACT_COLUMN: &str = "contact";
+
 /// Greatest number of values of what a reading refers to.
 pub const MOST_TARGET_VALUES: usize = 8;
 
@@ -238,9 +243,30 @@ pub trait Observation: Sync {
         None
     }
 
-    /// Whether the robot touches what it refers to, so that joints are led there when it is planned or simulated.
+    /// Whether the robot touches what it refers to, a contact: joints are led there where it is planned or simulated.
     fn touches(&self) -> bool {
+        self.target_column() == Some(CONTACT_COLUMN)
+    }
+
+    /// Whether it is measured from a fixed anchor.
+    fn needs_anchor(&self) -> bool {
+        self.target_column() == Some(ANCHOR_COLUMN)
+    }
+
+    /// Whether what it refers to holds the point in all directions.
+    fn holds_point(&self) -> bool {
         false
+    }
+
+    /// Whether what it refers to is a face.
+    fn is_on_face(&self) -> bool {
+        false
+    }
+
+    /// Whether it holds both position and orientation of the tool.
+    fn holds_pose(&self) -> bool {
+        let blank = [0.0; MOST_ROWS];
+        self.measured_position(&blank).is_some() && self.measured_orientation(&blank).is_some()
     }
 
     /// Derivative of the prediction by the value `k` of what it refers to.

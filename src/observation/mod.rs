@@ -22,8 +22,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 pub use kind::{
-    MOST_ROWS, MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative, Purpose, Rows, TargetValues,
-    Twist, ValueColumn, XYZ, rows_of,
+    ANCHOR_COLUMN, CONTACT_COLUMN, MOST_ROWS, MOST_TARGET_VALUES, MeasuredPoint, Noise, Observation, PointDerivative,
+    Purpose, Rows, TargetValues, Twist, ValueColumn, XYZ, rows_of,
 };
 
 /// The kind of a campaign's readings: a handle on an [`Observation`], equal by name.

@@ -10,7 +10,6 @@ use super::reordered::Reordered;
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
 use crate::model::Model;
-use crate::observation::POSE;
 use crate::parameter::{Group, Kind, Slot};
 
 /// What is read otherwise.
@@ -258,7 +257,7 @@ fn scale(model: &Model, campaign: &mut Campaign, is_angle: bool, factor: f64) {
 
 /// Whether a reading is a position and a rotation vector.
 fn has_rotation(reading: &Reading) -> bool {
-    reading.observes == POSE
+    reading.observes.holds_pose()
 }
 
 /// Each two of so many.

@@ -15,7 +15,7 @@ use crate::description::robot::Motion;
 use crate::kinematics::{By, shift};
 use crate::math::left_jacobian;
 use crate::model::Model;
-use crate::observation::{PointDerivative, TORQUE, Twist};
+use crate::observation::{PointDerivative, Twist};
 use crate::parameter::Slot;
 use crate::state::{FrameTwistPlan, FrameTwists, Mechanics, State};
 
@@ -69,7 +69,7 @@ impl MeasuredLoads {
                 let symbol = if frame.joint == JointKind::Prismatic { "ka" } else { "kar" };
                 model.registry.slot(&format!("joint{}.{symbol}", frame.name))
             });
-            let own = campaign.sensor_of(&TORQUE, &model.variables[variable].name);
+            let own = campaign.load_sensor(&model.variables[variable].name);
             let value = |k: usize, usual: f64| {
                 let known = own.and_then(|own| campaign.targets[own].values.get(k)).map_or(usual, |value| value.value);
                 (known, own.and_then(|own| model.target_values(own).get(k).copied().flatten()))

@@ -11,7 +11,7 @@ use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
 use crate::math::linear::least_norm;
 use crate::model::Model;
-use crate::observation::{MOST_ROWS, MeasuredPoint, PointDerivative, Rows, SOCKET, TargetValues, Twist};
+use crate::observation::{MOST_ROWS, MeasuredPoint, PointDerivative, Rows, TargetValues, Twist};
 
 /// Most Newton steps; from where they converge they are few.
 const MOST_STEPS: usize = 40;
@@ -99,7 +99,7 @@ impl<'a> Toucher<'a> {
 /// # Errors
 /// The loops cannot be assembled with these values.
 pub fn seated<'c>(model: &Model, campaign: &'c Campaign, values: &[f64]) -> Result<Cow<'c, Campaign>, AssemblyError> {
-    let sits = |index: &usize| campaign.readings[*index].observes == SOCKET;
+    let sits = |index: &usize| campaign.readings[*index].observes.holds_point();
     let sockets: Vec<usize> = (0..campaign.readings.len()).filter(sits).collect();
     if sockets.is_empty() {
         return Ok(Cow::Borrowed(campaign));

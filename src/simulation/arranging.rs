@@ -13,7 +13,7 @@ use crate::description::campaign::{Between, Campaign, InSession, Reading, Target
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::math::linear::least_norm;
 use crate::model::Model;
-use crate::observation::{PLANE, TargetValues};
+use crate::observation::TargetValues;
 use crate::parameter::Kind;
 use crate::prediction::{SinglePredictor, Toucher, target_values};
 
@@ -110,21 +110,21 @@ pub fn lay_out(
             } else if let Some((other, distance)) = mate {
                 point_of(&target_values(model, campaign, other, values), &campaign.targets[other])
                     + direction(random) * distance
-            } else if target.column == "anchor" {
+            } else if target.is_anchor() {
                 // Off the arm, as the frame of a draw wire stands.
                 direction(random).component_mul(&Vector3::new(1.5, 1.5, 0.5))
             } else {
                 let Some(place) = in_reach(&drawn, &mut seen, random) else { continue };
                 (geometry.base() * Point3::from(place)).coords
             };
-            if target.observes == Some(PLANE) {
+            if target.is_face() {
                 faces.insert(index, at);
             }
             for (slot, own) in model.target_values(index).iter().zip(values_at(target, &at, random)) {
                 slot.iter().for_each(|&slot| values[slot] = own);
             }
             let now = target_values(model, campaign, index, values);
-            if target.column == "anchor" || can_touch(&toucher, &geometry, &drawn, reading, &now) {
+            if target.is_anchor() || can_touch(&toucher, &geometry, &drawn, reading, &now) {
                 break;
             }
         }
@@ -190,11 +190,11 @@ fn mate(campaign: &Campaign, index: usize) -> Option<(usize, f64)> {
 
 /// Values of a target at a point: a face with any direction upwards, the zero of a draw wire, the radius of a sphere.
 fn values_at(target: &Target, at: &Vector3<f64>, random: &mut ChaCha8Rng) -> [f64; 4] {
-    if target.observes == Some(PLANE) {
+    if target.is_face() {
         let n = direction(random);
         let n = if n.z < 0.0 { -n } else { n };
         [n.x, n.y, n.z, n.dot(at)]
-    } else if target.column == "anchor" {
+    } else if target.is_anchor() {
         [at.x, at.y, at.z, NEAR * normal(random)]
     } else {
         [at.x, at.y, at.z, RADIUS * (1.0 + 0.3 * normal(random)).abs()]
@@ -203,7 +203,7 @@ fn values_at(target: &Target, at: &Vector3<f64>, random: &mut ChaCha8Rng) -> [f6
 
 /// Whether the first values of a target place it.
 fn is_point(target: &Target) -> bool {
-    ["anchor", "contact"].contains(&target.column)
+    target.is_anchor() || target.is_contact()
 }
 
 /// Where the campaign says that a target is about.
@@ -214,11 +214,7 @@ fn near(model: &Model, campaign: &Campaign, index: usize, values: &[f64]) -> Vec
 /// A point of a target.
 fn point_of(values: &TargetValues, target: &Target) -> Vector3<f64> {
     let first = Vector3::from_column_slice(&values[..3]);
-    if target.observes == Some(PLANE) {
-        first * (values[3] / first.norm_squared().max(f64::MIN_POSITIVE))
-    } else {
-        first
-    }
+    if target.is_face() { first * (values[3] / first.norm_squared().max(f64::MIN_POSITIVE)) } else { first }
 }
 
 /// Gains, offsets, angles of mounting, unknown distances.

@@ -11,6 +11,7 @@ use crate::description::table::Sheet;
 use crate::description::units::Units;
 use crate::diagnostic::Code;
 use crate::files::{Design, LoadedCampaign};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN};
 
 /// The cells of a row, by column.
 pub type Cells = IndexMap<String, String>;
@@ -124,10 +125,10 @@ pub fn variety(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wa
 
 /// What each row of a file may touch, as cells: a contact in a placement. Empty where the file is of no contacts.
 fn touched(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> Vec<Cells> {
-    if !kinds(entry, &design.kinds).iter().any(|kind| kind.target_column() == Some("contact")) {
+    if !kinds(entry, &design.kinds).iter().any(|kind| kind.touches()) {
         return Vec::new();
     }
-    let one = |name: &String| Cells::from([("contact".to_string(), name.clone())]);
+    let one = |name: &String| Cells::from([(CONTACT_COLUMN.to_string(), name.clone())]);
     let mut all = Vec::new();
     for member in 1..=wanted.placements.max(1) {
         for (name, contact) in &raw.contacts {
@@ -163,7 +164,7 @@ fn rows(
     let (robot, units) = (&design.robot.robot, entry.units.unwrap_or(raw.units));
     let kinds = kinds(entry, &design.kinds);
     let touched = touched(design, raw, entry, wanted);
-    let needs_anchor = kinds.iter().any(|kind| kind.target_column() == Some("anchor"));
+    let needs_anchor = kinds.iter().any(|kind| kind.needs_anchor());
     let own = robot.anchors.iter().map(|(name, _)| name).filter(|name| !raw.anchors.contains_key(*name));
     let anchors: Vec<&String> = own.chain(raw.anchors.keys()).filter(|_| needs_anchor).collect();
     let sees_points = kinds.iter().any(|kind| !kind.ignores_arrangement());
@@ -219,7 +220,7 @@ fn each_reading(wanted: &Wanted, sees_points: bool, anchors: &[&String], units: 
                 if !marker.is_empty() {
                     row.insert("marker".into(), marker.clone());
                 }
-                row.extend(anchor.map(|name| ("anchor".to_string(), name.clone())));
+                row.extend(anchor.map(|name| (ANCHOR_COLUMN.to_string(), name.clone())));
                 if !wanted.wrenches.is_empty() {
                     let load = wrench.iter().enumerate();
                     row.extend(load.map(|(k, v)| (WRENCH[k].to_string(), (v / unit(k)).to_string())));
@@ -234,7 +235,7 @@ fn each_reading(wanted: &Wanted, sees_points: bool, anchors: &[&String], units: 
 /// What a given row says in addition to its joints: what is touched and where, what is carried, in which session.
 fn named(given: &Cells, known: &Cells, raw: &RawCampaign) -> Vec<(String, String)> {
     let groups = raw.contacts.values().filter_map(|contact| contact.group.clone());
-    let names = ["pose", "contact", "payload", "session", "station"].map(String::from).into_iter().chain(groups);
+    let names = ["pose", CONTACT_COLUMN, "payload", "session", "station"].map(String::from).into_iter().chain(groups);
     let is_said = |name: &String| known.contains_key(name) || name == "session" || name == "station";
     names
         .filter(is_said)

@@ -218,9 +218,7 @@ fn planned_for(command: &Plan, session: &Session, seed: u64) -> Result<Option<Ca
                 && !reading.observes.ignores_arrangement()
                 && reading.payload.is_none()
         };
-        !campaign.sessions.is_several()
-            && campaign.observes.target_column() != Some("contact")
-            && campaign.readings.iter().all(one)
+        !campaign.sessions.is_several() && !campaign.observes.touches() && campaign.readings.iter().all(one)
     };
     match &loaded {
         Some(loaded) if is_plain(&loaded.campaign) && command.add_to.is_some() && command.session.is_none() => Ok(None),

@@ -3,14 +3,14 @@
 use super::raw::{JointSource, LoadSource, RawCampaign, RawEntry};
 use super::source::Source;
 use super::stated::NOISE_COLUMNS;
-use super::torques::torque_columns;
+use super::torques::{load_columns, torque_columns};
 use super::{LOAD_POINT, WRENCH};
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::description::units::Unit;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{FAMILY, Kinds, Observes, POSITION, TORQUE, ValueColumn};
+use crate::observation::{FAMILY, Kinds, Observes, POSITION, ValueColumn};
 use crate::parameter::Kind;
 
 /// Kinds of readings that each row of a file holds, of those that there are; positions where it names none.
@@ -100,7 +100,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
         columns.extend(torque_columns(raw, entry, robot, observes));
     }
     if raw.loads.joints == LoadSource::Measured {
-        columns.extend(torque_columns(raw, entry, robot, TORQUE));
+        columns.extend(load_columns(raw, entry, robot));
     }
     columns.extend(raw.contacts.values().filter_map(|contact| contact.group.as_deref()).map(text_or_none));
     columns.push(text(LOAD_POINT));

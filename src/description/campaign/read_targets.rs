@@ -10,7 +10,7 @@ use super::targets::{Between, Constraint, Target, TargetValue};
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::diagnostic::Diagnostic;
-use crate::observation::{Observes, PLANE, SOCKET, SPHERE};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN, Observes, PLANE, SOCKET, SPHERE};
 use crate::parameter::Kind;
 
 /// One sigma of a distance that is stated as known, m: what a drilled or measured plate keeps.
@@ -39,63 +39,66 @@ pub(super) fn targets(
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<Target> {
+    let length = raw.units.length.factor();
     let mut targets = Vec::new();
-    let needs = |column: &str| kinds.iter().any(|kind| kind.target_column() == Some(column));
-    if needs("anchor") {
-        let declared = |name: &String| raw.anchors.contains_key(name);
-        let own = robot.anchors.iter().filter(|(name, _)| !declared(name));
+    if kinds.iter().any(|kind| kind.needs_anchor()) {
+        let own = robot.anchors.iter().filter(|(name, _)| !raw.anchors.contains_key(*name));
         targets.extend(own.map(|(name, at)| Target::anchor(name, at)));
-        targets.extend(raw.anchors.iter().map(|(name, anchor)| self::anchor(name, anchor, raw.units.length.factor())));
+        targets.extend(raw.anchors.iter().map(|(name, own)| anchor(name, own, length)));
     }
-    if needs("contact") {
-        for (name, contact) in &raw.contacts {
-            let members = groups(contact, sources);
-            if let Some(column) = contact.group.as_ref().filter(|_| members.is_empty()) {
+    if kinds.iter().any(|kind| kind.touches()) {
+        for (name, own) in &raw.contacts {
+            let members = groups(own, sources);
+            diagnostics.extend(own.group.as_ref().filter(|_| members.is_empty()).map(|column| {
                 let message =
                     format!("the contact `{name}` is one of a group by the column `{column}`, which names none");
-                let diagnostic = Diagnostic::error(message).at(locate(&["contacts", name, "group"]));
-                diagnostics.push(
-                    diagnostic.remedy(format!("add the column `{column}` to the readings, or leave `group:` out")),
-                );
-            }
-            for group in members {
-                targets.push(self::contact(name, contact, group, raw.units.length.factor()));
-            }
+                let remedy = format!("add the column `{column}` to the readings, or leave `group:` out");
+                Diagnostic::error(message).at(locate(&["contacts", name, "group"])).remedy(remedy)
+            }));
+            targets.extend(members.into_iter().map(|group| contact(name, own, group, length)));
         }
     }
-    let taken = |target: &&Target| {
+    diagnostics.extend(named_as_parts(&targets, robot, locate));
+    diagnostics.extend(lacking(&targets, raw, kinds, locate));
+    targets
+}
+
+/// Unknown targets whose parameters would have the names of those of a part of the robot.
+fn named_as_parts(targets: &[Target], robot: &Robot, locate: Locate) -> Vec<Diagnostic> {
+    let is_taken = |target: &&Target| {
         let owner = target.name.as_str();
         let is_owner = robot.markers.iter().any(|marker| marker.name == owner)
             || robot.frames.iter().any(|frame| frame.name == owner)
             || ["base", "tool"].contains(&owner);
         target.is_estimated() && is_owner
     };
-    for target in targets.iter().filter(taken) {
+    let fault = |target: &Target| {
         let key = format!("{}s", target.column);
         let message = format!(
             "{} `{}` has the name of a part of the robot, and its parameters would too",
             target.column, target.name
         );
-        diagnostics.push(Diagnostic::error(message).at(locate(&[&key, &target.name])).remedy("name it otherwise"));
-    }
-    for column in ["anchor", "contact"].into_iter().filter(|column| needs(column)) {
-        if !targets.iter().any(|target| target.column == column) && (column != "contact" || raw.contacts.is_empty()) {
-            let observes =
-                kinds.iter().find(|kind| kind.target_column() == Some(column)).map_or("", |kind| kind.name());
-            let (message, remedy) = match column {
-                "anchor" => (
-                    format!("{observes}s are measured from a fixed anchor, and none is declared"),
-                    "add `anchors: {name: [x, y, z]}`, in the measurement frame; `{at: unknown}` where it is not known",
-                ),
-                _ => (
-                    "contacts are observed, and none is declared".to_string(),
-                    "add `contacts: {name: {kind: socket}}` (or plane, sphere)",
-                ),
-            };
-            diagnostics.push(Diagnostic::error(message).at(locate(&["observes"])).remedy(remedy));
-        }
-    }
-    targets
+        Diagnostic::error(message).at(locate(&[&key, &target.name])).remedy("name it otherwise")
+    };
+    targets.iter().filter(is_taken).map(fault).collect()
+}
+
+/// Kinds of readings that refer to something of which nothing is declared.
+fn lacking(targets: &[Target], raw: &RawCampaign, kinds: &[Observes], locate: Locate) -> Vec<Diagnostic> {
+    let at = || locate(&["observes"]);
+    let from_anchor = kinds.iter().find(|kind| kind.needs_anchor()).filter(|_| !targets.iter().any(Target::is_anchor));
+    let no_anchor = from_anchor.map(|kind| {
+        let message = format!("{}s are measured from a fixed anchor, and none is declared", kind.name());
+        let remedy =
+            "add `anchors: {name: [x, y, z]}`, in the measurement frame; `{at: unknown}` where it is not known";
+        Diagnostic::error(message).at(at()).remedy(remedy)
+    });
+    let touches = kinds.iter().any(|kind| kind.touches());
+    let no_contact = (touches && raw.contacts.is_empty()).then(|| {
+        let remedy = "add `contacts: {name: {kind: socket}}` (or plane, sphere)";
+        Diagnostic::error("contacts are observed, and none is declared").at(at()).remedy(remedy)
+    });
+    no_anchor.into_iter().chain(no_contact).collect()
 }
 
 fn anchor(name: &str, raw: &RawAnchor, length: f64) -> Target {
@@ -118,7 +121,7 @@ fn anchor(name: &str, raw: &RawAnchor, length: f64) -> Target {
     of.push(("zero", Kind::Length, zero, 0.0));
     Target {
         name: name.into(),
-        column: "anchor",
+        column: ANCHOR_COLUMN,
         member: (name.into(), None),
         observes: None,
         values: values(name, &of),
@@ -175,7 +178,7 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
     let values = values(&owner, &of);
     Target {
         name: owner,
-        column: "contact",
+        column: CONTACT_COLUMN,
         member: (name.into(), group),
         observes: Some(observes),
         values,
@@ -319,7 +322,7 @@ fn constraint(
             }
         }
     }
-    if constraints.is_empty() && targets.iter().any(|target| target.column == "contact") {
+    if constraints.is_empty() && targets.iter().any(Target::is_contact) {
         return Err((format!("`{one}` and `{other}` are never in one group"), "give both the same `group:`".into()));
     }
     let unknown = length.filter(|_| !constraints.is_empty()).map(|_| Target::distance(key));

@@ -320,7 +320,7 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
         return None;
     }
     // Where none is declared, that is said once, of the campaign.
-    if own.clone().next().is_some() || !matches!(column, "anchor" | "contact") {
+    if own.clone().next().is_some() || !(observes.needs_anchor() || observes.touches()) {
         faults.unknown(row, column, name, own.map(|(_, target)| target.member.0.as_str()));
     }
     None

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use crate::observation::{MOST_TARGET_VALUES, Observes, TargetValues};
+use crate::observation::{ANCHOR_COLUMN, CONTACT_COLUMN, MOST_TARGET_VALUES, Observes, TargetValues};
 use crate::parameter::Kind;
 
 /// What names unknown distances, as [`Target::column`]: no column of a table.
@@ -116,7 +116,7 @@ impl Target {
         let values = at.iter().map(|&value| known(value, Kind::Length)).collect();
         Self {
             name: name.into(),
-            column: "anchor",
+            column: ANCHOR_COLUMN,
             member: (name.into(), None),
             observes: None,
             values,
@@ -145,6 +145,21 @@ impl Target {
         let mut values = [0.0; MOST_TARGET_VALUES];
         values.iter_mut().zip(&self.values).for_each(|(to, from)| *to = from.value);
         values
+    }
+
+    /// Whether distances are measured from it.
+    pub fn is_anchor(&self) -> bool {
+        self.column == ANCHOR_COLUMN
+    }
+
+    /// Whether it is touched.
+    pub fn is_contact(&self) -> bool {
+        self.column == CONTACT_COLUMN
+    }
+
+    /// Whether it is a face that is touched.
+    pub fn is_face(&self) -> bool {
+        self.observes.is_some_and(|kind| kind.is_on_face())
     }
 
     /// Whether a start for it is to be sought: nothing says where it is about.

@@ -1,5 +1,6 @@
 //! Torques of the joints: the columns that files may have, and gain and offset of each sensor as values of targets.
 
+use super::Campaign;
 use super::raw::{LoadSource, OrUnknown, RawCampaign, RawEntry, RawTorque};
 use super::source::Source;
 use super::targets::{Target, TargetValue};
@@ -12,6 +13,21 @@ use crate::parameter::Kind;
 
 fn column(prefix: &str, variable: &Variable) -> String {
     format!("{prefix}.{}", variable.name)
+}
+
+/// The kind whose columns hold measured loads of joints, also where they are no readings of their own.
+const LOADS: Observes = TORQUE;
+
+/// Columns of measured loads.
+pub(super) fn load_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot) -> Vec<ExpectedColumn> {
+    torque_columns(raw, entry, robot, LOADS)
+}
+
+impl Campaign {
+    /// The sensor of the load of a variable's joint, by index in [`Campaign::targets`].
+    pub fn load_sensor(&self, variable: &str) -> Option<usize> {
+        self.sensor_of(&LOADS, variable)
+    }
 }
 
 /// Columns of a kind of readings of which each variable may have one.
@@ -34,7 +50,7 @@ pub(super) fn torque_columns(
 /// Gain and offset of each variable's sensor.
 pub(super) fn sensors(raw: &RawCampaign, robot: &Robot, kinds: &[Observes]) -> Vec<Target> {
     let is_load = raw.loads.joints == LoadSource::Measured;
-    let prefix = kinds.iter().find_map(|kind| kind.by_variable()).or(TORQUE.by_variable().filter(|_| is_load));
+    let prefix = kinds.iter().find_map(|kind| kind.by_variable()).or(LOADS.by_variable().filter(|_| is_load));
     let Some(prefix) = prefix else { return Vec::new() };
     let target = |variable: &Variable| {
         let owner = column(prefix, variable);
@@ -103,7 +119,7 @@ fn faults_of_loads(raw: &RawCampaign, robot: &Robot, sources: &[Source], locate:
         let message = format!("a {} holds only what the wrench adds, and torques hold all", kind.name());
         return Some(fault(&message).at(at()).remedy("give loaded and unloaded readings as positions"));
     }
-    let prefix = TORQUE.by_variable()?;
+    let prefix = LOADS.by_variable()?;
     let has = |variable: &Variable| sources.iter().any(|source| source.table.has(&column(prefix, variable)));
     if sources.is_empty() || robot.variables.iter().any(has) {
         return None;

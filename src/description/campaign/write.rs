@@ -119,7 +119,7 @@ fn target_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign) {
             of_row(readings, row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
         });
     }
-    for group in groups(campaign).into_iter().filter(|_| target_columns(campaign).contains(&"contact")) {
+    for group in groups(campaign).into_iter().filter(|_| kinds_read(campaign).iter().any(|kind| kind.touches())) {
         sheet.texts(group, move |row| {
             let own = |reading: &Reading| {
                 let target = campaign.target_of(reading);

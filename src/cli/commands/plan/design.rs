@@ -198,7 +198,7 @@ fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobo
     let length = robot.raw.units.length;
     let mut assumed = String::new();
     for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
-        if !["anchor", "contact"].contains(&target.column) {
+        if !target.is_anchor() && !target.is_contact() {
             continue;
         }
         let own = target_values(model, campaign, index, values);
