@@ -177,44 +177,23 @@ impl Hypothesis {
             Self::Coupled(first, sign) => each(campaign, |q| q[first + 1] -= f64::from(sign) * q[first]),
             Self::JointAngles(meant, read) => scale(model, campaign, true, meant.size() / read.size()),
             Self::JointLengths(factor) => scale(model, campaign, false, factor),
-            Self::ReadingUnit(factor) | Self::Scale(factor) => campaign.readings.iter_mut().for_each(|reading| {
-                let lengths = reading.observes.length_rows().min(reading.observes.columns().len());
-                reading.measured[..lengths].iter_mut().for_each(|value| *value *= factor);
-            }),
+            Self::ReadingUnit(factor) | Self::Scale(factor) => multiply_lengths(campaign, factor),
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
-            Self::Reaction => {
-                let wrenches = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench);
-                wrenches.for_each(|component| *component = -*component);
-            }
-            Self::Moments(factor) => {
-                let moments = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[3..]);
-                moments.for_each(|component| *component *= factor);
-            }
-            Self::Forces(factor) => {
-                let forces = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[..3]);
-                forces.for_each(|component| *component *= factor);
-            }
-            Self::Turned(way) => {
-                campaign.readings.iter_mut().filter(|reading| has_rotation(reading)).for_each(|reading| {
-                    let own = &mut reading.measured[3..6];
-                    let read = way.read(&Vector3::from_column_slice(own));
-                    own.copy_from_slice(read.as_slice());
-                })
-            }
+            Self::Reaction => multiply_wrenches(campaign, 0..6, -1.0),
+            Self::Moments(factor) => multiply_wrenches(campaign, 3..6, factor),
+            Self::Forces(factor) => multiply_wrenches(campaign, 0..3, factor),
+            Self::Turned(way) => turn(campaign, way),
             Self::Shifted(by, whole) => *campaign = shifted(campaign, by, whole),
-            Self::Markers(a, b) => campaign.readings.iter_mut().for_each(|reading| {
-                reading.marker = match reading.marker {
-                    Some(marker) if marker == a => Some(b),
-                    Some(marker) if marker == b => Some(a),
-                    other => other,
-                };
+            Self::Markers(a, b) => rename_markers(campaign, |marker| match marker {
+                marker if marker == a => b,
+                marker if marker == b => a,
+                other => other,
             }),
-            Self::MarkersMoved(by) => campaign.readings.iter_mut().for_each(|reading| {
+            Self::MarkersMoved(by) => {
                 let count = model.markers.len();
-                let moved = |marker: usize| if marker < count { (marker + by) % count } else { marker };
-                reading.marker = reading.marker.map(moved);
-            }),
+                rename_markers(campaign, |marker| if marker < count { (marker + by) % count } else { marker });
+            }
             Self::DescriptionAngles(factor) => {
                 own_slots(model, Kind::Angle).into_iter().for_each(|slot| values[slot] *= factor);
             }
@@ -245,6 +224,33 @@ impl Hypothesis {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && !matches!(self, Self::Swapped(..) | Self::Negated(_))
     }
+}
+
+/// Multiplies all lengths that are read.
+fn multiply_lengths(campaign: &mut Campaign, factor: f64) {
+    for reading in &mut campaign.readings {
+        let lengths = reading.observes.length_rows().min(reading.observes.columns().len());
+        reading.measured[..lengths].iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+/// Multiplies a part of all wrenches.
+fn multiply_wrenches(campaign: &mut Campaign, part: std::ops::Range<usize>, factor: f64) {
+    let wrenches = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[part.clone()]);
+    wrenches.for_each(|component| *component *= factor);
+}
+
+/// Reads all measured rotations otherwise.
+fn turn(campaign: &mut Campaign, way: Turned) {
+    for reading in campaign.readings.iter_mut().filter(|reading| has_rotation(reading)) {
+        let own = &mut reading.measured[3..6];
+        let read = way.read(&Vector3::from_column_slice(own));
+        own.copy_from_slice(read.as_slice());
+    }
+}
+
+fn rename_markers(campaign: &mut Campaign, meant: impl Fn(usize) -> usize) {
+    campaign.readings.iter_mut().for_each(|reading| reading.marker = reading.marker.map(&meant));
 }
 
 /// Multiplies all joints that turn, or all that slide.

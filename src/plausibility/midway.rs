@@ -11,6 +11,7 @@ use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::outlying::outlying;
 use super::words::mm;
+use crate::description::campaign::Reading;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::kinematics::{Geometry, Placements};
 use crate::math::median;
@@ -127,9 +128,7 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
         let axes = match is_marker {
             true => {
                 geometry.place(campaign.configuration(index), &mut placements).ok()?;
-                let frame = reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
-                let base = geometry.placement(model.base_slot(reading.session));
-                (base * placements.frames[frame]).rotation.into_inner()
+                axes_of_body(&geometry, &placements, reading)
             }
             false => Matrix3::identity(),
         };
@@ -163,12 +162,23 @@ fn greatest(fit: &Fitted, is_marker: bool) -> Option<Step> {
             let mut rows = left.fixed_rows_mut::<3>(*first);
             rows -= own * by;
         }
-        let middle = |all: &DVector<f64>| {
-            median(&mut order.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect::<Vec<f64>>())
-        };
-        let fall = middle(&fit.residual)
-            .zip(middle(&left))
-            .map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE));
-        Step { fall_of_half: fall, ..best }
+        Step { fall_of_half: fall_to(fit, &order, &left), ..best }
     })
+}
+
+/// Axes of the body that a reading's marker is on, measurement frame.
+fn axes_of_body(geometry: &Geometry, placements: &Placements, reading: &Reading) -> Matrix3<f64> {
+    let model = geometry.model;
+    let frame = reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
+    let base = geometry.placement(model.base_slot(reading.session));
+    (base * placements.frames[frame]).rotation.into_inner()
+}
+
+/// By which factor the median error of readings falls to that of other residuals.
+fn fall_to(fit: &Fitted, readings: &[usize], left: &DVector<f64>) -> f64 {
+    let middle = |all: &DVector<f64>| {
+        median(&mut readings.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect::<Vec<f64>>())
+    };
+    let both = middle(&fit.residual).zip(middle(left));
+    both.map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE))
 }

@@ -20,176 +20,217 @@ pub struct Words {
     pub is_unit: bool,
 }
 
+impl Words {
+    fn new(with: impl Into<String>, question: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { with: with.into(), question: question.into(), remedy: remedy.into(), is_unit: false }
+    }
+
+    /// Of a matter of units.
+    fn unit(with: impl Into<String>, question: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { is_unit: true, ..Self::new(with, question, remedy) }
+    }
+}
+
 /// The words of a hypothesis.
 pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> Words {
     let joint = |k: usize| model.variables[k].name.as_str();
     let marker = |k: usize| model.markers[k].name.as_str();
-    let axis = |k: usize| ["x", "y", "z"][k.min(2)];
-    let say = |with: String, question: &str, remedy: String| Words {
-        with,
-        question: question.into(),
-        remedy,
-        is_unit: false,
-    };
-    let unit =
-        |with: String, question: String, remedy: &str| Words { with, question, remedy: remedy.into(), is_unit: true };
     match *hypothesis {
-        Hypothesis::Negated(k) => say(
-            format!("`{}` negated", joint(k)),
-            "wrong sign?",
-            format!(
-                "turn the sign of the column `{}`, or write `direction: -1` at its joint in the description",
-                joint(k)
-            ),
-        ),
-        Hypothesis::Swapped(a, b) => say(
-            format!("`{}` and `{}` exchanged", joint(a), joint(b)),
-            "columns swapped?",
-            "name the columns right, in the table or under `columns:`".into(),
-        ),
-        Hypothesis::QuarterTurns(k, quarters) => {
-            let degrees = if quarters == 3 { -90 } else { 90 * i32::from(quarters) };
-            say(
-                format!("{degrees:+} deg added to `{}`", joint(k)),
-                "another zero of that joint?",
-                format!("correct `theta` of the frame that `{}` turns by {degrees:+} deg, or the column", joint(k)),
-            )
-        }
+        Hypothesis::Negated(k) => negated(joint(k)),
+        Hypothesis::Swapped(a, b) => swapped([a, b].map(joint)),
+        Hypothesis::QuarterTurns(k, quarters) => quarter_turns(joint(k), quarters),
         Hypothesis::Reordered(way) => reordered(way, model),
-        Hypothesis::Coupled(first, sign) => {
-            let (this, other) = (joint(first + 1), joint(first));
-            let [back, sum] = if sign > 0 { ["-", "sum"] } else { ["+", "difference"] };
-            say(
-                format!("`{this}` replaced by `{this}` {back} `{other}`"),
-                &format!("does the controller report the {sum} of both joints?"),
-                format!("write `{this}` {back} `{other}` into the column `{this}`"),
-            )
-        }
-        Hypothesis::JointAngles(meant, read) => {
-            let [written, declared] = [meant, read].map(Angles::name);
-            let remedy = match meant {
-                Angles::Degrees | Angles::Radians => "state the angle unit of the table under `units:` of the campaign",
-                _ => "convert the joint columns to deg or rad, and state that under `units:` of the campaign",
-            };
-            unit(
-                format!("joint angles read as {written}"),
-                format!("are the joint columns in {written}, and declared in {declared}?"),
-                remedy,
-            )
-        }
-        Hypothesis::JointLengths(factor) => unit(
-            format!("the sliding joints times {}", number(factor)),
-            format!("are their columns {}?", recorded(factor)),
-            "state the length unit of the table under `units:` of the campaign",
-        ),
-        Hypothesis::ReadingUnit(factor) => unit(
-            format!("the readings times {}", number(factor)),
-            format!("are they {}?", recorded(factor)),
-            "state the length unit of the table under `units:` of the campaign; if that is right, look at `units:` of the description",
-        ),
-        Hypothesis::Scale(factor) => unit(
-            format!("the readings times {factor:.5}"),
-            format!(
-                "is the instrument's scale off by {:.2} %, or are all lengths of the description?",
-                1e2 * (factor.recip() - 1.0)
-            ),
-            "check the instrument on a scale bar, and the lengths of the description; where one length is known for certain, estimate the \
-             scale (`estimate: {scale: true}`)",
-        ),
-        Hypothesis::Reaction => say(
-            "the wrenches reversed".into(),
+        Hypothesis::Coupled(first, sign) => coupled(joint(first + 1), joint(first), sign),
+        Hypothesis::JointAngles(meant, read) => joint_angles(meant, read),
+        Hypothesis::JointLengths(factor) => joint_lengths(factor),
+        Hypothesis::ReadingUnit(factor) => reading_unit(factor),
+        Hypothesis::Scale(factor) => scale(factor),
+        Hypothesis::Reaction => Words::new(
+            "the wrenches reversed",
             "are they those of the robot on the load cell?",
-            "give the force and torque that act on the robot: negate their columns".into(),
+            "give the force and torque that act on the robot: negate their columns",
         ),
-        Hypothesis::Moments(factor) if factor < 0.0 => say(
-            "the moments of the wrenches reversed".into(),
-            "of the robot on the load cell, or about another point?",
-            "give the moments that act on the robot at the tool: negate their columns".into(),
-        ),
-        Hypothesis::Moments(factor) => unit(
-            format!("moments times {factor}"),
-            format!("are they in another unit than forces, by {factor}?"),
-            "state `torque` under `units:` as the file has it",
-        ),
-        Hypothesis::Forces(factor) if factor < 0.0 => say(
-            "the forces of the wrenches reversed".into(),
-            "of the robot on the load cell?",
-            "give the forces that act on the robot: negate their columns".into(),
-        ),
-        Hypothesis::Forces(factor) => {
-            let named = [(9.80665, "kgf"), (4.4482216152605, "lbf"), (10.0, "daN")];
-            let name = named.iter().find(|(own, _)| near(factor, *own)).map_or("another unit", |(_, name)| name);
-            unit(
-                format!("forces times {}", number(factor)),
-                format!("are they in {name}, beside moments in N.m?"),
-                "give forces in the unit that `force` under `units:` says",
-            )
-        }
+        Hypothesis::Moments(factor) => moments(factor),
+        Hypothesis::Forces(factor) => forces(factor),
         Hypothesis::Turned(way) => turned(way),
-        Hypothesis::Mirrored(..) if campaign.estimate_base && !campaign.is_difference() => say(
-            "one axis of the readings mirrored".into(),
+        Hypothesis::Mirrored(..) if campaign.estimate_base && !campaign.is_difference() => Words::new(
+            "one axis of the readings mirrored",
             "a left-handed frame, or two axes exchanged?",
-            "give the readings in a right-handed frame: negate one coordinate, or name the columns right".into(),
+            "give the readings in a right-handed frame: negate one coordinate, or name the columns right",
         ),
-        Hypothesis::Mirrored(a, _) => say(
+        Hypothesis::Mirrored(a, _) => Words::new(
             format!("{} of the readings negated", axis(a)),
             "a left-handed frame?",
-            "give the readings in a right-handed frame".into(),
+            "give the readings in a right-handed frame",
         ),
-        Hypothesis::Exchanged(a, b, _) => say(
+        Hypothesis::Exchanged(a, b, _) => Words::new(
             format!("{} and {} of the readings exchanged", axis(a), axis(b)),
             "columns swapped, or a left-handed frame?",
-            "name the columns right, in the table or under `columns:`".into(),
+            "name the columns right, in the table or under `columns:`",
         ),
-        Hypothesis::Shifted(by, whole) => {
-            let what = if whole { "configuration" } else { "row" };
-            let place = if by > 0 { "after" } else { "before" };
-            say(
-                format!("the joints of the {what} {place} at each reading"),
-                "rows shifted by one?",
-                "put joints and readings of one configuration into one row; look for a row that is missing in one of two files".into(),
-            )
-        }
-        Hypothesis::Markers(a, b) => say(
+        Hypothesis::Shifted(by, whole) => shifted(by, whole),
+        Hypothesis::Markers(a, b) => Words::new(
             format!("the markers `{}` and `{}` exchanged", marker(a), marker(b)),
             "markers swapped?",
-            "name the markers right in the column `marker`, or in the description".into(),
+            MARKERS,
         ),
-        Hypothesis::MarkersMoved(by) => say(
+        Hypothesis::MarkersMoved(by) => Words::new(
             format!("`{}` read as `{}`, and so on", marker(0), marker(by % model.markers.len().max(1))),
             "names of the markers moved on?",
-            "name the markers right in the column `marker`, or in the description".into(),
+            MARKERS,
         ),
-        Hypothesis::DescriptionAngles(factor) => {
-            let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
-            unit(
-                format!("the angles of the description read as {written}"),
-                format!("are its constants in {written}, and declared in {declared}?"),
-                "state the angle unit under `units:` of the description",
-            )
-        }
-        Hypothesis::FrameAfter | Hypothesis::FrameBefore(_) => {
-            let is_after = *hypothesis == Hypothesis::FrameAfter;
-            let (where_to, table) = if is_after { ("after", "classical-dh") } else { ("before", "modified-dh") };
-            say(
-                format!("`alpha` and `d` of each frame at the frame {where_to} it"),
-                "a table of another convention?",
-                format!("declare how the table is written: `convention: {table}`"),
-            )
-        }
-        Hypothesis::Unknown { base, tool } => {
-            let (what, keys) = match (base, tool) {
-                (true, true) => ("base and tool", "base: true, tool: true"),
-                (true, false) => ("the base", "base: true"),
-                _ => ("the tool", "tool: true"),
-            };
-            say(
-                format!("{what} estimated"),
-                "not where the description says?",
-                format!("write `estimate: {{{keys}}}` into the campaign"),
-            )
-        }
+        Hypothesis::DescriptionAngles(factor) => description_angles(factor),
+        Hypothesis::FrameAfter => convention("after", "classical-dh"),
+        Hypothesis::FrameBefore(_) => convention("before", "modified-dh"),
+        Hypothesis::Unknown { base, tool } => unknown(base, tool),
     }
+}
+
+/// What to do about names of markers.
+const MARKERS: &str = "name the markers right in the column `marker`, or in the description";
+
+fn axis(k: usize) -> &'static str {
+    ["x", "y", "z"][k.min(2)]
+}
+
+fn negated(joint: &str) -> Words {
+    let remedy =
+        format!("turn the sign of the column `{joint}`, or write `direction: -1` at its joint in the description");
+    Words::new(format!("`{joint}` negated"), "wrong sign?", remedy)
+}
+
+fn swapped([a, b]: [&str; 2]) -> Words {
+    let remedy = "name the columns right, in the table or under `columns:`";
+    Words::new(format!("`{a}` and `{b}` exchanged"), "columns swapped?", remedy)
+}
+
+fn quarter_turns(joint: &str, quarters: i8) -> Words {
+    let degrees = if quarters == 3 { -90 } else { 90 * i32::from(quarters) };
+    Words::new(
+        format!("{degrees:+} deg added to `{joint}`"),
+        "another zero of that joint?",
+        format!("correct `theta` of the frame that `{joint}` turns by {degrees:+} deg, or the column"),
+    )
+}
+
+fn coupled(this: &str, other: &str, sign: i8) -> Words {
+    let [back, sum] = if sign > 0 { ["-", "sum"] } else { ["+", "difference"] };
+    Words::new(
+        format!("`{this}` replaced by `{this}` {back} `{other}`"),
+        format!("does the controller report the {sum} of both joints?"),
+        format!("write `{this}` {back} `{other}` into the column `{this}`"),
+    )
+}
+
+fn joint_angles(meant: Angles, read: Angles) -> Words {
+    let [written, declared] = [meant, read].map(Angles::name);
+    let remedy = match meant {
+        Angles::Degrees | Angles::Radians => "state the angle unit of the table under `units:` of the campaign",
+        _ => "convert the joint columns to deg or rad, and state that under `units:` of the campaign",
+    };
+    Words::unit(
+        format!("joint angles read as {written}"),
+        format!("are the joint columns in {written}, and declared in {declared}?"),
+        remedy,
+    )
+}
+
+fn joint_lengths(factor: f64) -> Words {
+    Words::unit(
+        format!("the sliding joints times {}", number(factor)),
+        format!("are their columns {}?", recorded(factor)),
+        "state the length unit of the table under `units:` of the campaign",
+    )
+}
+
+fn reading_unit(factor: f64) -> Words {
+    Words::unit(
+        format!("the readings times {}", number(factor)),
+        format!("are they {}?", recorded(factor)),
+        "state the length unit of the table under `units:` of the campaign; if that is right, look at `units:` of the description",
+    )
+}
+
+fn scale(factor: f64) -> Words {
+    let off = 1e2 * (factor.recip() - 1.0);
+    Words::unit(
+        format!("the readings times {factor:.5}"),
+        format!("is the instrument's scale off by {off:.2} %, or are all lengths of the description?"),
+        "check the instrument on a scale bar, and the lengths of the description; where one length is known for certain, estimate the \
+         scale (`estimate: {scale: true}`)",
+    )
+}
+
+fn moments(factor: f64) -> Words {
+    if factor < 0.0 {
+        return Words::new(
+            "the moments of the wrenches reversed",
+            "of the robot on the load cell, or about another point?",
+            "give the moments that act on the robot at the tool: negate their columns",
+        );
+    }
+    Words::unit(
+        format!("moments times {factor}"),
+        format!("are they in another unit than forces, by {factor}?"),
+        "state `torque` under `units:` as the file has it",
+    )
+}
+
+fn forces(factor: f64) -> Words {
+    if factor < 0.0 {
+        return Words::new(
+            "the forces of the wrenches reversed",
+            "of the robot on the load cell?",
+            "give the forces that act on the robot: negate their columns",
+        );
+    }
+    let named = [(9.80665, "kgf"), (4.4482216152605, "lbf"), (10.0, "daN")];
+    let name = named.iter().find(|(own, _)| near(factor, *own)).map_or("another unit", |(_, name)| name);
+    Words::unit(
+        format!("forces times {}", number(factor)),
+        format!("are they in {name}, beside moments in N.m?"),
+        "give forces in the unit that `force` under `units:` says",
+    )
+}
+
+fn shifted(by: isize, whole: bool) -> Words {
+    let what = if whole { "configuration" } else { "row" };
+    let place = if by > 0 { "after" } else { "before" };
+    Words::new(
+        format!("the joints of the {what} {place} at each reading"),
+        "rows shifted by one?",
+        "put joints and readings of one configuration into one row; look for a row that is missing in one of two files",
+    )
+}
+
+fn description_angles(factor: f64) -> Words {
+    let [written, declared] = if factor > 1.0 { ["rad", "deg"] } else { ["deg", "rad"] };
+    Words::unit(
+        format!("the angles of the description read as {written}"),
+        format!("are its constants in {written}, and declared in {declared}?"),
+        "state the angle unit under `units:` of the description",
+    )
+}
+
+fn convention(place: &str, table: &str) -> Words {
+    Words::new(
+        format!("`alpha` and `d` of each frame at the frame {place} it"),
+        "a table of another convention?",
+        format!("declare how the table is written: `convention: {table}`"),
+    )
+}
+
+fn unknown(base: bool, tool: bool) -> Words {
+    let (what, keys) = match (base, tool) {
+        (true, true) => ("base and tool", "base: true, tool: true"),
+        (true, false) => ("the base", "base: true"),
+        _ => ("the tool", "tool: true"),
+    };
+    Words::new(
+        format!("{what} estimated"),
+        "not where the description says?",
+        format!("write `estimate: {{{keys}}}` into the campaign"),
+    )
 }
 
 /// The words of another order of the joint columns.

@@ -2,7 +2,8 @@
 
 use super::columns::{ColumnKind, TextColumn};
 use super::dialect::Dialect;
-use super::header::{Column, unquoted};
+use super::header::Column;
+use super::line::unquoted;
 use super::row::{Delimiter, Writing};
 use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;

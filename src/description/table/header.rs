@@ -1,10 +1,11 @@
 //! The first line of a table: the delimiter, and which field is which column.
 
 use super::columns::{ColumnKind, ExpectedColumn, Layout};
+use super::line::{delimiter, titles, unquoted};
 use super::orientation::{NUMBERED, Orientation, VECTOR, also_written, undeclared};
 use super::points;
 use super::row::{Delimiter, Row, Writing};
-use super::source::{Source, separate};
+use super::source::Source;
 use crate::diagnostic::{Code, Diagnostic, Place, nearest};
 use std::io::Read;
 
@@ -31,12 +32,6 @@ pub(super) struct Header {
     pub faults: Vec<Diagnostic>,
 }
 
-/// A cell without the blanks and quotes around it.
-pub(super) fn unquoted(cell: &str) -> &str {
-    let cell = cell.trim();
-    cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"')).map_or(cell, str::trim)
-}
-
 /// How to begin a file.
 fn wanted(expected: &[ExpectedColumn]) -> String {
     let names = |all: bool| -> Vec<&str> {
@@ -48,6 +43,20 @@ fn wanted(expected: &[ExpectedColumn]) -> String {
             format!("start it with a header line that names its columns, of {}", names(true).join(", "))
         }
         needed => format!("start it with a header line that names {}", needed.join(", ")),
+    }
+}
+
+/// How a file writes orientations.
+struct Written {
+    /// As q0 to q3.
+    is_numbered: bool,
+    /// Columns that are missing because it writes them otherwise, which is said already.
+    unclear: &'static [&'static str],
+}
+
+impl Written {
+    fn explains(&self, column: &str) -> bool {
+        self.unclear.contains(&column)
     }
 }
 
@@ -113,46 +122,19 @@ impl Header {
     /// Finds each expected column; says which fields are accounted for.
     fn find(&mut self, row: &Row<'_>, titles: &[String], layout: &Layout) -> Vec<bool> {
         let mut used = vec![false; titles.len()];
-        let has_all = |names: &[&str]| names.iter().all(|name| titles.iter().any(|title| title == name));
-        let is_numbered = layout.dialect.orientation.other_title("qx").is_some()
-            && has_all(&NUMBERED)
-            && !NUMBERED.iter().any(|name| layout.expects(name));
-        let wanted = layout.dialect.orientation.columns();
-        let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
-        let undeclared = undeclared(titles)
-            .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
-        // Components that are called as joints are: nobody can say which is which.
-        let clash = is_wanted && wanted == VECTOR && has_all(&NUMBERED) && twice(titles, &NUMBERED[1..]);
-        if clash {
-            let field = titles.iter().position(|title| title == NUMBERED[0]).unwrap_or(0);
-            let message = "the columns q0, q1, q2, q3 look like a quaternion, and joints are called so too";
-            let remedy = "name its components qx, qy, qz and qw in the file, and declare `orientation: {quaternion: xyzw}` or \
-                          `{quaternion: wxyz}`";
-            self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(remedy));
-            used[field] = true;
-        }
-        if let Some((names, declare)) = undeclared {
-            let field = titles.iter().position(|title| title == names[0]).unwrap_or(0);
-            let declared = match wanted == VECTOR {
-                true => "how is not declared".to_owned(),
-                false => format!("the declared one has the columns {}", wanted.join(", ")),
-            };
-            let message = format!("the columns {} hold an orientation, and {declared}", names.join(", "));
-            self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(format!("declare {declare}")));
-            used.iter_mut().zip(titles).for_each(|(used, title)| *used = names.contains(&title.as_str()));
-        }
+        let orientation = self.orientation(row, titles, layout, &mut used);
         for column in layout.expected {
             let renamed = layout.rename.get(&column.name);
             let has = |title: &str| titles.iter().any(|found| found == title);
             let renamed =
                 renamed.filter(|renamed| !layout.dialect.is_shared || has(renamed.trim()) || !has(&column.name));
             let title = renamed.unwrap_or(&column.name).trim();
-            let title = layout.dialect.orientation.other_title(title).filter(|_| is_numbered).unwrap_or(title);
+            let title =
+                layout.dialect.orientation.other_title(title).filter(|_| orientation.is_numbered).unwrap_or(title);
             let Some(field) = titles.iter().position(|found| found == title) else {
-                let is_undeclared = (undeclared.is_some() || clash) && wanted.contains(&column.name.as_str());
                 let may_lack = layout.dialect.points.is_some() || layout.dialect.is_shared;
                 let is_missing = column.required || (renamed.is_some() && !may_lack);
-                if is_missing && !is_undeclared {
+                if is_missing && !orientation.explains(&column.name) {
                     let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
                     let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
                     let alike = near.map(|near| (near, &titles[near]));
@@ -173,6 +155,39 @@ impl Header {
             }
         }
         used
+    }
+
+    /// How the file writes orientations; faults where it cannot be told, or is not as declared.
+    fn orientation(&mut self, row: &Row<'_>, titles: &[String], layout: &Layout, used: &mut [bool]) -> Written {
+        let has_all = |names: &[&str]| names.iter().all(|name| titles.iter().any(|title| title == name));
+        let is_numbered = layout.dialect.orientation.other_title("qx").is_some()
+            && has_all(&NUMBERED)
+            && !NUMBERED.iter().any(|name| layout.expects(name));
+        let wanted = layout.dialect.orientation.columns();
+        let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
+        let undeclared = undeclared(titles)
+            .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
+        // Components that are called as joints are: nobody can say which is which.
+        let clash = is_wanted && wanted == VECTOR && has_all(&NUMBERED) && twice(titles, &NUMBERED[1..]);
+        if let Some(field) = titles.iter().position(|title| title == NUMBERED[0]).filter(|_| clash) {
+            let message = "the columns q0, q1, q2, q3 look like a quaternion, and joints are called so too";
+            let remedy = "name its components qx, qy, qz and qw in the file, and declare `orientation: {quaternion: xyzw}` or \
+                          `{quaternion: wxyz}`";
+            self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(remedy));
+            used[field] = true;
+        }
+        if let Some((names, declare)) = undeclared {
+            let declared = match wanted == VECTOR {
+                true => "how is not declared".to_owned(),
+                false => format!("the declared one has the columns {}", wanted.join(", ")),
+            };
+            let message = format!("the columns {} hold an orientation, and {declared}", names.join(", "));
+            let field = titles.iter().position(|title| title == names[0]).map(|field| row.field(field));
+            self.faults.push(Diagnostic::error(message).at(field).remedy(format!("declare {declare}")));
+            used.iter_mut().zip(titles).for_each(|(used, title)| *used = names.contains(&title.as_str()));
+        }
+        let unclear = if undeclared.is_some() || clash { wanted } else { &[] };
+        Written { is_numbered, unclear }
     }
 
     /// What is wrong with the name of a field.
@@ -350,52 +365,4 @@ fn with_comment<R: Read>(fault: Diagnostic, source: &Source<R>, row: &Row, layou
     let place = Row { file: row.file, bytes: comment, line, writing: row.writing }.fields_from(0);
     let fault = fault.related(Some(place), "a comment");
     fault.remedy("if that comment names the columns, remove its mark; else start the file with a header line")
-}
-
-/// The delimiter declared, or the one the header holds most of; `None` if the declared one cannot be.
-fn delimiter(line: &[u8], declared: Option<char>, decimal: Option<char>) -> Option<Delimiter> {
-    let decimal = match decimal {
-        Some(decimal) => Some(u8::try_from(decimal).ok().filter(|decimal| matches!(decimal, b'.' | b','))?),
-        None => None,
-    };
-    if let Some(declared) = declared {
-        let declared = u8::try_from(declared).ok().filter(u8::is_ascii)?;
-        let can_be = Some(declared) != decimal && !matches!(declared, b'\n' | b'\r' | b'"' | 0);
-        let delimiter = if declared == b' ' { Delimiter::Blanks } else { Delimiter::Byte(declared) };
-        return can_be.then_some(delimiter);
-    }
-    let count = |delimiter: u8| {
-        let mut quoted = false;
-        let outside = line.iter().filter(|&&byte| {
-            quoted ^= byte == b'"';
-            byte == delimiter && !quoted
-        });
-        outside.count()
-    };
-    let candidates = [b'\t', b';', b','].into_iter().filter(|&delimiter| Some(delimiter) != decimal);
-    let most = candidates.max_by_key(|&delimiter| count(delimiter))?;
-    let by_blanks = count(most) == 0 && titles(line, Delimiter::Blanks).len() > 1;
-    Some(if by_blanks { Delimiter::Blanks } else { Delimiter::Byte(most) })
-}
-
-/// The names in the header line.
-fn titles(line: &[u8], delimiter: Delimiter) -> Vec<String> {
-    let mut line = line.to_vec();
-    if delimiter == Delimiter::Blanks {
-        separate(&mut line);
-        line.truncate(line.trim_ascii_end().len());
-    }
-    let mut reader = reader(delimiter).from_reader(line.as_slice());
-    let mut record = csv::ByteRecord::new();
-    // Reading from memory does not fail; were it to, the header would be empty and every column missing.
-    let _ = reader.read_byte_record(&mut record);
-    record.iter().map(|title| unquoted(&String::from_utf8_lossy(title)).to_owned()).collect()
-}
-
-/// A reader of rows that are written so.
-pub(super) fn reader(delimiter: Delimiter) -> csv::ReaderBuilder {
-    let mut builder = csv::ReaderBuilder::new();
-    builder.delimiter(delimiter.byte()).has_headers(false).flexible(true).terminator(csv::Terminator::Any(b'\n'));
-    builder.quoting(delimiter != Delimiter::Blanks);
-    builder
 }

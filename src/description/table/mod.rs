@@ -7,6 +7,7 @@ mod columns;
 mod dialect;
 mod header;
 mod join;
+mod line;
 mod orientation;
 mod points;
 mod read;

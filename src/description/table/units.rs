@@ -1,7 +1,8 @@
 //! A row of units below the header: which it names, and what that makes of the columns.
 
 use super::columns::ColumnKind;
-use super::header::{Column, Header, unquoted};
+use super::header::{Column, Header};
+use super::line::unquoted;
 use super::row::Row;
 use crate::description::units::Unit;
 use crate::diagnostic::{Code, Diagnostic, Place};
