@@ -7,8 +7,9 @@ use elastogeo::description::units::Units;
 use elastogeo::files::LoadedCampaign;
 use pyo3::prelude::*;
 
-use crate::effect::{Faults, look_for_sites, own};
+use crate::faults::Faults;
 use crate::observation::Kind;
+use crate::own::{look_for_sites, own};
 use crate::work::brief;
 
 #[pyclass(frozen, module = "elastogeo._native")]

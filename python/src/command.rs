@@ -4,8 +4,8 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-use crate::effect::own;
 use crate::observation::Kind;
+use crate::own::own;
 use crate::work::{brief, long};
 
 /// Runs a command: its JSON, its text, and whether the result is not to be used.

@@ -1,90 +1,16 @@
 //! Effects that a Python program declares: objects with the attributes of `elastogeo.Effect`.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::Arc;
 
-use elastogeo::effects::{
-    Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, ReadingContext, Site as Own_, SiteKind,
-};
-use elastogeo::files::Reader;
+use elastogeo::effects::{Change, Changes, Effect, EffectParameter, Nonlinear, ReadingContext, Site as Own_, SiteKind};
 use elastogeo::model::Model;
-use elastogeo::observation::Kinds;
 use elastogeo::parameter::Slot;
 use pyo3::prelude::*;
 
 use crate::error::fault;
-use crate::observation::Kind;
-
-/// What a program adds of its own: the reader that knows its effects and kinds of readings, and what they raise.
-pub struct Own {
-    pub catalogue: Arc<Catalogue>,
-    pub kinds: Kinds,
-    pub faults: Faults,
-}
-
-impl Own {
-    /// Reads with them.
-    pub fn reader(&self) -> Reader {
-        Reader::new(Arc::clone(&self.catalogue)).with_kinds(self.kinds.clone())
-    }
-}
-
-/// The first exception that effects or kinds of readings raised while they were evaluated: of effects in the first place, of
-/// each kind in one of its own.
-#[derive(Clone)]
-pub struct Faults(Vec<Arc<Mutex<Option<PyErr>>>>);
-
-impl Faults {
-    /// A place for one.
-    pub fn new() -> Self {
-        Self(vec![Arc::default()])
-    }
-
-    /// With those of a kind of readings.
-    fn and(mut self, kind: &Self) -> Self {
-        self.0.extend(kind.0.iter().cloned());
-        self
-    }
-
-    /// What was found, or the exception that an effect or a kind of readings raised meanwhile.
-    pub fn first<T>(&self, found: PyResult<T>) -> PyResult<T> {
-        let taken = |place: &Arc<Mutex<Option<PyErr>>>| place.lock().ok()?.take();
-        self.0.iter().find_map(taken).map_or(found, Err)
-    }
-
-    pub fn keep(&self, raised: PyErr) {
-        if let Some(mut first) = self.0.first().and_then(|place| place.lock().ok()) {
-            first.get_or_insert(raised);
-        }
-    }
-}
-
-/// Asks all effects for their sites: one that names a site which the robot has not says so.
-pub fn look_for_sites(effects: &Catalogue, model: &Model) {
-    effects.iter().for_each(|effect| drop(effect.sites(model)));
-}
-
-/// Effects and kinds of readings of a program next to the standard ones.
-pub fn own(py: Python<'_>, effects: &[Bound<'_, PyAny>], kinds: &[Bound<'_, Kind>]) -> PyResult<Own> {
-    let (mut catalogue, mut faults) = (Catalogue::standard(), Faults::new());
-    for effect in effects {
-        let own = PythonEffect::new(py, effect, faults.clone())?;
-        if Catalogue::standard().get(own.name).is_some() {
-            let message = format!("`{}` is an effect of elastogeo itself", own.name);
-            return Err(fault(py, message, "give yours another name"));
-        }
-        catalogue = catalogue.with(own);
-    }
-    let mut known = Kinds::standard();
-    for kind in kinds {
-        faults = faults.and(kind.get().faults());
-        known = known.with(kind.get().observes()).map_err(|known| {
-            let message = format!("`{}` is a kind of readings of elastogeo itself", known.name());
-            fault(py, message, "give yours another name")
-        })?;
-    }
-    Ok(Own { catalogue: catalogue.into(), kinds: known, faults })
-}
+use crate::faults::Faults;
+use crate::words::kept;
 
 /// Where an effect sits.
 #[pyclass(frozen, get_all, module = "elastogeo._native")]
@@ -132,7 +58,7 @@ impl Reading {
 }
 
 /// An effect declared in Python.
-struct PythonEffect {
+pub struct PythonEffect {
     name: &'static str,
     sits_at: SiteKind,
     signature: &'static str,
@@ -141,13 +67,6 @@ struct PythonEffect {
     parameters: Vec<EffectParameter>,
     changes: Arc<Py<PyAny>>,
     faults: Faults,
-}
-
-/// A word that lives as long as the program; each is kept once.
-pub fn kept(word: &str) -> &'static str {
-    static WORDS: OnceLock<Mutex<HashMap<String, &'static str>>> = OnceLock::new();
-    let Ok(mut words) = WORDS.get_or_init(Mutex::default).lock() else { return "" };
-    words.entry(word.to_string()).or_insert_with(|| Box::leak(word.to_string().into_boxed_str()))
 }
 
 const SITES: [(&str, SiteKind); 7] = [
@@ -161,7 +80,7 @@ const SITES: [(&str, SiteKind); 7] = [
 ];
 
 impl PythonEffect {
-    fn new(py: Python<'_>, effect: &Bound<'_, PyAny>, faults: Faults) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, effect: &Bound<'_, PyAny>, faults: Faults) -> PyResult<Self> {
         let text = |name: &str| -> PyResult<String> { effect.getattr(name)?.extract() };
         let sits_at = text("sits_at")?;
         let Some((_, kind)) = SITES.into_iter().find(|(name, _)| *name == sits_at) else {

@@ -6,11 +6,14 @@ mod campaign;
 mod command;
 mod effect;
 mod error;
+mod faults;
 mod inverse;
 mod observation;
+mod own;
 mod pool;
 mod problem;
 mod robot;
+mod words;
 mod work;
 
 use pyo3::prelude::*;

@@ -10,7 +10,8 @@ use elastogeo::observation::{
 use nalgebra::{Rotation3, Vector3};
 use pyo3::prelude::*;
 
-use crate::effect::{Faults, kept};
+use crate::faults::Faults;
+use crate::words::kept;
 use crate::work::Stopped;
 
 /// What the model predicts of a measured point, SI.

@@ -15,8 +15,8 @@ use pyo3::prelude::*;
 
 use crate::arrays::{array, vector};
 use crate::campaign;
-use crate::effect::Faults;
 use crate::error::{fault, raised};
+use crate::faults::Faults;
 use crate::work::brief;
 
 /// Residuals of the readings to fit, in standard deviations, and their derivatives, as functions of named parameters (SI).

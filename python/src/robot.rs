@@ -13,9 +13,10 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{Rows, of_rows, rows};
-use crate::effect::{Faults, look_for_sites, own};
 use crate::error::{fault, raised};
+use crate::faults::Faults;
 use crate::inverse::{Search, Targets};
+use crate::own::{look_for_sites, own};
 use crate::pool::Pool;
 use crate::work::brief;
 
