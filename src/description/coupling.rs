@@ -14,7 +14,7 @@ pub fn parse_coupling(text: &str) -> Result<Coupling<'_>, String> {
         return Err("one joint name is needed before `=`".into());
     }
     let terms = parse_sum(rest)?;
-    if terms.is_empty() { Err("no joint stands after `=`".into()) } else { Ok((joint, terms)) }
+    if terms.is_empty() { Err("there is no joint after `=`".into()) } else { Ok((joint, terms)) }
 }
 
 /// The factors and names of a sum of joints; none where nothing stands there.

@@ -82,7 +82,7 @@ fn owner(path: &Path) -> Option<u32> {
 /// Undoes writes that were cut off in a folder or above it. Waits for those that are still going on.
 ///
 /// # Errors
-/// What stands half written and cannot be put back.
+/// What is half written and cannot be restored.
 pub fn settle(folder: &Path) -> Result<(), Error> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let Ok(folder) = folder.canonicalize() else { return Ok(()) };
@@ -112,6 +112,6 @@ pub(super) fn settle_locked(folder: &Path) -> Result<(), Error> {
     });
     undone.map_err(|error| {
         let shown = folder.display();
-        Error::new(error.kind(), format!("files in `{shown}` stand half written, and cannot be put back: {error}"))
+        Error::new(error.kind(), format!("files in `{shown}` are half written and cannot be restored: {error}"))
     })
 }

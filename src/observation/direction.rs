@@ -18,7 +18,7 @@ pub(super) struct Direction {
     pub of_angles: fn([f64; 2]) -> Vector3<f64>,
     /// Residuals in reports.
     pub residuals: &'static str,
-    /// What a vector of no length is told.
+    /// The fault of a vector of no length.
     pub fault: &'static str,
     /// A body is read, wherever the robot stands, and not the tool.
     pub is_of_body: bool,

@@ -122,7 +122,7 @@ pub fn of_compliances(given: &[JointCompliance]) -> Vec<Diagnostic> {
     if given.len() > 2 && most - least <= TAU {
         let message =
             format!("the angles q of the compliances span {:.2} deg, from {least:.2} to {most:.2}", most - least);
-        let remedy = "give q in deg; a spring is told from its joint by angles far apart";
+        let remedy = "give q in deg; only angles far apart separate a spring from its joint";
         found.push(Diagnostic::error(message).code(Code::WrongUnits).figure("deg", most - least).remedy(remedy));
     }
     found

@@ -39,6 +39,6 @@ pub(super) fn apart(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
         name(index),
         campaign.address(&campaign.readings[index])
     );
-    let remedy = "give each point its own readings; two points do not stand in one place";
+    let remedy = "give each point its own readings; two points cannot coincide";
     vec![Diagnostic::warning(message).remedy(remedy).figure("readings", count as f64)]
 }

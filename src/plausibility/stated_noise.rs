@@ -33,7 +33,7 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
         }
         let diagnostic = if ratio < least {
             let message = format!(
-                "residuals{of} are {ratio:.2} times the stated noise: no instrument is so much better than it is said to be"
+                "residuals{of} are {ratio:.2} times the stated noise: no instrument is that much better than stated"
             );
             Diagnostic::warning(message).remedy(format!(
                 "state the noise under `instrument: {{{key}: ..}}`, in the campaign's units; look whether readings were measured or computed"

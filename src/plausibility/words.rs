@@ -76,7 +76,7 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
         ),
         Hypothesis::MarkersMoved(by) => Words::new(
             format!("`{}` read as `{}`, and so on", marker(0), marker(by % model.markers.len().max(1))),
-            "names of the markers moved on?",
+            "names of the markers shifted?",
             MARKERS,
         ),
         Hypothesis::DescriptionAngles(factor) => description_angles(factor),
@@ -188,7 +188,7 @@ fn forces(factor: f64) -> Words {
     let name = named.iter().find(|(own, _)| near(factor, *own)).map_or("another unit", |(_, name)| name);
     Words::unit(
         format!("forces times {}", number(factor)),
-        format!("are they in {name}, beside moments in N.m?"),
+        format!("are they in {name}, and moments in N.m?"),
         "give forces in the unit that `force` under `units:` says",
     )
 }
@@ -241,7 +241,7 @@ fn reordered(way: Reordered, model: &Model) -> Words {
         Order::Reversed => ("the joint columns in reverse order".into(), "are joints numbered from the tool?"),
         Order::MovedOn(by) => (
             format!("`{}` read from the column `{}`, and so on", name(0), name(by)),
-            if by == 1 || by == last { "an external axis at the other end?" } else { "columns moved on?" },
+            if by == 1 || by == last { "an external axis at the other end?" } else { "columns shifted?" },
         ),
     };
     let remedy = "name the columns right, in the table or under `columns:`".into();

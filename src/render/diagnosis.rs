@@ -63,7 +63,7 @@ pub fn finding(found: &Diagnosis) -> String {
         ),
         Verdict::Undecided if found.noise.source == NoiseFrom::Leftover => format!(
             "Undecided: nothing in the catalogue takes a certain part of the {rms:.4} mm (rms) away that calibration leaves; the noise is \
-             not known, so it cannot be told whether that is noise."
+             not known, so whether this is noise is undecided."
         ),
         Verdict::Undecided => format!(
             "Undecided: calibration leaves {rms:.4} mm (rms) and noise alone gives {noise:.4} mm, but these readings could not show a gap."
@@ -210,7 +210,8 @@ fn location(found: &Location, screen: Screen) -> String {
     if let Some(yielding) = &found.yielding {
         let shown = |v: f64| format!("{:.1} % {}", 100.0 * v.abs(), if v < 0.0 { "less" } else { "more" });
         let (inside, outside) = (shown(yielding.excess), shown(yielding.elsewhere));
-        let _ = writeln!(out, "the robot yields {inside} than predicted where {}, {outside} elsewhere", yielding.when);
+        let _ =
+            writeln!(out, "the robot deflects {inside} than predicted where {}, {outside} elsewhere", yielding.when);
     }
     let d = found.directions;
     let _ = writeln!(out, "all readings, by direction: x {:.4}, y {:.4}, z {:.4} mm", d.x, d.y, d.z);

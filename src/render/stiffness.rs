@@ -55,7 +55,7 @@ fn under_load(found: &Stiffness, screen: Screen) -> String {
         let _ = writeln!(out, "the loads may grow {factor:.2} fold before they use up the stiffness (buckling)\n");
     }
     if found.by_rules {
-        return out + "by rules (`fuzzy`), in the place of springs and beams: no element has a share\n";
+        return out + "fuzzy compliance replaces springs and beams: no strain-energy shares\n";
     }
     let shares = found.shares.iter().map(|(name, share)| vec![name.clone(), format!("{:.2}", 100.0 * share)]);
     out += &screen.table(&["element", "% of the deflection"], shares);

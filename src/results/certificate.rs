@@ -184,7 +184,7 @@ impl Certificate {
 /// The rule of ISO 14253-1, in mm.
 fn decide(max: f64, tolerance: f64, expanded: Option<f64>) -> (Verdict, String) {
     let Some(expanded) = expanded else {
-        let why = "The instrument's noise is not stated (instrument: {sigma: ..}): errors cannot be told from those of measuring";
+        let why = "The instrument's noise is not stated (instrument: {sigma: ..}): errors cannot be separated from measurement noise";
         return (Verdict::Undecided, why.into());
     };
     let greatest = format!("The greatest error is {max:.4} mm, with an expanded uncertainty of {expanded:.4} mm");

@@ -308,7 +308,7 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
     }
 }
 
-/// Most names said in one breath with a cause that the readings do not tell from them.
+/// Most names given with a cause that the readings do not separate from it.
 const NAMED_WITH: usize = 2;
 
 /// A cause as far as it is certain.

@@ -7,7 +7,7 @@ use crate::least_squares::Status;
 #[derive(Debug, thiserror::Error)]
 pub enum TrackingError {
     /// There is nothing to compare with.
-    #[error("one check says nothing of changes: there is nothing to compare it with")]
+    #[error("one check shows no changes: there is nothing to compare it with")]
     OneCheck,
     /// A calibration failed.
     #[error("{campaign}: {error}")]

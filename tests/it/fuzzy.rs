@@ -345,7 +345,7 @@ fn rules_say_no_more_than_the_readings_did() {
 
     let stiffness = ["stiffness", "rules.yaml", "--wrench", "0,0,-500", "--joints"];
     let at_home = run(folder.path(), &[&stiffness[..], &["q2=-70,q3=60", "--at", "m1"]].concat());
-    assert!(at_home.status == 0 && at_home.out.contains("no element has a share"), "{}", at_home.out);
+    assert!(at_home.status == 0 && at_home.out.contains("no strain-energy shares"), "{}", at_home.out);
     assert!(!at_home.err.contains("rotation"), "{}", at_home.err);
     let elsewhere = run(folder.path(), &[&stiffness[..], &["q1=170,q2=-30,q3=60"]].concat());
     assert!(elsewhere.err.contains("those of m1") && elsewhere.err.contains("are outside"), "{}", elsewhere.err);

@@ -105,7 +105,7 @@ fn temperatures_of_another_kind_are_told() {
     }
 }
 
-/// Moments of the other sense, and in N.mm; forces in kgf beside moments in N.m.
+/// Moments of the other sense, and in N.mm; forces in kgf with moments in N.m.
 #[test]
 fn moments_against_their_forces_are_named() {
     let folder = starter();
@@ -118,7 +118,7 @@ fn moments_against_their_forces_are_named() {
     for (columns, factor, words) in [
         (moments, -1.0, "the moments of the wrenches reversed"),
         (moments, 1e3, "moments times 0.001"),
-        (["fx", "fy", "fz"], 1.0 / 9.80665, "are they in kgf, beside moments in N.m?"),
+        (["fx", "fy", "fz"], 1.0 / 9.80665, "are they in kgf, and moments in N.m?"),
     ] {
         std::fs::write(at.join("m/measurements.csv"), &table).expect("written");
         spoil(&at.join("m"), |t: &mut Table| t.scale(&columns, factor));

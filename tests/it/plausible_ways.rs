@@ -206,7 +206,7 @@ fn an_external_axis_at_the_other_end_is_named() {
     );
 }
 
-/// Names of three markers moved on by one.
+/// Names of three markers shifted by one.
 #[test]
 fn markers_that_are_moved_on_are_named() {
     let folder = starter();
@@ -223,7 +223,7 @@ fn markers_that_are_moved_on_are_named() {
             };
         }
     });
-    refuses(at, &["check", "k"], "misread", &["names of the markers moved on?"]);
+    refuses(at, &["check", "k"], "misread", &["names of the markers shifted?"]);
 }
 
 /// A tool that is described without the radius of its reflector.

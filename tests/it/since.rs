@@ -174,5 +174,5 @@ fn a_robot_is_registered_in_spite_of_outliers() {
     });
     assert_eq!(errors.filter(|error| *error < 0.1).count(), 27);
     let nothing = run(path, &["register", "kr270-no-compensator"]);
-    assert!(nothing.status == 2 && nothing.err.contains("say nothing of where the robot stands"), "{}", nothing.err);
+    assert!(nothing.status == 2 && nothing.err.contains("do not determine the robot's base"), "{}", nothing.err);
 }

@@ -365,7 +365,7 @@ fn what_cannot_be_compared_is_refused() {
     std::fs::write(at.join("longer.yaml"), longer).expect("written");
     assert_eq!(run(at, &["simulate", "longer.yaml", "--poses", "24", "--into", "other"]).status, 0);
     let cases: &[(&[&str], &str)] = &[
-        (&["m1"], "one check says nothing of changes"),
+        (&["m1"], "one check shows no changes"),
         (&["m1", "m1"], "`m1` is given twice"),
         (&["m1", "copy"], "`copy` holds the same readings as `m1`"),
         (&["m1", "other"], "`other` is of another robot than `arm.yaml`: `2.d` of its description is far off"),

@@ -61,8 +61,8 @@ choices! {
         Pair = "pair": "Two",
         Triple = "triple": "Three",
         Null = "null": "None",
-        Unknown = "unknown": "What no catalogue knows",
-        Mixture = "mixture": "One effect, and what no catalogue knows",
-        Trap = "trap": "Readings that are not what they are said to be; in a workshop only",
+        Unknown = "unknown": "One that is in no catalogue",
+        Mixture = "mixture": "One effect, and one that is in no catalogue",
+        Trap = "trap": "Readings with a mistake, such as a wrong unit; in a workshop only",
     }
 }

@@ -36,7 +36,7 @@ pub fn controller_terms(command: &Convert, format: WriteAs, session: &Session) -
         (WriteAs::Mastering, Some(nominal)) => tables::mastering(&loaded.model, &nominal.model, to)?,
         (WriteAs::Mastering, None) => {
             let remedy = "give --nominal, the description that the controller works with";
-            return Err(Error::input("--as mastering: zeros are told against another description", remedy));
+            return Err(Error::input("--as mastering: zeros need a reference description", remedy));
         }
         (of, _) => {
             let other = nominal.as_ref().map(|nominal| parameters(&nominal.model)).transpose()?;

@@ -20,7 +20,7 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     known_parameters(&loaded.robot.model, command.hold.iter().map(String::as_str))?;
     if campaign.observes.is_difference() {
         return Err(Error::input(
-            format!("{}s say nothing of where the robot stands", campaign.observes.name()),
+            format!("{}s do not determine the robot's base", campaign.observes.name()),
             "register positions, poses or distances",
         ));
     }

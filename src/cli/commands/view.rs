@@ -43,8 +43,8 @@ pub fn run(command: &View, session: &Session) -> Result<Output, Error> {
     let is_loaded = load.is_some() || command.weight;
     if load.is_some() && model.is_by_rules() {
         return Err(Error::input(
-            "the description says by rules (`fuzzy`) how the tool gives, and rules give no shape of the robot",
-            "leave --wrench out, or view the description without `fuzzy`; `stiffness` tells the displacement by rules",
+            "the compliance is fuzzy (`fuzzy`), so no deflected shape exists",
+            "leave --wrench out, or view the description without `fuzzy`; `stiffness` gives the displacement",
         ));
     }
     if is_loaded {

@@ -87,14 +87,14 @@ fn noise_of_some_axes(source: &Source) -> Option<Diagnostic> {
     Some(diagnostic.remedy("give all three, one column `sigma`, or `instrument: {sigma: ..}` for the others"))
 }
 
-/// Readings of lengths whose noise is not stated beside others whose noise is: their weights against each other are not known.
+/// Readings of lengths whose noise is not stated next to others whose noise is: their weights against each other are not known.
 pub(super) fn noise_of_some_readings(campaign: &Campaign, raw: &RawCampaign, locate: Locate) -> Option<Diagnostic> {
     let of_lengths = || campaign.readings.iter().filter(|reading| reading.observes.length_rows() > 0);
     let is_stated = |reading: &&Reading| reading.noise.is_stated[0];
     let (count, stated) = (of_lengths().count(), of_lengths().filter(is_stated).count());
     let first = of_lengths().find(|reading| !is_stated(reading)).filter(|_| stated > 0)?;
     let message = format!(
-        "{} of {count} readings state their noise, and the others do not, from {} on: nothing says how much each counts",
+        "{} of {count} readings state their noise, and the others do not, from {} on: their relative weights are unknown",
         stated,
         campaign.address(first)
     );

@@ -15,7 +15,7 @@ pub fn resolve(raw: &RawRobot, tree: &Tree, diagnostics: &mut Collector) -> Vec<
         let named = match parse_sum(text) {
             Ok(terms) if !terms.is_empty() => terms,
             parsed => {
-                let why = parsed.err().unwrap_or_else(|| "no joint stands there".into());
+                let why = parsed.err().unwrap_or_else(|| "there is no joint".into());
                 let remedy = "write a sum of variables or joints with blanks around + and -: `q3 - q2: [-60, 90]`";
                 diagnostics.reject(&path, format!("limits of `{text}`: {why}"), remedy);
                 continue;

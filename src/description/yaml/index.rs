@@ -185,7 +185,7 @@ impl Walk<'_> {
                 };
                 if !node.closed {
                     let first = self.place(node.extent());
-                    let diagnostic = self.diagnostic("this alias repeats the very value that it stands in", at);
+                    let diagnostic = self.diagnostic("this alias refers to the value that contains it", at);
                     return Err(diagnostic.related(Some(first), "the value that would contain itself"));
                 }
                 let text = self.text.get(node.value.clone()).unwrap_or_default().to_owned();

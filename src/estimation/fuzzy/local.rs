@@ -66,7 +66,7 @@ pub fn fit_local(
     let kept = parametric.identifiability.kept.iter().map(|&column| parametric.slots[column]);
     let slots: Vec<Slot> = kept.filter(|&slot| LocalSprings::can_hold(&task.model.registry[slot])).collect();
     if slots.is_empty() {
-        return Err(CalibrationError::Malformed("the readings tell no spring that rules could stand for".into()));
+        return Err(CalibrationError::Malformed("the readings determine no spring that rules could replace".into()));
     }
     let values = parametric.values.clone();
     let local = Local { task, values: &values, slots: &slots };

@@ -66,7 +66,7 @@ pub fn mjcf(robot: &Robot, model: &Model) -> Result<(String, Vec<Diagnostic>), A
     let lost = writer.lost;
     let diagnostics = (!lost.is_empty()).then(|| {
         Diagnostic::warning(format!("not written to the MJCF: {}", lost.join(", ")))
-            .remedy("keep the description beside it: `pose`, `compensate` and `simulate` know them")
+            .remedy("keep the description as well: `pose`, `compensate` and `simulate` use them")
     });
     Ok((writer.out, diagnostics.into_iter().collect()))
 }
@@ -83,7 +83,7 @@ fn lost_parts(writer: &mut Writer) {
     let parts = [
         ("beams", robot.elastic.beams.iter().map(|own| own.name.as_str()).collect::<Vec<_>>()),
         ("springs that act on the stiffness alone", weak.map(|own| own.name.as_str()).collect()),
-        ("springs beside passive joints", parallel.map(|own| robot.frames[own.frame].name.as_str()).collect()),
+        ("springs about passive joints", parallel.map(|own| robot.frames[own.frame].name.as_str()).collect()),
         ("limits of sums", robot.limits.iter().map(|own| own.name.as_str()).collect()),
         ("boxes to keep out of", robot.keep_out.iter().map(|own| own.name.as_str()).collect()),
         ("rules", lost_rules.to_vec()),

@@ -1,4 +1,4 @@
-//! The floors of the house: a module imports from lower floors only, never from a neighbour; and no files import from each
+//! Floors of the architecture: a module imports from lower floors only, never from a neighbour; and no files import from each
 //! other in a circle, be it inside a folder.
 
 mod imports;
