@@ -90,8 +90,8 @@ pub fn draw(
     Ok(Drawn { campaign, fresh, truth })
 }
 
-/// A campaign with nothing measured yet, whose configurations follow one another: each variable comes from the side of its
-/// last move.
+/// A campaign with nothing measured yet, whose configurations follow one another: each variable comes from the side on which the
+/// configuration before lies, from above after a negative move.
 fn planned(bench: &Bench, late: f64, random: &mut ChaCha8Rng) -> Result<Campaign, PredictionError> {
     let mut campaign = bench.planned(late, random)?;
     if campaign.is_difference() {
@@ -101,7 +101,7 @@ fn planned(bench: &Bench, late: f64, random: &mut ChaCha8Rng) -> Result<Campaign
     let conditions = &mut campaign.conditions;
     for (sides, moves) in conditions.approach.iter_mut().zip(&conditions.last_move) {
         let come = |(side, moved): (&mut f64, &f64)| {
-            *side = if *moved == 0.0 || moved.is_nan() { *side } else { moved.signum() }
+            *side = if *moved == 0.0 || moved.is_nan() { *side } else { -moved.signum() }
         };
         sides.iter_mut().flatten().zip(moves).for_each(come);
     }
