@@ -8,7 +8,8 @@ use super::hypothesis::total_length;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::{Code, Diagnostic, Severity};
+use crate::effects::Family;
 use crate::estimation::{Calibration, Settings, calibrate};
 use crate::math::quantiles::f_tail;
 use crate::model::{EffectEntry, Model};
@@ -59,7 +60,36 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
     );
     all.extend(pulled);
+    for told in forbidden_to_identify(model, campaign, found, limits) {
+        if all.iter().all(|known| known.code != told.code) {
+            all.push(told);
+        }
+    }
     all
+}
+
+/// Where causes leave a gap: what forbids `identify` to write its calibration of all readings, those that the diagnosis set aside included.
+/// Outliers may hide a step, and a calibration that the tolerances pull is not judged.
+fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    let fits_as_identify = campaign.observes.purpose() == Purpose::Geometry || !campaign.calibrate.is_empty();
+    if !is_open || !fits_as_identify {
+        return Vec::new();
+    }
+    let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
+    let asked = Settings { second_order: false, ..Settings::default() };
+    let Ok(calibrated) = calibrate(model, campaign, &held_out, &asked, &mut |_| {}) else { return Vec::new() };
+    // A cause that goes with time is itself such a step or drift.
+    let is_in_time = found.causes.iter().any(|cause| cause.family == Family::Time);
+    let forbids = |told: &Diagnostic| match told.code {
+        Code::MovedMidway => !is_in_time,
+        // Of the amount the verdict has its own limits.
+        Code::TooLittleData => false,
+        code => code.forbids_saving(),
+    };
+    let judged = judge_result(&Evidence::with(model, campaign, &calibrated), limits);
+    let weaker = |told: Diagnostic| Diagnostic { severity: Severity::Warning, ..told };
+    judged.into_iter().filter(forbids).map(weaker).collect()
 }
 
 /// Share of a declared compliance below which nothing of it is left: it ends at the bound beyond which it would be negative.

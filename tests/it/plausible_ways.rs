@@ -284,3 +284,20 @@ markers:
   a: {frame: 6, at: [80, 10, 60]}
   b: {frame: 6, at: [-60, 50, 80]}
 ";
+
+/// A tool that was changed between two sessions which share it: a diagnosis that explains nothing writes no more than `identify` does.
+#[test]
+fn a_diagnosis_writes_nothing_that_identify_does_not() {
+    let folder = starter();
+    let at = folder.path();
+    let made = ["simulate", "universal-ur10", "--poses", "60", "--seed", "3", "--sessions", "a,b", "--unknown-base"];
+    ok(at, &[&made[..], &["--unknown-tool", "--into", "s"]].concat());
+    let campaign = at.join("s/campaign.yaml");
+    let text = fs::read_to_string(&campaign).expect("text");
+    fs::write(&campaign, text.replace("tool: per-session", "tool: true")).expect("written");
+    for command in [["identify", "s", "--save", "x.yaml"], ["diagnose", "s", "--apply", "x.yaml"]] {
+        let ran = run(at, &command);
+        assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{command:?}: {}{}", ran.out, ran.err);
+        assert!(ran.out.contains("DOUBTFUL (moved-midway)"), "{command:?}: {}", ran.out);
+    }
+}
