@@ -1,4 +1,4 @@
-//! The range in which the effects of a description were found: joints (rad, m), loads (N, N.m), time (s), temperature.
+//! The range of the readings by which a description was fitted, and its effects found: joints (rad, m), loads (N, N.m), time (s), temperature.
 
 use super::campaign::Campaign;
 use super::raw::RawValidity;
@@ -103,13 +103,16 @@ impl RawValidity {
         let remedy = match is_kelvin {
             true => "give temperatures in the unit of the campaign, deg C: these look like kelvin",
             false => {
-                "trust the prediction less there, or measure there and diagnose again; see `validity` in the description"
+                "trust the prediction less there, or measure there and identify or diagnose again; see `validity` in the description"
             }
         };
         (!found.is_empty()).then(|| {
-            Diagnostic::warning(format!("outside the range in which the effects were found: {}", found.join(", ")))
-                .code(Code::OutsideValidity)
-                .remedy(remedy)
+            Diagnostic::warning(format!(
+                "outside the range of the readings by which the description was fitted: {}",
+                found.join(", ")
+            ))
+            .code(Code::OutsideValidity)
+            .remedy(remedy)
         })
     }
 }

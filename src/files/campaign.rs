@@ -29,7 +29,7 @@ pub struct LoadedCampaign {
 }
 
 impl LoadedCampaign {
-    /// A warning where readings lie outside the range in which the effects of the robot's description were found.
+    /// A warning where readings lie outside the range of those by which the robot's description was fitted.
     pub fn outside(&self) -> Option<Diagnostic> {
         let robot = &self.robot;
         robot.raw.validity.as_ref()?.outside_of(&robot.model.variable_names(), &self.campaign)

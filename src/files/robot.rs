@@ -38,7 +38,7 @@ impl LoadedRobot {
         self.raw.calibration.fit.as_ref().map(|fit| FittedUncertainty::new(&self.model, fit))
     }
 
-    /// A warning where a state lies outside the range in which the effects of the description were found.
+    /// A warning where a state lies outside the range of the readings by which the description was fitted.
     pub fn outside<'a>(&self, states: impl Iterator<Item = State<'a>>) -> Option<Diagnostic> {
         self.raw.validity.as_ref()?.outside(&self.model.variable_names(), states)
     }

@@ -301,3 +301,20 @@ fn a_diagnosis_writes_nothing_that_identify_does_not() {
         assert!(ran.out.contains("DOUBTFUL (moved-midway)"), "{command:?}: {}", ran.out);
     }
 }
+
+/// A joint that never moved is said, and a path that moves it lies outside the range that `--save` writes.
+#[test]
+fn a_joint_that_never_moved_is_said() {
+    let folder = starter();
+    let at = folder.path();
+    let made = ["simulate", "universal-ur10", "--poses", "40", "--seed", "3", "--range", "q5=40:40.001"];
+    ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", "s"]].concat());
+    let said = json(&run(at, &["identify", "s", "--save", "fitted.yaml", "--format", "json"]));
+    let told = of_code(&said, "weak-direction");
+    assert!(told.iter().any(|one| one.to_string().contains("never moved: `q5`")), "{}", said["diagnostics"]);
+    for (q5, expected) in [("40", 0), ("-70", 1)] {
+        let joints = format!("10,-60,60,20,{q5},10");
+        let said = json(&run(at, &["pose", "fitted.yaml", "--joints", &joints, "--format", "json"]));
+        assert_eq!(of_code(&said, "outside-validity").len(), expected, "q5 = {q5}: {}", said["diagnostics"]);
+    }
+}

@@ -11,7 +11,8 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Campaign;
-use crate::description::raw::RawRobot;
+use crate::description::raw::{RawRobot, RawValidity};
+use crate::description::robot::Variable;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{
     Calibration, OtherSet, Settings, What, against, calibrate, changes, comparable, compare, loss_fault, split,
@@ -184,7 +185,10 @@ pub(super) fn calibrated(
         Ok(found) => found,
         Err(error) => return Err(not_computed(error.into(), model, campaign, session)),
     };
-    let saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
+    let mut saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
+    let range = RawValidity::of(campaign, &model.variable_names());
+    let unmoved = unmoved(model, campaign, &range);
+    saved.validity = Some(range);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     // What registration leaves is the robot's own error.
     let is_own = |diagnostic: &Diagnostic| {
@@ -209,6 +213,7 @@ pub(super) fn calibrated(
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
+    output.diagnostics.extend(unmoved);
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;
@@ -220,6 +225,31 @@ pub(super) fn calibrated(
         save(&mut output, path, doubt, &saved, unwritten(model, &found.values, path))?;
     }
     Ok(output)
+}
+
+/// Rotations (rad) and shifts (m) below which a joint stood still: a tenth of a degree, a millimetre.
+const STANDING: [f64; 2] = [2e-3, 1e-3];
+
+/// A warning of joints that moved in none of the readings, while others did.
+fn unmoved(model: &Model, campaign: &Campaign, range: &RawValidity) -> Option<Diagnostic> {
+    let stands = |variable: &Variable| {
+        let [low, high] = *range.joints.get(&variable.name)?;
+        let [angle, length] = STANDING;
+        (high - low < if variable.is_angle { angle } else { length }).then(|| format!("`{}`", variable.name))
+    };
+    let standing: Vec<String> = model.variables.iter().filter_map(stands).collect();
+    if standing.is_empty() || standing.len() == model.variables.len() || campaign.readings.is_empty() {
+        return None;
+    }
+    let message = format!(
+        "never moved: {}; how the robot is elsewhere, and how certain, these readings do not say",
+        standing.join(", ")
+    );
+    Some(
+        Diagnostic::warning(message)
+            .code(Code::WeakDirection)
+            .remedy("measure configurations in which they move, or use the description only where they stand now"),
+    )
 }
 
 /// Writes the calibrated description, where it is to be used and no doubt forbids it.

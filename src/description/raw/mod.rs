@@ -177,7 +177,7 @@ raw! {
 }
 
 raw! {
-    /// The range in which the effects of a description were found; outside it they are extrapolated.
+    /// The range of the readings by which a description was fitted, and its effects found; outside it they are extrapolated.
     pub struct RawValidity {
         /// Least and greatest value of each variable, rad or m.
         joints: IndexMap<String, [f64; 2]>,
