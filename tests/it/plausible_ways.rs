@@ -318,3 +318,21 @@ fn a_joint_that_never_moved_is_said() {
         assert_eq!(of_code(&said, "outside-validity").len(), expected, "q5 = {q5}: {}", said["diagnostics"]);
     }
 }
+
+/// What a diagnosis wrote, in the place of the controller's description; joints of a path in rad.
+#[test]
+fn what_compensate_is_given_by_mistake() {
+    let folder = starter();
+    let at = folder.path();
+    ok(at, &["diagnose", "c", "--apply", "d.yaml"]);
+    let said = |rows: &str, robot: &str, nominal: &str| {
+        fs::write(at.join("path.csv"), format!("q1,q2,q3,q4,q5,q6\n{rows}")).expect("written");
+        json(&run(at, &["compensate", robot, "path.csv", "--nominal", nominal, "--format", "json"]))
+    };
+    let degrees = "10,20,30,5,30,0\n11,20,30,5,30,0\n";
+    let exchanged = said(degrees, "c/robot.yaml", "d.yaml")["diagnostics"].to_string();
+    assert!(exchanged.contains("the wrong sign if they are exchanged"), "{exchanged}");
+    assert!(of_code(&said(degrees, "d.yaml", "c/robot.yaml"), "wrong-units").is_empty());
+    let radians = said("0.2,0.3,0.5,0.1,0.5,0\n0.3,0.3,0.5,0.1,0.5,0\n", "d.yaml", "c/robot.yaml");
+    assert_eq!(of_code(&radians, "wrong-units").len(), 1, "{}", radians["diagnostics"]);
+}

@@ -86,10 +86,14 @@ impl ControllerFile {
 
 /// A warning where the calibrated description is given as that of the controller, or the same description as both.
 fn exchanged(name: &str, nominal: &LoadedRobot, robot: &LoadedRobot) -> Option<Diagnostic> {
-    let is_calibrated = |loaded: &LoadedRobot| loaded.raw.calibration.fit.is_some();
+    // `diagnose --apply` writes the range of its readings and no fit.
+    let is_calibrated = |loaded: &LoadedRobot| {
+        let has_causes = loaded.raw.effects.iter().any(|effect| effect.applied.is_some());
+        loaded.raw.calibration.fit.is_some() || loaded.raw.validity.is_some() || has_causes
+    };
     if is_calibrated(nominal) && !is_calibrated(robot) {
         let text = format!(
-            "--nominal `{name}` was written by a calibration, and the robot was not: corrections have the wrong sign if they are exchanged"
+            "--nominal `{name}` was written by a calibration or a diagnosis, and the robot was not: corrections have the wrong sign if they are exchanged"
         );
         return Some(
             Diagnostic::warning(text).remedy("give ROBOT the calibrated description and --nominal the controller's"),

@@ -7,7 +7,8 @@ use crate::cli::values::wrench;
 use crate::compensation::{Desired, Hold, Outcome, Point, Refusal};
 use crate::description::campaign::Reading;
 use crate::description::path::Path;
-use crate::diagnostic::Diagnostic;
+use crate::description::units::Units;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::files::LoadedRobot;
 use crate::model::{Condition, Model};
 use crate::results::Compensation;
@@ -73,6 +74,34 @@ pub fn condition_doubts(model: &Model, path: &Path) -> Vec<Diagnostic> {
         diagnostics.push(Diagnostic::warning(text).remedy("add columns `approach.<variable>`, 1 or -1"));
     }
     diagnostics
+}
+
+/// Joints (least number of angles) of which all values lie within half a turn in rad, about their zero: no path stays there in degrees.
+const ANGLES: usize = 3;
+/// Limits reach at least so many times further than that.
+const WIDER: f64 = 10.0;
+
+/// A doubt about joints of a path that look like rad, and are read in a smaller unit.
+pub fn unit_doubt(loaded: &LoadedRobot, path: &Path, units: &Units) -> Option<Diagnostic> {
+    let factor = units.angle.factor();
+    let angles: Vec<usize> =
+        (0..loaded.model.variables.len()).filter(|&k| loaded.model.variables[k].is_angle).collect();
+    if !path.joints || factor >= 1.0 || path.campaign.readings.len() < 2 || angles.len() < ANGLES {
+        return None;
+    }
+    let half = std::f64::consts::PI * factor;
+    let reaches = |[low, high]: [f64; 2]| high.max(-low) > WIDER * half;
+    let are_wide = angles.iter().all(|&k| loaded.model.variables[k].limits.is_none_or(reaches));
+    let configurations = || (0..path.campaign.readings.len()).map(|point| path.campaign.configuration(point));
+    let is_small = |q: &[f64]| angles.iter().all(|&k| q.get(k).is_some_and(|value| value.abs() <= half));
+    let moves = configurations().any(|q| angles.iter().any(|&k| q.get(k).is_some_and(|value| *value != 0.0)));
+    (are_wide && moves && configurations().all(is_small)).then(|| {
+        let unit = units.angle.symbol();
+        let message = format!(
+            "all joint angles of the path lie within 3.1416 {unit} of 0, and the robot's limits are far wider: are they in rad, and read in {unit}?"
+        );
+        Diagnostic::warning(message).code(Code::WrongUnits).remedy("say --units angle=rad, or convert the joint columns")
+    })
 }
 
 /// `--at` for a path that does not say which marker passes.
