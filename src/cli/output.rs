@@ -105,7 +105,10 @@ impl Output {
     /// The first doubt for which fitted values are not to be written into a description, but for those that are `excepted`; none
     /// where that is forced.
     pub fn doubt_in_values(&self, force: bool, excepted: impl Fn(&Diagnostic) -> bool) -> Option<Code> {
-        let forbids = |found: &&Diagnostic| !force && found.code.forbids_saving() && !excepted(found);
+        // What cannot even be read back is not written by force either.
+        let is_unreadable = |found: &Diagnostic| found.is_error() && found.code == Code::UnusableResult;
+        let forbids =
+            |found: &&Diagnostic| !force && found.code.forbids_saving() && !is_unreadable(found) && !excepted(found);
         self.diagnostics.iter().find(forbids).map(|found| found.code)
     }
 

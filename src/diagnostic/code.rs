@@ -103,7 +103,7 @@ codes! {
     DependentReadings "dependent-readings",
     /// A spring, or its free length, is held where results depend on it: it may explain the gap, and intervals take it as exact.
     SpringsHeld "springs-held",
-    /// Configurations or loads lie outside the range in which the effects of a description were found.
+    /// Configurations or loads lie outside the range of the readings by which a description was fitted.
     OutsideValidity "outside-validity",
     /// Terms that belong to a session are not written into the robot.
     OfTheSession "of-the-session",
@@ -128,7 +128,14 @@ impl Code {
     /// that moved: that is what a calibration is for.
     pub fn forbids_saving(self) -> bool {
         self.is_plausibility() && self != Self::MovedFar
-            || matches!(self, Self::TooLittleData | Self::SessionsDiffer | Self::OutlyingReadings | Self::MovedMidway)
+            || matches!(
+                self,
+                Self::TooLittleData
+                    | Self::SessionsDiffer
+                    | Self::OutlyingReadings
+                    | Self::MovedMidway
+                    | Self::UnusableResult
+            )
     }
 
     /// Whether it casts doubt on the figures of a result, and stands before them.
@@ -143,6 +150,7 @@ impl Code {
                     | Self::OutlyingReadings
                     | Self::MovedMidway
                     | Self::SpringsHeld
+                    | Self::UnusableResult
             )
     }
 }

@@ -336,3 +336,31 @@ fn what_compensate_is_given_by_mistake() {
     let radians = said("0.2,0.3,0.5,0.1,0.5,0\n0.3,0.3,0.5,0.1,0.5,0\n", "d.yaml", "c/robot.yaml");
     assert_eq!(of_code(&radians, "wrong-units").len(), 1, "{}", radians["diagnostics"]);
 }
+
+/// A compensator declared three times too stiff: the causes named are large, and the written description leaves what was claimed, or is
+/// not written.
+#[test]
+fn a_written_description_leaves_what_was_claimed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made =
+        ["simulate", "kuka-kr270", "--poses", "30", "--seed", "4", "--markers", "m1,m2,m3", "--observes", "deflection"];
+    let loads = ["--wrench", "0,0,-2500", "--wrench", "1000,0,-1500", "--errors", "0", "--elastic-errors", "1"];
+    ok(at, &[&made[..], &loads, &["--noise", "0.03", "--into", "c"]].concat());
+    let robots = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/robots"));
+    fs::copy(robots.join("kuka-kr270.urdf"), at.join("c/kuka-kr270.urdf")).expect("copied");
+    let text = fs::read_to_string(robots.join("kuka-kr270.yaml")).expect("text");
+    let stiff = text.replace("compliance: 0.144e-6, identifiable: true", "compliance: 0.05e-6");
+    assert_ne!(stiff, text);
+    fs::write(at.join("c/r.yaml"), stiff).expect("written");
+    let campaign = fs::read_to_string(at.join("c/campaign.yaml")).expect("text");
+    fs::write(at.join("c/campaign.yaml"), campaign.replace("robot: kuka-kr270", "robot: r.yaml")).expect("written");
+    let ran = run(at, &["diagnose", "c", "--apply", "c/a.yaml"]);
+    if !at.join("c/a.yaml").exists() {
+        assert!(ran.status == 1 && ran.out.starts_with("DOUBTFUL (unusable-result)"), "{}{}", ran.out, ran.err);
+        return;
+    }
+    let left = json(&run(at, &["residuals", "c/a.yaml", "c", "--format", "json"]));
+    let rms = left["all"]["rms"].as_f64().expect("a figure");
+    assert!(rms < 0.1, "{rms} mm: {}", ran.out);
+}

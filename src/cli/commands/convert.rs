@@ -14,7 +14,7 @@ use crate::description::raw::RawRobot;
 use crate::description::{ur_kinematics, urdf, yaml};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::files::{moved_to, schema_line, source_urdf};
-use crate::model::Model;
+use crate::model::{EffectEntry, Model};
 use crate::prediction::{Linearised, PredictionError, Predictor};
 use crate::render::mjcf::mjcf;
 
@@ -114,6 +114,40 @@ fn fault(text: &str, session: &Session, expected: &Expected) -> Option<String> {
     let differences = expected.residual?.iter().zip(&found.residual).map(|(a, b)| (a - b).abs());
     let greatest = differences.fold(0.0, f64::max);
     (greatest > SAME).then(|| format!("it predicts readings up to {greatest:.1e} m or rad away from the fit"))
+}
+
+/// Root mean square error (m) that a description, written and read back, leaves of certain readings of a campaign, by their index;
+/// `None` where they cannot be predicted. What is `left_out` of the description is switched on as it was found.
+pub fn leaves(
+    raw: &RawRobot,
+    session: &Session,
+    expected: &Expected,
+    left_out: &[EffectEntry],
+    used: impl Fn(usize) -> bool,
+) -> Result<Option<f64>, Error> {
+    let (text, _) = written(raw, Path::new(READ_BACK))?;
+    let Ok(robot) = session.reader.robot_text(Path::new(READ_BACK), &text) else { return Ok(None) };
+    let mut model = robot.model;
+    left_out.iter().for_each(|entry| model.switch_on(entry.clone()));
+    let model = model.arranged(expected.campaign);
+    let values = model.nominal_at(expected.fitted.0, expected.fitted.1);
+    Ok(error(&model, &values, expected.campaign, used))
+}
+
+/// Root mean square error (m) that a model leaves of certain readings, by their index; `None` where they cannot be predicted.
+pub fn error(model: &Model, values: &[f64], campaign: &Campaign, used: impl Fn(usize) -> bool) -> Option<f64> {
+    let mut found = Linearised::default();
+    Predictor::new(model, campaign, Vec::new()).and_then(|by| by.linearise(values, false, &mut found)).ok()?;
+    let (mut first, mut squares, mut count) = (0, 0.0, 0.0);
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let lengths = reading.observes.length_rows();
+        if lengths > 0 && used(index) {
+            squares += found.residual.get(first..first + lengths)?.iter().map(|left| left * left).sum::<f64>();
+            count += 1.0;
+        }
+        first += reading.observes.rows();
+    }
+    (count > 0.0).then(|| (squares / count).sqrt())
 }
 
 /// A description as the text of a file, in the format that its name asks for.
