@@ -94,8 +94,7 @@ pub(super) fn calibrate_from(
     let (after, residual) = task.errors(&values)?;
     let direction_noise = task.direction_noise(&residual);
     let open = task.second_order(&mut selection, &values)?;
-    let (predicted, configurations) =
-        task.predicted_error(problem.slots(), &values, &covariance, direction_noise, &residual)?;
+    let (predicted, configurations) = task.predicted_error(problem.slots(), &values, &covariance, &residual)?;
     Ok(Calibration {
         fit: task.carried(problem.slots(), &covariance, direction_noise),
         estimates: task.estimates(&selection, &values, &fitted, &open)?,
@@ -341,12 +340,19 @@ impl<'a> Task<'a> {
         Ok(of_readings.chain(self.fitted.constraints.iter().map(|constraint| constraint.sigma)).collect())
     }
 
-    /// Standard deviation of the fitted residuals of each direction, m.
+    /// Standard deviation of the fitted residuals of each direction, m: of positions, or of single lengths where none is read.
     fn direction_noise(&self, residual: &[f64]) -> [f64; 3] {
+        let lengths = self.campaign.readings.iter().map(|reading| reading.observes.length_rows());
+        self.noise_of_lengths(residual, lengths.max().unwrap_or(0))
+    }
+
+    /// Standard deviation of the fitted residuals of readings with so many lengths, m.
+    fn noise_of_lengths(&self, residual: &[f64], lengths: usize) -> [f64; 3] {
         std::array::from_fn(|k| {
             let readings = self.campaign.by_reading(residual, 1).zip(self.held_out);
-            let fitted = readings.filter(|(_, held_out)| !**held_out).map(|((_, own), _)| &own[..own.len().min(3)]);
-            mean_rms_max(fitted.filter_map(|own| own.get(k)).copied())[1]
+            let fitted = readings.filter(|(_, held_out)| !**held_out).map(|(reading, _)| reading);
+            let alike = fitted.filter(|(reading, _)| lengths > k && reading.observes.length_rows() == lengths);
+            mean_rms_max(alike.map(|(_, own)| own[k]))[1]
         })
     }
 
@@ -454,7 +460,6 @@ impl<'a> Task<'a> {
         kept: &[Slot],
         values: &[f64],
         covariance: &Covariance,
-        direction_noise: [f64; 3],
         residual: &[f64],
     ) -> Result<(Option<PredictedError>, Vec<ConfigurationError>), CalibrationError> {
         let check = self.campaign.select(|i, _| self.held_out[i]);
@@ -463,12 +468,7 @@ impl<'a> Task<'a> {
         }
         let mut found = Linearised::default();
         Predictor::new(self.model, &check, kept.to_vec())?.linearise(values, true, &mut found)?;
-        let width = kept.len().max(1);
-        let readings = check.by_reading(&found.jacobian, width);
-        let position = readings.flat_map(|(_, own)| own.chunks(width).take(3));
-        let mean_square = position.map(|row| covariance.variance(row)).sum::<f64>() / check.readings.len() as f64;
-        let noise: f64 = direction_noise.iter().map(|s| s * s).sum();
-        let predicted = PredictedError { parameters: mean_square.sqrt(), with_noise: (mean_square + noise).sqrt() };
+        let predicted = self.predicted_rms(&check, &found.jacobian, covariance, residual);
         let of_rows = self.noise_by_direction(covariance, residual);
         let errors = ConfigurationErrors {
             jacobian: &found.jacobian,
@@ -487,7 +487,36 @@ impl<'a> Task<'a> {
         for index in configurations.iter_mut().flat_map(|of| &mut of.readings) {
             *index = held_out[*index];
         }
-        Ok((Some(predicted), configurations))
+        Ok((predicted, configurations))
+    }
+
+    /// Root mean square error of the lengths held out that the covariance predicts; angles and torques have no part in it. `None`
+    /// where none is held out.
+    fn predicted_rms(
+        &self,
+        check: &Campaign,
+        jacobian: &[f64],
+        covariance: &Covariance,
+        residual: &[f64],
+    ) -> Option<PredictedError> {
+        let width = covariance.matrix.nrows().max(1);
+        let noise: [f64; 4] = std::array::from_fn(|lengths| {
+            self.noise_of_lengths(residual, lengths).iter().map(|sigma| sigma * sigma).sum()
+        });
+        let (mut count, mut of_parameters, mut of_noise) = (0.0, 0.0, 0.0);
+        for (reading, own) in check.by_reading(jacobian, width) {
+            let lengths = reading.observes.length_rows().min(3);
+            if lengths == 0 {
+                continue;
+            }
+            count += 1.0;
+            of_parameters += own.chunks(width).take(lengths).map(|row| covariance.variance(row)).sum::<f64>();
+            of_noise += noise[lengths];
+        }
+        (count > 0.0).then(|| PredictedError {
+            parameters: (of_parameters / count).sqrt(),
+            with_noise: ((of_parameters + of_noise) / count).sqrt(),
+        })
     }
 
     /// Variance of the noise along x, y, z over the stated one, as the fitted residuals show it.
