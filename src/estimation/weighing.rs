@@ -1,7 +1,7 @@
-//! How angles weigh against lengths where a campaign does not state the noise of orientations: by what a calibration leaves
-//! of both.
+//! How angles weigh against lengths where a campaign states the noise of one of them only, or of neither: by what a calibration
+//! leaves of both. What is stated stays as it is.
 //!
-//! The residuals of lengths and of angles estimate the two unknown variances; their ratio is the weight of the next fit, until it
+//! The residuals of what is stated and of what is not estimate the variances; their ratio is the weight of the next fit, until it
 //! no longer changes (iterated almost unbiased estimation of variance components; Foerstner 1979). Medians of the residuals' sizes stand for
 //! their deviations, and Huber's weights keep outliers from the fit.
 
@@ -28,8 +28,33 @@ const STEADY: f64 = 1e-3;
 /// Least and greatest noise of orientations for one of lengths, rad/m: what trackers and cameras have lies within.
 const RATIOS: [f64; 2] = [1e-2, 1e3];
 
-/// The campaign with the noise of its orientations as the readings to be fitted show it, where it has both lengths and angles and
-/// does not state that of angles; else as it is.
+/// What weighs a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Weight {
+    /// The noise that is stated; the lengths', where none is.
+    Reference,
+    /// What the fit leaves of lengths.
+    Length,
+    /// What the fit leaves of angles.
+    Angle,
+    /// Neither a length nor an angle that is read.
+    Other,
+}
+
+/// What weighs the rows of each kind (lengths, angles, others) of a reading.
+fn weights(campaign: &Campaign) -> impl Fn(&Reading) -> [Weight; 3] + use<> {
+    let states_lengths = |of: &Reading| of.observes.length_rows() > 0 && of.noise.is_stated[0];
+    let states_angles = |of: &Reading| of.observes.angle_rows() > 0 && of.noise.is_stated[1];
+    let is_by_angles = !campaign.readings.iter().any(states_lengths) && campaign.readings.iter().any(states_angles);
+    move |reading| {
+        let length = if is_by_angles { Weight::Length } else { Weight::Reference };
+        let angle = if reading.noise.is_stated[1] { Weight::Reference } else { Weight::Angle };
+        [length, angle, Weight::Other]
+    }
+}
+
+/// The campaign with the noise of its orientations, or of its lengths, as the readings to be fitted show it, where it has both lengths
+/// and angles and does not state that of both; else as it is.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -39,66 +64,86 @@ pub fn weighed<'c>(
     held_out: &[bool],
     settings: &Settings,
 ) -> Result<Cow<'c, Campaign>, CalibrationError> {
-    let has_both = |reading: &Reading| {
-        let lengths = reading.observes.length_rows();
-        reading.observes.by_variable().is_none() && lengths > 0 && reading.observes.rows() > lengths
+    let has_both = |reading: &Reading| reading.observes.length_rows() > 0 && reading.observes.angle_rows() > 0;
+    let weight = weights(campaign);
+    let is_open = |reading: &Reading| {
+        row_kinds(reading).any(|kind| matches!(weight(reading)[kind], Weight::Length | Weight::Angle))
     };
-    let is_known = campaign.sigma_orientation.is_some() || settings.weights != Weights::Stated;
+    let is_known = settings.weights != Weights::Stated || !campaign.readings.iter().any(is_open);
     if is_known || !campaign.readings.iter().any(has_both) {
         return Ok(Cow::Borrowed(campaign));
     }
     let asked = Settings { second_order: false, ..settings.clone() };
     let found = calibrate_as_weighed(model, campaign, held_out, &asked, &mut |_| {})?;
+    let Some([of_lengths, of_angles]) = ratios(model, campaign, held_out, &found, &weight)? else {
+        return Ok(Cow::Borrowed(campaign));
+    };
     let mut weighed = campaign.clone();
-    let Some(ratio) = ratio(model, campaign, held_out, &found)? else { return Ok(Cow::Borrowed(campaign)) };
-    for noise in weighed.readings.iter_mut().map(|reading| &mut reading.noise) {
-        let sigma = noise.orientation * ratio;
-        noise.orientation = sigma.clamp(RATIOS[0] * noise.position[0], RATIOS[1] * noise.position[0]);
+    for reading in &mut weighed.readings {
+        let [length, angle, _] = weight(reading);
+        let noise = &mut reading.noise;
+        if length == Weight::Length {
+            let range = [noise.orientation / RATIOS[1], noise.orientation / RATIOS[0]];
+            noise.position = noise.position.map(|sigma| (sigma * of_lengths).clamp(range[0], range[1]));
+        }
+        if angle == Weight::Angle {
+            let sigma = noise.orientation * of_angles;
+            noise.orientation = sigma.clamp(RATIOS[0] * noise.position[0], RATIOS[1] * noise.position[0]);
+        }
     }
     Ok(Cow::Owned(weighed))
 }
 
-/// By how much the noise of angles is greater than stated compared with that of lengths, from the problem linearised where a calibration
-/// ended; `None` where nothing shows it.
-fn ratio(
+/// By how much the noise of lengths and that of angles, where it is not stated, is greater than assumed compared with what is, from the
+/// problem linearised where a calibration ended; `None` where nothing shows it.
+fn ratios(
     model: &Model,
     campaign: &Campaign,
     held_out: &[bool],
     found: &Calibration,
-) -> Result<Option<f64>, CalibrationError> {
+    weight: &impl Fn(&Reading) -> [Weight; 3],
+) -> Result<Option<[f64; 2]>, CalibrationError> {
     let fitted = campaign.select(|index, _| held_out.get(index) != Some(&true));
     let kept = found.identifiability.kept.iter().map(|&column| found.slots[column]).collect();
     let predictor = Predictor::new(model, &fitted, kept)?;
     let mut at_end = Linearised::default();
     predictor.linearise(&found.values, true, &mut at_end)?;
     let (sigmas, width) = (row_sigmas(&fitted), predictor.slots.len());
-    let mut kinds: Vec<usize> = fitted.readings.iter().flat_map(row_kinds).collect();
-    // Constraints are neither lengths nor angles that are read.
-    kinds.resize(sigmas.len(), 2);
+    let of_rows = |reading: &Reading| row_kinds(reading).map(|kind| weight(reading)[kind]).collect::<Vec<_>>();
+    let mut weights: Vec<Weight> = fitted.readings.iter().flat_map(of_rows).collect();
+    weights.resize(sigmas.len(), Weight::Other);
     let columns = DMatrix::from_fn(sigmas.len(), width, |row, k| at_end.jacobian[row * width + k] / sigmas[row]);
     let right = DVector::from_fn(sigmas.len(), |row, _| at_end.residual[row] / sigmas[row]);
-    let (mut ratio, mut trust) = (1.0, vec![1.0; sigmas.len()]);
+    let open = [Weight::Length, Weight::Angle];
+    let ratio_of =
+        |weight: Weight, ratios: &[f64; 2]| open.iter().position(|of| *of == weight).map_or(1.0, |k| ratios[k]);
+    let (mut ratios, mut trust) = ([1.0; 2], vec![1.0; sigmas.len()]);
     for _ in 0..ROUNDS {
-        let weight = |row: usize| if kinds[row] == 1 { trust[row] / ratio } else { trust[row] };
-        let weighted = DMatrix::from_fn(sigmas.len(), width, |row, k| columns[(row, k)] * weight(row));
-        let x = least_squares(&weighted, &DVector::from_fn(sigmas.len(), |row, _| right[row] * weight(row)));
+        let scale = |row: usize| trust[row] / ratio_of(weights[row], &ratios);
+        let weighted = DMatrix::from_fn(sigmas.len(), width, |row, k| columns[(row, k)] * scale(row));
+        let x = least_squares(&weighted, &DVector::from_fn(sigmas.len(), |row, _| right[row] * scale(row)));
         let left = &right - &columns * x;
-        let of = |kind: usize| {
-            let own = (0..kinds.len()).filter(|&row| kinds[row] == kind);
-            median(&mut own.map(|row| left[row].abs()).collect::<Vec<_>>()).filter(|size| *size > 0.0)
+        let size = |of: Weight| {
+            let mut own: Vec<f64> =
+                (0..weights.len()).filter(|&row| weights[row] == of).map(|row| left[row].abs()).collect();
+            median(&mut own).filter(|size| *size > 0.0)
         };
-        let Some([lengths, angles]) = of(0).zip(of(1)).map(<[f64; 2]>::from) else { return Ok(None) };
-        for (row, trust) in trust.iter_mut().enumerate().filter(|(row, _)| kinds[*row] < 2) {
-            let scale = HUBER * if kinds[row] == 1 { angles } else { lengths };
+        let Some(reference) = size(Weight::Reference) else { return Ok(None) };
+        let mut change: f64 = 0.0;
+        for (ratio, of) in ratios.iter_mut().zip(open).filter(|(_, of)| weights.contains(of)) {
+            let Some(own) = size(of) else { return Ok(None) };
+            change = change.max((own / reference / *ratio).ln().abs());
+            *ratio = own / reference;
+        }
+        for (row, trust) in trust.iter_mut().enumerate().filter(|(row, _)| weights[*row] != Weight::Other) {
+            let scale = HUBER * reference * ratio_of(weights[row], &ratios);
             *trust = (scale / left[row].abs().max(f64::MIN_POSITIVE)).min(1.0).sqrt();
         }
-        let change = (angles / lengths / ratio).ln().abs();
-        ratio = angles / lengths;
         if change < STEADY {
             break;
         }
     }
-    Ok(ratio.is_finite().then_some(ratio))
+    Ok(ratios.iter().all(|ratio| ratio.is_finite()).then_some(ratios))
 }
 
 /// Calibrates `model` on the readings of `campaign` that are not `held_out` (one mark for each reading).

@@ -148,7 +148,8 @@ pub struct Noise {
     pub orientation: f64,
     /// Of a torque or force, N.m or N.
     pub load: f64,
-    /// What is added to that of positions with their distance from the instrument, m/m, as variances add.
+    /// What is added to that of positions with their distance from the instrument, m/m: a constant and a part of the distance, as
+    /// makers of trackers state it.
     pub ppm: f64,
     /// Whether a file states that of positions, of orientations, of loads.
     pub is_stated: [bool; 3],
@@ -169,7 +170,7 @@ impl Noise {
             None => 0.0,
         };
         let more = self.ppm * distance;
-        self.position.iter_mut().for_each(|sigma| *sigma = sigma.hypot(more));
+        self.position.iter_mut().for_each(|sigma| *sigma += more);
         self.ppm = 0.0;
         self
     }
@@ -230,6 +231,11 @@ pub trait Observation: Sync {
     /// Number of residuals that are lengths, m; they come first.
     fn length_rows(&self) -> usize {
         self.columns().iter().filter(|column| column.kind == Kind::Length).count()
+    }
+
+    /// Number of residuals that are angles, rad; they come behind the lengths.
+    fn angle_rows(&self) -> usize {
+        if self.by_variable().is_some() { 0 } else { self.rows() - self.length_rows() }
     }
 
     /// Whether the orientation of the tool shows: then the tool has 6 parameters, else 3, and residuals behind the

@@ -8,7 +8,11 @@ use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange, NoiseFigure};
 /// Text of `check` of a campaign.
 pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     let mut out = format!("{}\n{}, {} readings", found.campaign, found.robot, found.readings);
-    let _ = writeln!(out, " ({}) at {} configurations", found.observes.name(), found.configurations);
+    let kinds = match found.kinds.len() {
+        0 | 1 => found.observes.name().to_string(),
+        _ => found.kinds.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", "),
+    };
+    let _ = writeln!(out, " ({kinds}) at {} configurations", found.configurations);
     let markers: Vec<String> = found.markers.iter().map(|(name, count)| format!("{name} {count}")).collect();
     let _ = writeln!(out, "readings by marker: {}", markers.join(", "));
     let sets = [("fit", found.sets.fit), ("check", found.sets.check), ("unassigned", found.sets.unassigned)];
@@ -42,16 +46,24 @@ fn noise(found: &CampaignCheck) -> String {
     let mut out = String::new();
     let _ = match &found.noise {
         Some(noise) => {
-            let [x, y, z] = noise.position;
-            let axes = if x == y && y == z { format!("{x:.4} mm") } else { format!("{x:.4}, {y:.4}, {z:.4} mm") };
-            let turned = match noise.orientation {
-                Some(deg) => format!(", {deg:.4} deg"),
-                None if found.has_orientations => {
-                    "; of orientations none: they are weighed by what a fit leaves".into()
+            let range = noise.range.map_or(String::new(), |[least, most]| format!(" rms ({least:.4} to {most:.4} mm)"));
+            let lengths = noise.position.map(|[x, y, z]| match x == y && y == z {
+                true => format!("{x:.4} mm{range}"),
+                false => format!("{x:.4}, {y:.4}, {z:.4} mm"),
+            });
+            let angles = noise.orientation.map(|deg| format!("{deg:.4} deg"));
+            let torques = noise.torque.map(|torque| format!("{torque:.4} N.m"));
+            let stated: Vec<String> = [lengths, angles, torques].into_iter().flatten().collect();
+            let open = match (noise.position, noise.orientation) {
+                (Some(_), None) if found.has_orientations => {
+                    "; of orientations none: they are weighed by what a fit leaves"
                 }
-                None => String::new(),
+                (None, Some(_)) if found.has_orientations && found.has_lengths => {
+                    "; of lengths none: they are weighed by what a fit leaves"
+                }
+                _ => "",
             };
-            writeln!(out, "noise stated, one sigma: {axes}{turned}")
+            writeln!(out, "noise stated, one sigma: {}{open}", stated.join(", "))
         }
         None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
     };
@@ -95,6 +107,7 @@ fn estimated(found: &CampaignCheck) -> String {
         ("geometry", &estimate.geometry),
         ("springs", &estimate.elastic),
         ("effects", &estimate.effects),
+        ("contacts, anchors, sensors", &estimate.targets),
     ];
     let mut out = "\n`identify` will estimate, as far as the readings separate it (`identifiability`)\n".to_string();
     for (what, names) in groups.into_iter().filter(|(_, names)| !names.is_empty()) {

@@ -10,7 +10,7 @@ use super::units::{deg, mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
-use crate::math::distinct;
+use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
 use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
 use crate::observation::Observes;
@@ -42,10 +42,42 @@ pub struct JointRange {
 /// Noise that the campaign states, one sigma.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StatedNoise {
-    /// Along x, y, z (of a distance: the first).
-    pub position: [f64; 3],
+    /// Along x, y, z (of a distance: the first), root mean square over the readings, with what grows with the distance; `None` where
+    /// that of orientations or torques alone is stated.
+    pub position: Option<[f64; 3]>,
+    /// The least and the greatest of a coordinate, where readings differ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
     /// Of a component of the orientation, deg.
     pub orientation: Option<f64>,
+    /// Of a torque or force, N.m or N, root mean square.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque: Option<f64>,
+}
+
+impl StatedNoise {
+    /// Of a campaign; `None` where it states none.
+    fn of(campaign: &Campaign) -> Option<Self> {
+        let of_lengths = campaign.readings.iter().filter(|reading| reading.observes.length_rows() > 0);
+        let sizes = of_lengths.flat_map(|reading| {
+            reading.observes.sigmas(&reading.noise).into_iter().take(reading.observes.length_rows())
+        });
+        let [least, most] = sizes.fold([f64::INFINITY, 0.0], |[least, most], size| [size.min(least), size.max(most)]);
+        let is_by_axis = campaign.sigma.is_some_and(|[x, y, z]| x != y || y != z);
+        let loads: Vec<f64> = campaign
+            .readings
+            .iter()
+            .filter(|reading| reading.observes.by_variable().is_some())
+            .filter_map(|reading| reading.noise.is_stated[2].then_some(reading.noise.load))
+            .collect();
+        let found = Self {
+            position: campaign.sigma.map(|sigma| sigma.map(mm)),
+            range: campaign.sigma.filter(|_| !is_by_axis && most > least).map(|_| [least, most].map(mm)),
+            orientation: campaign.sigma_orientation.map(deg),
+            torque: (!loads.is_empty()).then(|| mean_rms_max(loads.into_iter())[1]),
+        };
+        (found.position.is_some() || found.orientation.is_some() || found.torque.is_some()).then_some(found)
+    }
 }
 
 /// Loads that were applied.
@@ -65,6 +97,8 @@ pub struct ToEstimate {
     pub geometry: Vec<String>,
     pub elastic: Vec<String>,
     pub effects: Vec<String>,
+    /// Places of contacts and anchors, zeros, gains and offsets of sensors, the instrument's scale.
+    pub targets: Vec<String>,
     /// Why nothing will be estimated.
     pub none: Option<String>,
 }
@@ -131,6 +165,8 @@ pub struct CampaignCheck {
     pub campaign: String,
     pub robot: String,
     pub observes: Observes,
+    /// Readings by kind.
+    pub kinds: IndexMap<&'static str, usize>,
     pub readings: usize,
     pub configurations: usize,
     /// Readings by marker; `TCP` is the tool centre point.
@@ -157,6 +193,9 @@ pub struct CampaignCheck {
     /// Readings hold an orientation in addition to a position.
     #[serde(skip)]
     pub has_orientations: bool,
+    /// Readings hold lengths.
+    #[serde(skip)]
+    pub has_lengths: bool,
 }
 
 impl CampaignCheck {
@@ -169,21 +208,22 @@ impl CampaignCheck {
             let name = reading.marker.map_or("TCP", |marker| model.markers[marker].name.as_str());
             *markers.entry(name.into()).or_default() += 1;
         }
+        let mut kinds: IndexMap<&'static str, usize> = IndexMap::new();
+        readings.iter().for_each(|reading| *kinds.entry(reading.observes.name()).or_default() += 1);
         let poses: Vec<usize> = distinct(readings.iter().map(|reading| reading.pose));
         let variable = |k: usize| model.variables[k].name.as_str();
         Self {
             campaign: campaign.name.clone(),
             robot: model.name.clone(),
             observes: campaign.observes,
+            kinds,
             readings: readings.len(),
             configurations: poses.len(),
             markers,
             sets: Sets { fit: count(Some(false)), check: count(Some(true)), unassigned: count(None) },
             unit: "mm",
             joints: (0..model.variables.len()).map(|k| (variable(k).into(), range(model, campaign, k))).collect(),
-            noise: campaign
-                .sigma
-                .map(|sigma| StatedNoise { position: sigma.map(mm), orientation: campaign.sigma_orientation.map(deg) }),
+            noise: StatedNoise::of(campaign),
             without_robot: InstrumentNoise::new(model, campaign),
             loads: loads(campaign),
             conditions: campaign.conditions.columns().map(|(column, _)| column.column(variable)).collect(),
@@ -193,6 +233,7 @@ impl CampaignCheck {
             own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
             warnings: warnings.to_vec(),
             has_orientations: NoiseSources::new(campaign).orientation.is_some(),
+            has_lengths: readings.iter().any(|reading| reading.observes.length_rows() > 0),
         }
     }
 }
@@ -241,6 +282,7 @@ impl ToEstimate {
             geometry: of(Group::Geometry),
             elastic: of(Group::Elastic),
             effects: of(Group::Effect),
+            targets: of(Group::Arrangement),
             none,
         }
     }

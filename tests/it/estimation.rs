@@ -299,12 +299,18 @@ fn angles_weigh_as_they_scatter() {
         let as_stated = weighed(&model, &stated, &held_out, &Settings::default()).expect("calibrated");
         assert_eq!(*as_stated, stated, "what is stated stays");
         let mut unstated = stated.clone();
-        unstated.sigma_orientation = None;
-        unstated.readings.iter_mut().for_each(|reading| reading.noise.orientation = reading.noise.position[0]);
+        unstated.state_noise(stated.sigma, None);
         unstated.readings[7].measured[0] += 0.01;
         let found = weighed(&model, &unstated, &held_out, &Settings::default()).expect("calibrated");
         let ratio = found.readings[0].noise.orientation / orientation;
         // Medians of 180 sizes scatter by a tenth.
         assert!((ratio - 1.0).abs() < 0.3, "{ratio} of {orientation}");
+        // Where angles alone are stated, these stay, and lengths are weighed against them.
+        let mut of_angles = stated.clone();
+        of_angles.state_noise(None, Some(orientation));
+        let found = weighed(&model, &of_angles, &held_out, &Settings::default()).expect("calibrated");
+        let noise = found.readings[0].noise;
+        assert_eq!(noise.orientation, orientation);
+        assert!((noise.position[0] / 2e-5 - 1.0).abs() < 0.3, "{:?}", noise.position);
     }
 }

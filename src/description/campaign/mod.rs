@@ -235,6 +235,18 @@ impl Campaign {
         !self.constraints.iter().any(is_known) && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
     }
 
+    /// Whether the noise is stated of what judges the campaign: of lengths, where no reading holds any of angles, else of torques.
+    pub fn states_noise(&self) -> bool {
+        let holds = |rows: fn(&Reading) -> usize| self.readings.iter().any(|reading| rows(reading) > 0);
+        if self.sigma.is_some() || holds(|reading| reading.observes.length_rows()) {
+            return self.sigma.is_some();
+        }
+        match holds(|reading| reading.observes.angle_rows()) {
+            true => self.sigma_orientation.is_some(),
+            false => !self.readings.is_empty() && self.readings.iter().all(|reading| reading.noise.is_stated[2]),
+        }
+    }
+
     /// Whether any reading holds the orientation of the tool.
     pub fn sees_orientation(&self) -> bool {
         self.readings.iter().any(|reading| reading.observes.sees_orientation())

@@ -18,7 +18,8 @@ pub struct RawInstrument {
     /// Of a torque or force of a joint, in the unit of torques or forces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque: Option<f64>,
-    /// What is added to it with the distance from the instrument (the origin of the measurement frame), parts per million.
+    /// What is added to `sigma` with the distance from the instrument (the origin of the measurement frame), parts per million of it:
+    /// one sigma is the sum of the two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ppm: Option<f64>,
 }
