@@ -1,14 +1,16 @@
 //! Whether readings of several sessions, or files, share a base and a tool as the campaign says.
 
-use nalgebra::Vector3;
+use nalgebra::Point3;
 
 use super::evidence::{Evidence, Limits};
 use super::trial::typical;
 use super::words::mm;
-use crate::description::campaign::{Campaign, InSession, Sharing};
+use crate::description::campaign::{Campaign, InSession, Reading, Sharing};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{RegistrationSettings, registered};
-use crate::math::mean_rms_max;
+use crate::kinematics::Geometry;
+use crate::math::{distinct, mean_rms_max};
+use crate::model::Model;
 
 /// Readings by session, or by file where no session is named.
 pub(super) struct Parts {
@@ -41,14 +43,42 @@ pub(super) fn parts(campaign: &Campaign) -> Option<Parts> {
 }
 
 /// What is estimated by session where it is shared.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Base,
     Tool,
+    Both,
+}
+
+impl Part {
+    fn has_base(self) -> bool {
+        self != Self::Tool
+    }
+
+    fn has_tool(self) -> bool {
+        self != Self::Base
+    }
+
+    /// What is told of it, and the keys that cure it.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Base => ["base", "base: per-session"],
+            Self::Tool => ["tool", "tool: per-session"],
+            Self::Both => ["base and tool", "base: per-session, tool: per-session"],
+        }
+    }
 }
 
 pub(super) fn agree(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     differ(evidence, limits).into_iter().collect()
+}
+
+/// Readings with a base, a tool or both of its own for each part.
+struct Tried {
+    part: Part,
+    /// What registration leaves, m.
+    error: f64,
+    apart: Apart,
 }
 
 /// Says by how much sessions differ, where a base or a tool of their own takes away most of what registration leaves.
@@ -63,69 +93,74 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
         return None;
     }
     let settings = RegistrationSettings { starts: 2, finalists: 1, last_iterations: 50, ..Default::default() };
-    let left = |campaign: &Campaign| {
-        let model = model.arranged(campaign);
-        let (_, residual) = registered(&model, campaign, &model.registry.nominal(), &settings).ok()?;
-        Some((typical(campaign, &residual, limits)?, residual))
+    let left = |model: &Model, campaign: &Campaign| {
+        let (values, residual) = registered(model, campaign, &model.registry.nominal(), &settings).ok()?;
+        Some((typical(campaign, &residual, limits)?, values))
     };
-    let (shared, residual) = left(campaign)?;
+    let (shared, _) = left(&model.arranged(campaign), campaign)?;
     let tried = |part: Part| {
         let own = separated(campaign, &parts, part)?;
-        let (error, own) = left(&own)?;
-        let apart = apart(campaign, &residual, &own, &parts)?;
-        Some((part, error, apart))
+        let model = model.arranged(&own);
+        let (error, values) = left(&model, &own)?;
+        Some(Tried { part, error, apart: apart(&model, &own, &values, &parts, part)? })
     };
-    let found = [Part::Base, Part::Tool].into_iter().filter_map(tried);
-    let (part, error, apart) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let noise = campaign.readings.iter().map(|reading| reading.noise.position[0]);
-    let noise = mean_rms_max(noise)[1];
-    if shared < limits.sessions_fall * error || apart.0 < limits.sessions_apart * noise {
-        return None;
-    }
-    let (what, key) = match part {
-        Part::Base => ("base", "base: per-session"),
-        Part::Tool => ("tool", "tool: per-session"),
-    };
-    let (distance, [one, other]) = apart;
+    let noise = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
+    let one = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
+    // One of the two is the plainer word: both are told where that leaves less by as much again.
+    let least = one.as_ref().map_or(f64::INFINITY, |one| one.error);
+    let both = (least > limits.sessions_fall * noise).then(|| tried(Part::Both)).flatten();
+    let fall = limits.sessions_fall.powi(2);
+    let is_plainly = |both: &Tried| shared >= fall * both.error && least >= limits.sessions_fall * both.error;
+    let found = both.filter(is_plainly).or(one)?;
+    let is_apart = found.apart.greatest() >= limits.sessions_apart * noise;
+    (shared >= limits.sessions_fall * found.error && is_apart).then(|| told(&found, shared, &parts))
+}
+
+fn told(found: &Tried, shared: f64, parts: &Parts) -> Diagnostic {
+    let ([what, key], apart) = (found.part.words(), &found.apart);
+    let [one, other] = apart.parts.map(|part| parts.names.get(part).map_or("", String::as_str));
     let message = format!(
-        "{} differ by {} mm (`{}` and `{}`): with a {what} of its own for each, registration leaves {} instead of {} mm: estimate {what} per session?",
+        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, registration leaves {} instead of {} mm: estimate {what} per session?",
         parts.noun,
-        mm(distance),
-        parts.names.get(one)?,
-        parts.names.get(other)?,
-        mm(error),
+        apart.words(),
+        mm(found.error),
         mm(shared),
     );
     let remedy = format!(
         "{}write `estimate: {{{key}}}` into the campaign; or look for a session that was set up differently",
         parts.cure
     );
-    Some(
-        Diagnostic::warning(message)
-            .code(Code::SessionsDiffer)
-            .remedy(remedy)
-            .figure("apart_mm", 1e3 * distance)
-            .figure("shared_mm", 1e3 * shared)
-            .figure("separate_mm", 1e3 * error),
-    )
+    let figures =
+        [("base_mm", apart.base.map(|[m, _]| 1e3 * m)), ("base_deg", apart.base.map(|[_, rad]| rad.to_degrees()))];
+    let of_tool =
+        [("tool_mm", apart.tool.map(|[m, _]| 1e3 * m)), ("tool_deg", apart.tool.map(|[_, rad]| rad.to_degrees()))];
+    let mut diagnostic = Diagnostic::warning(message).code(Code::SessionsDiffer).remedy(remedy);
+    for (name, value) in figures.into_iter().chain(of_tool) {
+        if let Some(value) = value {
+            diagnostic = diagnostic.figure(name, value);
+        }
+    }
+    diagnostic
+        .figure("apart_mm", 1e3 * apart.greatest())
+        .figure("shared_mm", 1e3 * shared)
+        .figure("separate_mm", 1e3 * found.error)
 }
 
-/// The campaign with a base, or a tool, for each part; `None` where each has its own already, or nothing says that it is
+/// The campaign with a base, a tool or both for each part; `None` where each has its own already, or nothing says that it is
 /// unknown.
 fn separated(campaign: &Campaign, parts: &Parts, part: Part) -> Option<Campaign> {
     let mut own = campaign.clone();
-    let shared = match part {
-        Part::Base => &mut own.sessions.base,
-        Part::Tool => &mut own.sessions.tool,
-    };
-    if *shared != Sharing::All {
-        return None;
+    if part.has_base() {
+        if own.sessions.base != Sharing::All {
+            return None;
+        }
+        (own.sessions.base, own.estimate_base) = (Sharing::PerSession, true);
     }
-    *shared = Sharing::PerSession;
-    match part {
-        Part::Base => own.estimate_base = true,
-        Part::Tool if !own.estimate_tool => return None,
-        Part::Tool => {}
+    if part.has_tool() {
+        if own.sessions.tool != Sharing::All || !own.estimate_tool {
+            return None;
+        }
+        own.sessions.tool = Sharing::PerSession;
     }
     own.sessions.names = (0..parts.names.len()).map(|k| format!("part{k}")).collect();
     for (reading, &session) in own.readings.iter_mut().zip(&parts.of) {
@@ -134,21 +169,69 @@ fn separated(campaign: &Campaign, parts: &Parts, part: Part) -> Option<Campaign>
     Some(own)
 }
 
-/// The greatest distance (m) between the mean displacements of two parts, and which they are.
-fn apart(campaign: &Campaign, shared: &[f64], own: &[f64], parts: &Parts) -> Option<(f64, [usize; 2])> {
-    let mut sums = vec![(Vector3::zeros(), 0.0); parts.names.len()];
-    let both = campaign.by_reading(shared, 1).zip(campaign.by_reading(own, 1));
-    for (((_, one), (_, other)), &part) in both.zip(&parts.of) {
-        let (Some(one), Some(other)) = (one.get(..3), other.get(..3)) else { continue };
-        sums[part].0 += Vector3::from_column_slice(one) - Vector3::from_column_slice(other);
-        sums[part].1 += 1.0;
+/// How far the bases, and the tools, of two parts are apart: m, and the angle of the rotation between them, rad.
+struct Apart {
+    parts: [usize; 2],
+    /// Root mean square over where readings of both bases would be.
+    base: Option<[f64; 2]>,
+    /// The greatest of the points that both have measured.
+    tool: Option<[f64; 2]>,
+}
+
+impl Apart {
+    /// The greater of the two, m.
+    fn greatest(&self) -> f64 {
+        self.base.into_iter().chain(self.tool).map(|[distance, _]| distance).fold(0.0, f64::max)
     }
-    let means: Vec<(usize, Vector3<f64>)> = sums
+
+    fn words(&self) -> String {
+        let of = |[distance, angle]: [f64; 2], of: &str| {
+            // A tool that is a point has no orientation.
+            let turned = if angle > 0.0 { format!(" and {:.3} deg", angle.to_degrees()) } else { String::new() };
+            format!("{} mm{turned} in the {of}", mm(distance))
+        };
+        let base = self.base.map(|base| of(base, "base"));
+        base.into_iter().chain(self.tool.map(|tool| of(tool, "tool"))).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// The two parts that are farthest apart.
+fn apart(model: &Model, campaign: &Campaign, values: &[f64], parts: &Parts, part: Part) -> Option<Apart> {
+    let geometry = Geometry::new(model, values).ok()?;
+    let of = |session: usize| InSession { session, station: 0 };
+    let measured = |reading: &Reading| reading.observes.measured_position(&reading.measured);
+    let used: Vec<usize> = distinct(parts.of.iter().copied());
+    // Of each reading, from its own base.
+    let points: Vec<(usize, Point3<f64>)> = campaign
+        .readings
         .iter()
-        .enumerate()
-        .filter(|(_, (_, count))| *count > 0.0)
-        .map(|(k, (sum, count))| (k, sum / *count))
+        .zip(&parts.of)
+        .filter_map(|(reading, &k)| {
+            let base = geometry.placement(model.base_slot(reading.session));
+            Some((k, base.inverse() * Point3::from(measured(reading)?)))
+        })
         .collect();
-    let pairs = means.iter().enumerate().flat_map(|(k, a)| means[k + 1..].iter().map(move |b| (a, b)));
-    pairs.map(|((i, a), (j, b))| ((a - b).norm(), [*i, *j])).max_by(|a, b| a.0.total_cmp(&b.0))
+    let bases = |i: usize, j: usize| {
+        let [one, other] = [i, j].map(|k| geometry.placement(model.base_slot(of(k))));
+        let own = points.iter().filter(|(k, _)| [i, j].contains(k));
+        let distance = mean_rms_max(own.map(|(_, point)| (one * point - other * point).norm()))[1];
+        [distance, (one.rotation.inverse() * other.rotation).angle()]
+    };
+    let markers =
+        |k: usize| distinct(campaign.readings.iter().zip(&parts.of).filter(|(_, of)| **of == k).map(|(r, _)| r.marker));
+    let tools = |i: usize, j: usize| {
+        let others = markers(j);
+        let at = |marker: Option<usize>, k: usize| geometry.point(model.point_slot(marker, of(k)));
+        let both = markers(i).into_iter().filter(|marker| others.contains(marker));
+        let distance = both.map(|marker| (at(marker, i) - at(marker, j)).norm()).fold(0.0, f64::max);
+        let [one, other] = [i, j].map(|k| geometry.placement(model.tool_slot(of(k))).rotation);
+        [distance, if campaign.sees_orientation() { (one.inverse() * other).angle() } else { 0.0 }]
+    };
+    let pairs = used.iter().enumerate().flat_map(|(at, &i)| used[at + 1..].iter().map(move |&j| [i, j]));
+    let between = |parts: [usize; 2]| Apart {
+        parts,
+        base: part.has_base().then(|| bases(parts[0], parts[1])),
+        tool: part.has_tool().then(|| tools(parts[0], parts[1])),
+    };
+    pairs.map(between).max_by(|a, b| a.greatest().total_cmp(&b.greatest()))
 }

@@ -503,8 +503,7 @@ fn a_description_with_impossible_numbers_is_doubted() {
     }
 }
 
-/// Two files of which the second was measured after the tracker had been moved by 19 mm, named as sessions and not. Means of
-/// the displacements are compared: a rotation of each base takes up some of it.
+/// Two files of which the second was measured after the tracker had been moved by 19 mm, named as sessions and not.
 #[test]
 fn sessions_that_differ_are_told() {
     let folder = starter();
@@ -533,10 +532,10 @@ fn sessions_that_differ_are_told() {
         at,
         &["check", "c"],
         "sessions-differ",
-        &["sessions differ by 17", "`monday` and `friday`", "base per session?"],
+        &["sessions differ by 18.5 mm", "in the base", "`monday` and `friday`", "base per session?"],
     );
     write(19.0, "[a.csv, b.csv]");
-    doubts(at, &["check", "c"], "sessions-differ", &["files differ by 17", "b.csv"]);
+    doubts(at, &["check", "c"], "sessions-differ", &["files differ by 18.5 mm", "b.csv"]);
     for entries in [named, "[a.csv, b.csv]"] {
         write(0.0, entries);
         let found = json(&run(at, &["check", "c", "--format", "json"]));
