@@ -101,7 +101,7 @@ class Identification(Result):
     def _plot(self) -> str:
         shown: dict[str, list[tuple[str, float, float | None]]] = {"mm": [], "deg": [], "%": []}
         for each in self._found.get("parameters", []):
-            if not each["identifiable"] or each["name"] in BASE:
+            if not each["identifiable"] or each["nominal"] is None or each["name"] in BASE:
                 continue
             nominal, change, width = _number(each["nominal"]), _number(each["value"]), each["ci95"] or 0.0
             change -= nominal

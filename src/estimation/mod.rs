@@ -38,7 +38,7 @@ pub use equivalence::{Equivalence, Split, SpringGroup};
 pub use network::{CHANGED, Network, Together};
 pub use problem::{row_kinds, row_sigmas};
 pub use reduction::{Reduction, candidates, observe};
-pub use registration::registered;
+pub use registration::{registered, with_campaign_fitted};
 pub use result::{Calibration, CalibrationError, Comparison, Estimate, Figures, PredictedError};
 pub use settings::{RegistrationSettings, Scheme, Settings, StartSettings, Weights, What, loss_fault};
 pub use shared::SharedError;

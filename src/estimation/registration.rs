@@ -164,6 +164,33 @@ pub fn registered(
     Ok((values, found.residual))
 }
 
+/// Values with what no description holds fitted to the readings, and which parameters these are: where contacts and anchors are, zeros,
+/// gains and offsets, the instrument's scale, and bases and tools of a session or station of their own. The robot, and a base and tool
+/// that all readings share, stay as `values` say.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn with_campaign_fitted(
+    model: &Model,
+    campaign: &Campaign,
+    values: &[f64],
+    settings: &RegistrationSettings,
+) -> Result<(Vec<f64>, Vec<Slot>), PredictionError> {
+    let mut own = campaign.clone();
+    own.estimate_base &= own.sessions.base != Sharing::All && !campaign.is_difference();
+    own.estimate_tool &= own.sessions.tool != Sharing::All && !campaign.is_difference();
+    let slots = arrangement(model, &own);
+    if slots.is_empty() {
+        return Ok((values.to_vec(), slots));
+    }
+    let start = rough(model, &own, values, settings)?;
+    let predictor = Predictor::new(model, &own, slots.clone())?;
+    let problem = CampaignProblem::new(predictor, &start, row_sigmas(&own), Vec::new());
+    let (count, limits) = (slots.len(), least_squares::Settings::default());
+    let found = least_squares::minimize(&problem, &vec![0.0; count], &Bounds::none(count), &limits);
+    Ok((found.map_or(start, |found| problem.values(&found.x)), slots))
+}
+
 /// The kind of those readings that says most about where the base is: poses, then positions, then lengths from known points.
 fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Option<Observes> {
     let is_known = |reading: &Reading| model.target_values(reading.target).iter().all(Option::is_none);

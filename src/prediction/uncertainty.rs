@@ -42,18 +42,22 @@ impl FittedUncertainty {
     }
 
     /// Standard uncertainties (m) along x, y, z of the base of the points that readings see, at their configurations and under
-    /// their loads; the base is taken as known.
+    /// their loads, at these values; the base is taken as known.
     ///
     /// # Errors
     /// A configuration that cannot be assembled.
-    pub fn positions(&self, model: &Model, readings: &Campaign) -> Result<Vec<[f64; 3]>, PredictionError> {
+    pub fn positions(
+        &self,
+        model: &Model,
+        values: &[f64],
+        readings: &Campaign,
+    ) -> Result<Vec<[f64; 3]>, PredictionError> {
         let mut points = readings.clone();
         points.constraints.clear();
         points.readings.iter_mut().for_each(|reading| reading.observes = POSITION);
-        let values = model.registry.nominal();
         let mut found = Linearised::default();
-        Predictor::new(model, &points, self.slots.clone())?.linearise(&values, true, &mut found)?;
-        let geometry = Geometry::new(model, &values)?;
+        Predictor::new(model, &points, self.slots.clone())?.linearise(values, true, &mut found)?;
+        let geometry = Geometry::new(model, values)?;
         let width = self.slots.len();
         let unexplained = Matrix3::from_diagonal(&self.unexplained.component_mul(&self.unexplained));
         let one = |(index, reading): (usize, &Reading)| {
@@ -77,11 +81,12 @@ impl FittedUncertainty {
     pub fn configurations(
         &self,
         model: &Model,
+        values: &[f64],
         campaign: &Campaign,
         residual: &[f64],
     ) -> Result<Vec<ConfigurationError>, PredictionError> {
         let mut found = Linearised::default();
-        Predictor::new(model, campaign, self.slots.clone())?.linearise(&model.registry.nominal(), true, &mut found)?;
+        Predictor::new(model, campaign, self.slots.clone())?.linearise(values, true, &mut found)?;
         let errors =
             ConfigurationErrors { jacobian: &found.jacobian, covariance: &self.covariance, freedom: f64::INFINITY };
         let is_stated = campaign.sigma.is_some();
@@ -111,6 +116,6 @@ impl FittedUncertainty {
             points.readings.push(Reading { row: pose + 1, pose, wrench, ..blank });
             points.joints.extend_from_slice(q);
         }
-        self.positions(model, &points)
+        self.positions(model, &model.registry.nominal(), &points)
     }
 }

@@ -249,7 +249,9 @@ fn parameter_row(found: &Identification, p: &ParameterEstimate) -> Vec<String> {
     };
     let shown = |value: f64| number(p.unit, value);
     let width = p.ci95.map_or(String::new(), shown);
-    vec![p.name.clone(), p.unit.into(), shown(p.nominal), shown(p.value), shown(p.value - p.nominal), width, note]
+    let [nominal, change] =
+        [p.nominal, p.nominal.map(|nominal| p.value - nominal)].map(|v| v.map_or(String::new(), shown));
+    vec![p.name.clone(), p.unit.into(), nominal, shown(p.value), change, width, note]
 }
 
 /// The worst readings, three of them.
@@ -397,7 +399,16 @@ pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
     rows.extend(found.markers.iter().map(|(name, errors)| (name.as_str(), errors)));
     let parts: Vec<_> = found.parts.iter().map(|of| (format!("{} {}", of.part, of.name), Some(of.errors))).collect();
     rows.extend(parts.iter().map(|(name, errors)| (name.as_str(), errors)));
-    let mut out = errors(&rows, screen) + &worst(&found.worst);
+    let mut out = match found.fitted.is_empty() {
+        true => String::new(),
+        false => format!(
+            "unknown to the campaign, no part of the description, and fitted to these readings before they are compared ({}): {}\n\n",
+            found.fitted.len(),
+            owners(&found.fitted)
+        ),
+    };
+    out += &errors(&rows, screen);
+    out += &worst(&found.worst);
     if found.directions.len() > 1 {
         let axes = ["x", "y", "z"].iter().zip(&found.directions);
         let shown: Vec<String> = axes.map(|(axis, rms)| format!("{axis} {rms:.4} mm")).collect();
@@ -410,4 +421,18 @@ pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
         );
     }
     out + &found.own_weight.words(IN_BOTH_READINGS) + "\n"
+}
+
+/// Names of parameters by what they belong to: `base@monday (x y z)`.
+fn owners(names: &[String]) -> String {
+    let mut owners: indexmap::IndexMap<&str, Vec<&str>> = indexmap::IndexMap::new();
+    for name in names {
+        let (owner, symbol) = name.rsplit_once('.').unwrap_or((name, ""));
+        owners.entry(owner).or_default().push(symbol);
+    }
+    let shown = owners.into_iter().map(|(owner, symbols)| match symbols.iter().all(|symbol| symbol.is_empty()) {
+        true => owner.to_string(),
+        false => format!("{owner} ({})", symbols.join(" ")),
+    });
+    shown.collect::<Vec<_>>().join(", ")
 }

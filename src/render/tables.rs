@@ -71,7 +71,7 @@ pub fn parameters(found: &Identification, file: &Path) -> io::Result<Vec<u8>> {
     let mut sheet = Sheet::new();
     sheet.texts("parameter", |row| parameters[row].name.clone());
     sheet.texts("unit", |row| parameters[row].unit.into());
-    sheet.column("nominal", |row| parameters[row].nominal.to_string());
+    sheet.column("nominal", |row| parameters[row].nominal.map_or_else(String::new, |value| value.to_string()));
     sheet.column("value", |row| parameters[row].value.to_string());
     sheet.column("ci95", |row| parameters[row].ci95.map_or_else(String::new, |width| width.to_string()));
     sheet.texts("estimated", |row| if parameters[row].identifiable { "yes" } else { "no" }.into());

@@ -6,6 +6,7 @@ use super::against::AgainstOther;
 use super::combinations::CombinedParameters;
 use super::configurations::ConfigurationResidual;
 use super::errors::ReadingErrors;
+use super::faces::{OfFace, of_faces};
 use super::identifiability::Reduction;
 use super::own_weight::OwnWeight;
 use super::parts::{PartErrors, WorstReading, parts, worst};
@@ -24,7 +25,8 @@ use crate::observation::Observes;
 pub struct ParameterEstimate {
     pub name: String,
     pub unit: &'static str,
-    pub nominal: f64,
+    /// `None` where nothing is: of a face whose place is unknown.
+    pub nominal: Option<f64>,
     /// Nominal where it was dropped.
     pub value: f64,
     /// Half width of the 95 % interval; `None` where it was dropped.
@@ -51,6 +53,15 @@ pub struct ParameterEstimate {
 }
 
 impl ParameterEstimate {
+    /// As a face shows it.
+    fn shown_of_face(&mut self, of: &OfFace) {
+        self.nominal = self.nominal.filter(|_| of.has_nominal);
+        if let Some((value, ci95)) = of.component {
+            (self.value, self.ci95, self.identifiable) = (value, ci95, ci95.is_some());
+            self.of_dropped = None;
+        }
+    }
+
     /// Whether what dropped parameters do in second order is more than half of its variance.
     pub fn is_uncertain_by_dropped(&self) -> bool {
         self.of_dropped.zip(self.ci95).is_some_and(|(open, ci95)| normal95() * open > ci95 / 2.0_f64.sqrt())
@@ -94,23 +105,21 @@ pub enum WeightSource {
 /// Where the noise comes from by which readings are weighed and intervals judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct NoiseSources {
-    /// Of positions.
+    /// Of positions; of orientations or torques, where no reading holds a length.
     pub position: WeightSource,
-    /// Of orientations; `None` where no reading has both a position and an orientation.
+    /// Of orientations; `None` where no reading has both a position and an orientation, and none is stated.
     pub orientation: Option<WeightSource>,
 }
 
 impl NoiseSources {
     pub(super) fn new(campaign: &Campaign) -> Self {
         let source = |is_stated: bool| if is_stated { WeightSource::Stated } else { WeightSource::Residuals };
-        let has_both = |reading: &Reading| {
-            let lengths = reading.observes.length_rows();
-            reading.observes.by_variable().is_none() && lengths > 0 && reading.observes.rows() > lengths
-        };
-        let is_turned = campaign.readings.iter().any(has_both);
+        let has_both = |reading: &Reading| reading.observes.length_rows() > 0 && reading.observes.angle_rows() > 0;
+        let has_angles = |reading: &Reading| reading.observes.angle_rows() > 0;
+        let is_stated = campaign.sigma_orientation.is_some() && campaign.readings.iter().any(has_angles);
         Self {
-            position: source(campaign.sigma.is_some()),
-            orientation: is_turned.then(|| source(campaign.sigma_orientation.is_some())),
+            position: source(campaign.states_noise()),
+            orientation: (is_stated || campaign.readings.iter().any(has_both)).then(|| source(is_stated)),
         }
     }
 }
@@ -193,9 +202,13 @@ impl Identification {
         };
         let stated = stated_error(campaign);
         let is_checked = found.held_out.contains(&true);
+        let mut parameters: Vec<_> = found.estimates.iter().map(|e| parameter(model, campaign, e)).collect();
+        for of in of_faces(model, campaign, found) {
+            parameters[of.column].shown_of_face(&of);
+        }
         Self {
             reduction: Reduction::new(model, &found.slots, &found.identifiability),
-            parameters: found.estimates.iter().map(|e| parameter(model, campaign, e)).collect(),
+            parameters,
             equivalences: found.equivalences.iter().map(|g| SpringGroup::new(model, campaign, found, g)).collect(),
             predicted_error: found.predicted.filter(|_| stated.is_some()).map(|predicted| PredictedError {
                 parameters_rms: mm(predicted.parameters),
@@ -207,7 +220,7 @@ impl Identification {
             parts: parts(model, campaign, &found.residual, |index| !is_checked || found.held_out[index]),
             worst: worst(model, campaign, &found.residual, &found.held_out),
             own_weight: OwnWeight::of_campaign(model, &found.values, campaign),
-            noise_ratio: campaign.sigma.map(|_| found.noise_ratio),
+            noise_ratio: campaign.states_noise().then_some(found.noise_ratio),
             noise_sources: NoiseSources::new(campaign),
             direction_noise: found.direction_noise.map(mm),
             correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
@@ -293,7 +306,7 @@ fn parameter(model: &Model, campaign: &Campaign, estimate: &Estimate) -> Paramet
     ParameterEstimate {
         name: parameter.name.clone(),
         unit,
-        nominal: shown(estimate.nominal),
+        nominal: Some(shown(estimate.nominal)),
         value: shown(estimate.value),
         ci95: estimate.ci95.map(|ci95| parameter.shown_width(estimate.value, ci95) / size),
         interval: estimate.interval.map(|ends| {

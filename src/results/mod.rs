@@ -16,6 +16,7 @@ mod compensator;
 mod configurations;
 mod diagnosis;
 mod errors;
+mod faces;
 mod fuzzy;
 mod identifiability;
 mod identification;

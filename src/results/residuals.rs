@@ -41,6 +41,9 @@ pub struct DescriptionResiduals {
     pub unit: &'static str,
     /// Whether the predictions hold the deflection by own weight.
     pub own_weight: OwnWeight,
+    /// Parameters that the campaign calls unknown and that a description does not hold: fitted to these readings first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fitted: Vec<String>,
     pub all: Option<ReadingErrors>,
     /// Readings marked `fit`.
     pub fit: Option<ReadingErrors>,
@@ -79,6 +82,7 @@ impl DescriptionResiduals {
         Self {
             unit: "mm",
             own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
+            fitted: Vec::new(),
             all: errors(&|_| true),
             fit: errors(&|i| campaign.readings[i].check == Some(false)),
             check: errors(&|i| campaign.readings[i].check == Some(true)),
@@ -105,14 +109,27 @@ impl DescriptionResiduals {
         }
     }
 
-    /// The same with the standard uncertainties (m) of the positions predicted for all readings.
+    /// The same with the standard uncertainties (m) of the positions predicted for all readings; those of angles and torques have
+    /// none.
     #[must_use]
-    pub fn with_uncertainties(mut self, all: &[[f64; 3]]) -> Self {
+    pub fn with_uncertainties(mut self, campaign: &Campaign, all: &[[f64; 3]]) -> Self {
+        let has_lengths = campaign.readings.iter().map(|reading| reading.observes.length_rows() > 0);
+        let placed: Vec<(usize, &[f64; 3])> = all
+            .iter()
+            .enumerate()
+            .zip(has_lengths)
+            .filter_map(|(own, has_lengths)| has_lengths.then_some(own))
+            .collect();
+        if placed.is_empty() {
+            return self;
+        }
         let square = |own: &[f64; 3]| own.iter().map(|u| u * u).sum::<f64>();
-        let mean = all.iter().map(square).sum::<f64>() / all.len().max(1) as f64;
+        let mean = placed.iter().map(|(_, own)| square(own)).sum::<f64>() / placed.len() as f64;
         self.predicted_uncertainty = Some(mm(mean.sqrt()));
-        for (reading, own) in self.readings.iter_mut().zip(all) {
-            reading.standard_uncertainty = Some(own.map(mm));
+        for (index, own) in placed {
+            if let Some(reading) = self.readings.get_mut(index) {
+                reading.standard_uncertainty = Some(own.map(mm));
+            }
         }
         self
     }

@@ -48,7 +48,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let found = found.map_err(|error| not_computed(error.into(), model, campaign, session))?;
     drop(bar);
     let calibrated = with_values(&loaded.robot.raw, model, &found.values);
-    let uncertainty = FittedUncertainty::new(model, &found.fit).positions(model, campaign).ok();
+    let uncertainty =
+        FittedUncertainty::new(model, &found.fit).positions(model, &model.registry.nominal(), campaign).ok();
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     let force = session.arguments.force;
     if force {

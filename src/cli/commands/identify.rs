@@ -222,7 +222,7 @@ pub(super) fn calibrated(
         let is_robust = settings.loss != Loss::Squares;
         let is_borne = |of: &Diagnostic| of.code == Code::OutlyingReadings && is_robust;
         let doubt = output.doubt_in_values(session.arguments.force, is_borne);
-        save(&mut output, path, doubt, &saved, unwritten(model, &found.values, path))?;
+        save(&mut output, path, doubt, &saved, unwritten(model, campaign, &found.values, path))?;
     }
     Ok(output)
 }
@@ -258,7 +258,7 @@ fn save(
     path: &Path,
     doubt: Option<Code>,
     saved: &RawRobot,
-    unwritten: Option<Diagnostic>,
+    unwritten: Vec<Diagnostic>,
 ) -> Result<(), Error> {
     if output.failed || doubt.is_some() {
         output.not_written(path, doubt);
@@ -286,10 +286,11 @@ fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> 
     Ok(())
 }
 
-/// A warning of bases, tools and markers that are a session's or station's: a description has one of each.
-fn unwritten(model: &Model, values: &[f64], path: &Path) -> Option<Diagnostic> {
+/// Warnings of what a description does not hold: bases, tools and markers that are a session's or station's, of which it has one of each;
+/// gains and offsets of sensors of torques.
+fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) -> Vec<Diagnostic> {
     let owners = of_sessions(model, values);
-    (!owners.is_empty()).then(|| {
+    let arranged = (!owners.is_empty()).then(|| {
         let text = format!(
             "`{}` holds one base and one of each marker, and those of the campaign's sessions are not written to it: {}",
             path.display(),
@@ -297,7 +298,22 @@ fn unwritten(model: &Model, values: &[f64], path: &Path) -> Option<Diagnostic> {
         );
         let remedy = "find them again with `register` and the campaign; `--table` or `--format json` holds them";
         Diagnostic::warning(text).remedy(remedy)
-    })
+    });
+    let prefixes: Vec<_> = campaign.readings.iter().filter_map(|reading| reading.observes.by_variable()).collect();
+    let sensors = campaign.targets.iter().filter(|target| prefixes.contains(&target.column));
+    let unknown = sensors.flat_map(|target| &target.values).filter_map(|value| value.parameter.as_deref());
+    let shown = unknown.filter_map(|name| Some(format!("{name} = {:.5e}", values.get(model.registry.slot(name)?)?)));
+    let shown: Vec<String> = shown.collect();
+    let of_sensors = (!shown.is_empty()).then(|| {
+        let text = format!(
+            "`{}` holds no sensors of torques, and what was found of them is not written to it: {}",
+            path.display(),
+            shown.join(", ")
+        );
+        let remedy = "write them under `torques:` of the campaign, in its units, where they are to be used again";
+        Diagnostic::warning(text).remedy(remedy)
+    });
+    arranged.into_iter().chain(of_sensors).collect()
 }
 
 /// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.

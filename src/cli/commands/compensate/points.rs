@@ -40,7 +40,7 @@ pub fn found(
             q.copy_from_slice(&point.corrected.joints);
         }
     }
-    Ok(found.with_uncertainties(&uncertainty.positions(model, &reached)?))
+    Ok(found.with_uncertainties(&uncertainty.positions(model, &model.registry.nominal(), &reached)?))
 }
 
 /// Puts the marker and the wrench that the command names into a path.

@@ -34,7 +34,7 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
     let row = |(index, p): (usize, &ParameterEstimate)| {
         let length = matches!(p.unit, "mm" | "deg");
         let stands_for = absorbed(&p.name);
-        context! { index, name => p.name.as_str(), unit => p.unit, length, at_bound => p.at_bound, stands_for }
+        context! { index, name => p.name.as_str(), unit => p.unit, length, nominal => p.nominal.is_some(), at_bound => p.at_bound, stands_for }
     };
     let rows: Vec<_> = found.parameters.iter().enumerate().filter(|(_, p)| p.identifiable).map(row).collect();
     let dropped: Vec<_> = found.reduction.dropped.iter().map(dropped).collect();
