@@ -26,8 +26,9 @@ pub struct Wanted<'a> {
     pub wrenches: &'a [[f64; 6]],
     /// Where the fixtures of contacts stand one after the other.
     pub placements: usize,
-    /// Sessions, one after the other, where the campaign file names none.
-    pub sessions: &'a [String],
+    /// Of each file, runs of rows one after the other: the cells that name their session and station. Nothing where the campaign file names
+    /// them.
+    pub runs: &'a [Vec<Cells>],
     /// Rows of a file that name the joints, and may name what is touched; in its units.
     pub given: Option<&'a [Cells]>,
 }
@@ -77,8 +78,10 @@ pub fn blank(
     markers(&design.robot.model, wanted.markers)?;
     let mut tables = Vec::new();
     let mut poses = 0;
-    for (entry, configurations) in raw.measurements.iter().flat_map(|all| &all.0).zip(configurations) {
-        let rows = rows(design, &raw, &raw.completed(entry), wanted, configurations, poses);
+    let entries = raw.measurements.iter().flat_map(|all| &all.0).enumerate();
+    for ((k, entry), configurations) in entries.zip(configurations) {
+        let runs = wanted.runs.get(k).map_or(&[][..], Vec::as_slice);
+        let rows = rows(design, &raw, &raw.completed(entry), wanted, &Asked { configurations, poses, runs });
         poses += configurations.len();
         tables.push(sheet(&rows).csv(0..rows.len())?);
     }
@@ -120,7 +123,7 @@ pub fn sheet(rows: &[Cells]) -> Sheet<'_> {
 /// How many different rows a file needs, so that each contact in each placement, and each payload, is in one.
 pub fn variety(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted) -> usize {
     let payloads = if entry.payload.is_none() { raw.payloads.len() + 1 } else { 1 };
-    touched(design, raw, entry, wanted).len().max(1) * payloads * wanted.sessions.len().max(1)
+    touched(design, raw, entry, wanted).len().max(1) * payloads
 }
 
 /// What each row of a file may touch, as cells: a contact in a placement. Empty where the file is of no contacts.
@@ -153,14 +156,16 @@ fn touched(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted
     all
 }
 
-fn rows(
-    design: &Design,
-    raw: &RawCampaign,
-    entry: &RawEntry,
-    wanted: &Wanted,
-    configurations: &[Vec<f64>],
+/// What is asked for of one file.
+struct Asked<'a> {
+    configurations: &'a [Vec<f64>],
+    /// Configurations of the files before.
     poses: usize,
-) -> Vec<Cells> {
+    runs: &'a [Cells],
+}
+
+fn rows(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted, asked: &Asked) -> Vec<Cells> {
+    let &Asked { configurations, poses, runs } = asked;
     let (robot, units) = (&design.robot.robot, entry.units.unwrap_or(raw.units));
     let kinds = kinds(entry, &design.kinds);
     let touched = touched(design, raw, entry, wanted);
@@ -176,12 +181,10 @@ fn rows(
             cells.insert(variable.name.clone(), (q / units.of(variable.kind())).to_string());
         }
         // One run after the other: a fixture is put down once, and a session ends.
-        let sessions = wanted.sessions.len().max(1);
+        let sessions = runs.len().max(1);
         let run = k * sessions / count;
         let (begin, end) = ((run * count).div_ceil(sessions), ((run + 1) * count).div_ceil(sessions));
-        if let Some(name) = wanted.sessions.get(run) {
-            cells.insert("session".into(), name.clone());
-        }
+        cells.extend(runs.get(run).cloned().unwrap_or_default());
         let payloads = raw.payloads.len() + 1;
         if payloads > 1 && entry.payload.is_none() {
             let name = (k % payloads).checked_sub(1).and_then(|k| raw.payloads.get_index(k));

@@ -56,7 +56,7 @@ fn begun(command: &Plan, file: &CampaignFile, seed: u64) -> Result<Campaigned, E
         repeats: 1,
         wrenches: &[],
         placements: command.placements.unwrap_or(1),
-        sessions: &[],
+        runs: &[],
         given: None,
     };
     let entries = raw.entries();

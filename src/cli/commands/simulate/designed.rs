@@ -14,13 +14,13 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::wrench;
 use crate::description::campaign::raw::{LoadSource, RawCampaign, RawEntry, RawInstrument, RawSigma};
-use crate::description::campaign::{Campaign, InSession, Reading, csv_in};
+use crate::description::campaign::{Campaign, InSession, Reading, Sharing, csv_in, kinds};
 use crate::description::units::Units;
 use crate::files::Design;
 use crate::kinematics::{Geometry, Placements};
 use crate::math::distinct;
 use crate::model::Model;
-use crate::observation::Noise;
+use crate::observation::{Kinds, Noise};
 use crate::prediction::{Toucher, fill_holding_loads, target_values};
 use crate::simulation::{
     conditions, draw_configurations_in, draw_errors, generator, joint_box, lay_out, measure_with, set_up, within_limits,
@@ -37,7 +37,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         design.robot.model.switch_on(entry);
     }
     keep_out(&command.keep_out, &mut design.robot)?;
-    let mut raw = stated(plain(&design.raw), command);
+    let mut raw = stated(plain(&design.raw), command, &design.kinds);
     if raw.loads.joints == LoadSource::Measured {
         return Err(Error::input(
             "`loads: {joints: measured}`: simulated torques are those of the description",
@@ -50,12 +50,13 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
         configurations(command, session, &design, &raw, &values, &mut random)?;
     let units = &design.robot.raw.units;
     let wrenches = command.wrench.iter().map(|text| wrench(units, text)).collect::<Result<Vec<_>, Error>>()?;
+    let runs = runs(command, session, &raw);
     let wanted = Wanted {
         markers: &command.markers,
         repeats: command.repeats,
         wrenches: &wrenches,
         placements: command.placements,
-        sessions: &command.sessions,
+        runs: &runs,
         given: rows.as_deref(),
     };
     let loaded = blank(&design, raw.clone(), &wanted, &configurations)?;
@@ -124,11 +125,61 @@ fn refuse(command: &Simulate) -> Result<(), Error> {
     }
 }
 
-/// The campaign file with the noise of the command, where it states none.
-fn stated(raw: RawCampaign, command: &Simulate) -> RawCampaign {
+/// Of each file, the sessions and stations of its rows: those of the command, else those that the measured tables name in columns, where the
+/// campaign estimates anything by them.
+fn runs(command: &Simulate, session: &Session, raw: &RawCampaign) -> Vec<Vec<Cells>> {
+    let entries = raw.measurements.as_ref().map_or(&[][..], |all| &all.0);
+    let of = |column: &str, name: &String| Cells::from([(column.to_string(), name.clone())]);
+    if !command.sessions.is_empty() {
+        let all: Vec<Cells> = command.sessions.iter().map(|name| of("session", name)).collect();
+        return vec![all; entries.len()];
+    }
+    let shared = [raw.estimate.base, raw.estimate.tool, raw.estimate.scale];
+    if shared.iter().all(|sharing| sharing.0.unwrap_or_default() == Sharing::All) {
+        return Vec::new();
+    }
+    let Ok(measured) = session.reader.campaign(&command.robot, None) else { return Vec::new() };
+    let campaign = &measured.campaign;
+    let mut begin = 0;
+    let mut all = Vec::new();
+    for ((_, end), entry) in campaign.files.iter().zip(entries) {
+        let mut runs: Vec<Cells> = Vec::new();
+        for reading in campaign.readings.iter().filter(|reading| (begin + 1..=*end).contains(&reading.row)) {
+            let InSession { session, station } = reading.session;
+            let names = [
+                ("session", &entry.session, campaign.sessions.names.get(session)),
+                ("station", &entry.station, campaign.sessions.stations.get(station)),
+            ];
+            let is_said = |name: &&String| !name.is_empty();
+            let cells = names.into_iter().filter(|(_, key, _)| key.is_none());
+            let cells = cells.filter_map(|(column, _, name)| Some(of(column, name.filter(is_said)?)));
+            let cells: Cells = cells.flatten().collect();
+            if !cells.is_empty() && !runs.contains(&cells) {
+                runs.push(cells);
+            }
+        }
+        begin = *end;
+        all.push(runs);
+    }
+    all
+}
+
+/// The campaign file with the noise of the command, where it states none: as the measured files state it in columns, say.
+fn stated(mut raw: RawCampaign, command: &Simulate, known: &Kinds) -> RawCampaign {
     let states = |instrument: &Option<RawInstrument>| instrument.is_some();
     if states(&raw.instrument) || raw.measurements.iter().flat_map(|all| &all.0).any(|entry| states(&entry.instrument))
     {
+        let completed = raw.entries();
+        let entries = raw.measurements.iter_mut().flat_map(|all| &mut all.0);
+        for (entry, whole) in entries.zip(completed) {
+            let has_lengths = kinds(&whole, known).iter().any(|kind| kind.length_rows() > 0 || kind.touches());
+            let instrument = whole.instrument.unwrap_or_default();
+            if has_lengths && instrument.sigma.is_none() && command.noise > 0.0 {
+                let unit = whole.units.unwrap_or(raw.units).length.factor() / 1e-3;
+                entry.instrument =
+                    Some(RawInstrument { sigma: Some(RawSigma::All(command.noise / unit)), ..instrument });
+            }
+        }
         return raw;
     }
     let length = Units::default().length.factor() * 1e-3 / raw.units.length.factor();
