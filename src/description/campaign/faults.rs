@@ -148,9 +148,18 @@ fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -
     stated.extend(instrument.ppm.map(|value| (vec!["ppm"], value, 1e-6)));
     stated.retain(|(_, value, factor)| !(LEAST_NOISE..=GREATEST).contains(&(value * factor)));
     let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
-        let message = format!("the instrument's noise is {value}, and must be a finite number above 0");
-        let diagnostic = Diagnostic::error(message).at(locate(&[&["instrument"], &path[..]].concat()));
-        diagnostic.remedy("give one sigma; leave it out to have it estimated from the residuals")
+        let is_ppm = path == ["ppm"];
+        let message = match is_ppm {
+            true => format!("`ppm: {value}` of the instrument, where a finite number above 0 is needed"),
+            false => format!("the instrument's noise is {value}, and must be a finite number above 0"),
+        };
+        let remedy = match is_ppm {
+            true => {
+                "give what is added to `sigma`, in parts per million of the distance; leave it out where that is nothing"
+            }
+            false => "give one sigma; leave it out to have it estimated from the residuals",
+        };
+        Diagnostic::error(message).at(locate(&[&["instrument"], &path[..]].concat())).remedy(remedy)
     };
     stated.into_iter().map(fault).collect()
 }

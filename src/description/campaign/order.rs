@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::conditions::EARLIER_MOVES;
 use super::{Campaign, InSession, Reading};
+use crate::diagnostic::{Diagnostic, Place};
 
 /// Place of a reading among those of its session: its number in the order of measurement, its time, or nothing (its place in
 /// the files).
@@ -59,6 +60,31 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     campaign.conditions.earlier_moves = earlier;
     campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
     campaign.count_session_time();
+}
+
+/// A number in the column `order` that two configurations of a session have: nothing says which of them came first.
+pub fn numbered_twice(campaign: &Campaign, orders: &[Option<i64>]) -> Option<Diagnostic> {
+    let mut first: BTreeMap<(InSession, i64), usize> = BTreeMap::new();
+    let mut twice: Vec<(i64, usize, usize)> = Vec::new();
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let Some(number) = orders.get(index).copied().flatten() else { continue };
+        let known = *first.entry((reading.session, number)).or_insert(index);
+        let is_other = campaign.readings[known].pose != reading.pose
+            && campaign.configuration(known) != campaign.configuration(index);
+        if is_other {
+            twice.push((number, known, index));
+        }
+    }
+    let &(number, one, other) = twice.first()?;
+    let [at_one, at_other] = [one, other].map(|index| campaign.address(&campaign.readings[index]));
+    let more = if twice.len() > 1 { format!(", and {} more like this", twice.len() - 1) } else { String::new() };
+    let message =
+        format!("column `order`: `{number}` numbers two configurations, that of {at_one} and that of {at_other}{more}");
+    let reading = &campaign.readings[other];
+    let place = campaign.file(reading).filter(|_| reading.line > 0).map(|file| Place::line_of(file, reading.line));
+    let remedy = "number configurations 1, 2, 3 as they were measured; where numbers begin anew, name the session in a column `session` \
+                  or in the entry of the file";
+    Some(Diagnostic::error(message).at(place).remedy(remedy))
 }
 
 impl Campaign {

@@ -16,7 +16,10 @@ pub enum Unknown {
 /// A value, or `unknown`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
+#[serde(
+    untagged,
+    expecting = "the value fits none of the forms that are accepted here; write `unknown`, or what is known: a number, or three as `[0, 0, 90]`"
+)]
 pub enum OrUnknown<T> {
     /// Known.
     Known(T),

@@ -51,12 +51,12 @@ pub fn resolve(
     diagnostics.extend(contradictions(robot, &sources));
     diagnostics.extend(mixed_differences(&all_kinds, locate));
     campaign.constraints = constraints(raw, &mut campaign.targets, locate, &mut diagnostics);
-    let mut rows = RowReader::new(raw, robot);
+    let mut rows = RowReader::new(raw, robot, locate);
     for source in &sources {
         diagnostics.extend(source.table.notes().iter().cloned());
         rows.append(source, &mut campaign, &mut diagnostics);
     }
-    rows.finish(&mut campaign);
+    diagnostics.extend(rows.finish(&mut campaign));
     settle(&mut campaign);
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(noise_of_some_readings(&campaign, raw, locate));
@@ -130,13 +130,28 @@ fn settle(campaign: &mut Campaign) {
             names.push(String::new());
         }
     }
-    let stated = |reading: &Reading| reading.noise.is_stated[0];
-    if campaign.sigma.is_none() && !campaign.readings.is_empty() && campaign.readings.iter().all(stated) {
-        let count = campaign.readings.len() as f64;
-        let mean_square = |axis: usize| {
-            campaign.readings.iter().map(|reading| reading.noise.position[axis].powi(2)).sum::<f64>() / count
-        };
+    settle_noise(campaign);
+}
+
+/// The noise of a campaign is the root mean square of its readings' where all of them state it, in columns, in the entries of
+/// their files, or with their distance.
+fn settle_noise(campaign: &mut Campaign) {
+    let of_lengths: Vec<&Reading> = campaign.readings.iter().filter(|of| of.observes.length_rows() > 0).collect();
+    let is_stated = !of_lengths.is_empty() && of_lengths.iter().all(|reading| reading.noise.is_stated[0]);
+    if is_stated && of_lengths.iter().any(|reading| Some(reading.noise.position) != campaign.sigma) {
+        let count = of_lengths.len() as f64;
+        let mean_square =
+            |axis: usize| of_lengths.iter().map(|reading| reading.noise.position[axis].powi(2)).sum::<f64>() / count;
         campaign.sigma = Some(std::array::from_fn(|axis| mean_square(axis).sqrt()));
+    }
+    let of_angles: Vec<&Reading> = campaign.readings.iter().filter(|of| of.observes.angle_rows() > 0).collect();
+    if !of_angles.is_empty() {
+        let is_stated = of_angles.iter().all(|reading| reading.noise.is_stated[1]);
+        let squares = of_angles.iter().map(|reading| reading.noise.orientation.powi(2)).sum::<f64>();
+        let is_one = of_angles.iter().all(|reading| Some(reading.noise.orientation) == campaign.sigma_orientation);
+        if !(is_stated && is_one) {
+            campaign.sigma_orientation = is_stated.then(|| (squares / of_angles.len() as f64).sqrt());
+        }
     }
 }
 
@@ -165,14 +180,18 @@ fn payloads(
                 "correct them",
             );
         }
+        // A faulty one is known by its name: rows that carry it are no faults of their own.
+        payloads.push((name.clone(), Payload { mass, com, frame: frame.unwrap_or(robot.tool.frame) }));
         match frame {
-            Some(frame) if robot.body(frame) == robot.body(robot.tool.frame) => {
-                payloads.push((name.clone(), Payload { mass, com, frame }));
-            }
-            Some(_) => fault(
+            Some(frame) if robot.body(frame) == robot.body(robot.tool.frame) => {}
+            Some(frame) => fault(
                 "frame",
-                format!("payload `{name}` is not on the body of the tool"),
-                "give masses of other bodies in the description, under `bodies:`",
+                format!(
+                    "payload `{name}` hangs on `{}`, which is not the tool's body: what a row loads is the tool alone",
+                    robot.frames[frame].name
+                ),
+                "give a mass on another body under `bodies:` of the description, and readings without it in a campaign of \
+                 their own; or name a frame that is fixed to the tool",
             ),
             None => {
                 let named = payload.frame.clone().unwrap_or_default();

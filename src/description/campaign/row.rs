@@ -1,9 +1,10 @@
 //! A row of a table of readings, and the faults of one table.
 
+use super::raw::RawEntry;
 use crate::description::resolve::GREATEST;
 use crate::description::table::Table;
 use crate::description::units::Units;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Locate, Place};
 
 /// Most faults shown of one table.
 pub const MOST_SHOWN: usize = 20;
@@ -40,6 +41,25 @@ impl Row<'_> {
     }
 }
 
+/// What the campaign file says of all rows of a table.
+pub struct OfFile<'a> {
+    pub entry: &'a RawEntry,
+    /// Its place in `measurements:`.
+    pub number: usize,
+    pub locate: Locate<'a>,
+}
+
+impl OfFile<'_> {
+    /// The place of a key.
+    pub fn place(&self, key: &str) -> Option<Place> {
+        let number = self.number.to_string();
+        let of_list = |key: &str| (self.locate)(&["measurements", &number, key]);
+        // A single one is no list. What is not there is placed where what would hold it stands.
+        let is_list = of_list(key) != of_list("no such key");
+        if is_list { of_list(key) } else { (self.locate)(&["measurements", key]) }
+    }
+}
+
 /// Faults of one table.
 #[derive(Default)]
 pub struct Faults {
@@ -55,14 +75,15 @@ impl Faults {
         }
     }
 
+    /// A fault that all rows share, once.
+    pub fn push_once(&mut self, diagnostic: Diagnostic) {
+        if self.shown.iter().all(|known| known.message != diagnostic.message) {
+            self.push(diagnostic);
+        }
+    }
+
     pub fn unknown<'n>(&mut self, row: &Row, column: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) {
-        let diagnostic = Diagnostic::error(format!("unknown {column} `{name}`")).at(row.place(column));
-        let valid: Vec<&str> = valid.into_iter().collect();
-        self.push(match valid.is_empty() {
-            // That there is none of them is an error of its own.
-            true => diagnostic.remedy(format!("declare it under `{column}s:`")),
-            false => diagnostic.suggest(name, valid),
-        });
+        self.push(unknown(column, name, valid).at(row.place(column)));
     }
 
     pub fn check_size(&mut self, row: &Row, column: &str, value: f64) {
@@ -70,5 +91,16 @@ impl Faults {
             let diagnostic = Diagnostic::error(format!("column `{column}`: no robot measures so much"));
             self.push(diagnostic.remedy("check the value and `units:`").at(row.place(column)));
         }
+    }
+}
+
+/// A name that nothing has.
+pub fn unknown<'n>(column: &str, name: &str, valid: impl IntoIterator<Item = &'n str>) -> Diagnostic {
+    let diagnostic = Diagnostic::error(format!("unknown {column} `{name}`"));
+    let valid: Vec<&str> = valid.into_iter().collect();
+    match valid.is_empty() {
+        // That there is none of them is an error of its own.
+        true => diagnostic.remedy(format!("declare it under `{column}s:`")),
+        false => diagnostic.suggest(name, valid),
     }
 }

@@ -1,7 +1,6 @@
 //! What loads the robot in a row: the wrench and where it acts, and what the tool carries.
 
-use super::raw::RawEntry;
-use super::row::{Faults, Row};
+use super::row::{Faults, OfFile, Row, unknown};
 use super::{Campaign, LOAD_POINT, LoadPoint, Payload, WRENCH};
 use crate::description::robot::Robot;
 use crate::diagnostic::Diagnostic;
@@ -14,14 +13,9 @@ pub fn wrench(row: &Row, faults: &mut Faults) -> [f64; 6] {
 }
 
 /// Where the wrench of a row is applied: at a marker or frame of the measured point's body.
-pub fn load_point(
-    row: &Row,
-    entry: &RawEntry,
-    robot: &Robot,
-    measured: Option<usize>,
-    faults: &mut Faults,
-) -> LoadPoint {
-    let Some(name) = row.text(LOAD_POINT).or(entry.load_point.as_deref()) else { return LoadPoint::Measured };
+pub fn load_point(row: &Row, file: &OfFile, robot: &Robot, measured: Option<usize>, faults: &mut Faults) -> LoadPoint {
+    let of_row = row.text(LOAD_POINT);
+    let Some(name) = of_row.or(file.entry.load_point.as_deref()) else { return LoadPoint::Measured };
     let Robot { markers, frames, tool, .. } = robot;
     let frame_of = |marker: Option<usize>| marker.map_or(tool.frame, |marker| markers[marker].frame);
     let found = match name {
@@ -33,30 +27,37 @@ pub fn load_point(
             of_marker.or_else(|| frame().map(|frame| (LoadPoint::Frame(frame), frame)))
         }
     };
-    let place = || row.place(if row.text(LOAD_POINT).is_some() { LOAD_POINT } else { "" });
+    let mut push = |fault: Diagnostic| match of_row {
+        Some(_) => faults.push(fault.at(row.place(LOAD_POINT))),
+        None => faults.push_once(fault.at(file.place(LOAD_POINT))),
+    };
     let Some((point, frame)) = found else {
         let known = markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
         let known = known.chain(frames.iter().map(|frame| frame.name.as_str()));
         let diagnostic = Diagnostic::error(format!("`{LOAD_POINT}`: no marker or frame is called `{name}`"));
-        faults.push(diagnostic.suggest(name, known).at(place()));
+        push(diagnostic.suggest(name, known));
         return LoadPoint::Measured;
     };
     if robot.body(frame) != robot.body(frame_of(measured)) {
         let message = format!("`{LOAD_POINT}`: `{name}` is not on the body of the measured point");
         let remedy = "name a marker or a frame that is fixed to it: what loads another body is no wrench of the tool";
-        faults.push(Diagnostic::error(message).at(place()).remedy(remedy));
+        push(Diagnostic::error(message).remedy(remedy));
     }
     point
 }
 
 /// What the tool carries in a row: as its column says, else as its file's entry says.
-pub fn payload(row: &Row, entry: &RawEntry, campaign: &Campaign, faults: &mut Faults) -> Option<Payload> {
-    let name = row.text("payload").or(entry.payload.as_deref()).filter(|name| *name != "none")?;
+pub fn payload(row: &Row, file: &OfFile, campaign: &Campaign, faults: &mut Faults) -> Option<Payload> {
+    let of_row = row.text("payload");
+    let name = of_row.or(file.entry.payload.as_deref()).filter(|name| *name != "none")?;
     let found = campaign.payloads.iter().find(|(known, _)| known == name);
     if found.is_none() {
         let known = campaign.payloads.iter().map(|(known, _)| known.as_str());
         let none = if campaign.payloads.is_empty() { None } else { Some("none") };
-        faults.unknown(row, "payload", name, known.chain(none));
+        match of_row {
+            Some(_) => faults.unknown(row, "payload", name, known.chain(none)),
+            None => faults.push_once(unknown("payload", name, known.chain(none)).at(file.place("payload"))),
+        }
     }
     found.map(|(_, payload)| *payload)
 }

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
 use super::faults::{LEAST_NOISE, no_name};
-use super::order::order_readings;
+use super::order::{numbered_twice, order_readings};
 use super::raw::{LoadSource, RawCampaign, RawEntry};
-use super::row::{Faults, MOST_SHOWN, Row};
+use super::row::{Faults, MOST_SHOWN, OfFile, Row};
 use super::row_loads::{load_point, payload, wrench};
 use super::source::Source;
 use super::stated::{NOISE_COLUMNS, stated_noise};
@@ -17,7 +17,7 @@ use crate::description::resolve::GREATEST;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::description::units::Units;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Locate};
 use crate::observation::{MOST_ROWS, Noise, Observes, Rows, ValueColumn};
 
 /// The set of a configuration, as its first row gives it.
@@ -31,6 +31,7 @@ struct SetOfPose {
 pub struct RowReader<'a> {
     raw: &'a RawCampaign,
     robot: &'a Robot,
+    locate: Locate<'a>,
     /// Configurations by session and name.
     poses: HashMap<(InSession, String), usize>,
     /// By configuration.
@@ -42,13 +43,14 @@ pub struct RowReader<'a> {
 }
 
 impl<'a> RowReader<'a> {
-    pub fn new(raw: &'a RawCampaign, robot: &'a Robot) -> Self {
-        Self { raw, robot, poses: HashMap::new(), sets: Vec::new(), rows_before: 0, orders: Vec::new() }
+    pub fn new(raw: &'a RawCampaign, robot: &'a Robot, locate: Locate<'a>) -> Self {
+        Self { raw, robot, locate, poses: HashMap::new(), sets: Vec::new(), rows_before: 0, orders: Vec::new() }
     }
 
     /// Appends the readings of a table and their conditions.
     pub fn append(&mut self, source: &Source, campaign: &mut Campaign, diagnostics: &mut Vec<Diagnostic>) {
         let Source { table, entry, kinds } = source;
+        let file = OfFile { entry, number: campaign.files.len(), locate: self.locate };
         let before = campaign.readings.len();
         let units = entry.units.unwrap_or(self.raw.units);
         let mut faults = Faults::default();
@@ -73,9 +75,9 @@ impl<'a> RowReader<'a> {
                 target: None,
                 session,
                 wrench: wrench(&row, &mut faults),
-                load_point: load_point(&row, entry, self.robot, marker, &mut faults),
+                load_point: load_point(&row, &file, self.robot, marker, &mut faults),
                 load: 0.0,
-                payload: payload(&row, entry, campaign, &mut faults),
+                payload: payload(&row, &file, campaign, &mut faults),
                 check,
             };
             self.check_sides(&row, &mut faults);
@@ -98,9 +100,10 @@ impl<'a> RowReader<'a> {
         self.conditions(table, &units, before, &rows, campaign);
     }
 
-    /// Says of each reading what was measured before it, once all tables are appended.
-    pub fn finish(self, campaign: &mut Campaign) {
+    /// Says of each reading what was measured before it, once all tables are appended; numbers of the order given twice are faults.
+    pub fn finish(self, campaign: &mut Campaign) -> Option<Diagnostic> {
         order_readings(campaign, &self.orders);
+        numbered_twice(campaign, &self.orders)
     }
 
     /// Appends the readings of one kind that a row holds.
@@ -209,8 +212,7 @@ impl<'a> RowReader<'a> {
             let column = format!("approach.{}", variable.name);
             if let Some(side) = row.given(&column).filter(|side| ![-1.0, 0.0, 1.0].contains(side)) {
                 let diagnostic = Diagnostic::error(format!("column `{column}`: `{side}` is no side of approach"));
-                let remedy =
-                    "write 1 where the variable grew towards its value, -1 where it fell, 0 where that is not known";
+                let remedy = "write 1 where the joint came from above, its value falling, -1 where it came from below, 0 where that is not known";
                 faults.push(diagnostic.at(row.place(&column)).remedy(remedy));
             }
         }

@@ -96,6 +96,7 @@ pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locat
         }
     }
     faults.extend(faults_of_loads(raw, robot, sources, locate));
+    faults.extend(unseen(raw, robot, sources, locate));
     for source in sources {
         let Some(prefix) = source.kinds.iter().find_map(|kind| kind.by_variable()) else { continue };
         if robot.variables.iter().all(|variable| !source.table.has(&column(prefix, variable))) {
@@ -103,6 +104,39 @@ pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locat
             let message = format!("{}: torques are observed, and no joint has a column", source.table.file());
             let remedy = format!("name at least one of {}, in the file or under `columns:`", wanted.join(", "));
             faults.push(Diagnostic::error(message).remedy(remedy));
+        }
+    }
+    faults
+}
+
+/// Unknown gains and offsets of sensors that no reading shows.
+fn unseen(raw: &RawCampaign, robot: &Robot, sources: &[Source], locate: Locate) -> Vec<Diagnostic> {
+    let is_read = |variable: &Variable| {
+        let of_source = |source: &Source| {
+            let mut prefixes = source.kinds.iter().filter_map(|kind| kind.by_variable());
+            prefixes.any(|prefix| source.table.has(&column(prefix, variable)))
+        };
+        sources.is_empty() || sources.iter().any(of_source)
+    };
+    let prefix = LOADS.by_variable().unwrap_or_default();
+    let mut faults = Vec::new();
+    for variable in robot.variables.iter().filter(|variable| !is_read(variable)) {
+        let Some(own) = raw.torques.get(&variable.name) else { continue };
+        for (key, value) in [("gain", own.gain), ("offset", own.offset)] {
+            if value.is_none_or(|value| value.known().is_some()) {
+                continue;
+            }
+            let (name, of) = (&variable.name, column(prefix, variable));
+            let message = match raw.loads.joints {
+                LoadSource::Measured => format!(
+                    "`torques:` `{name}`: the {key} is unknown, and `loads: {{joints: measured}}` uses `{of}` without reading it"
+                ),
+                _ => format!("`torques:` `{name}`: the {key} is unknown, and no file observes `{of}`"),
+            };
+            let remedy = format!(
+                "add `torque` to what a file with `{of}` observes (`observes: [position, torque]`), or give the {key}"
+            );
+            faults.push(Diagnostic::error(message).at(locate(&["torques", name, key])).remedy(remedy));
         }
     }
     faults
