@@ -17,12 +17,15 @@ use rayon::prelude::*;
 use super::geometry::{Geometry, Placements};
 use super::keep_out::entered;
 use super::limits::beyond_limits;
+use crate::description::robot::Motion;
 use descent::{Memory, Problem, Within};
 
 /// Starts tried together; fixed, so that threads change nothing.
 const BATCH: usize = 32;
 /// Batches are at most this many times what `restarts` asks for.
 const PATIENCE: usize = 12;
+/// By what starts about a declared branch are drawn nearer to it.
+const NEARER: f64 = 0.9;
 /// Variables (in their scale) that differ by less belong to one solution.
 const SAME: f64 = 1e-4;
 
@@ -50,12 +53,16 @@ const SAME: f64 = 1e-4;
 /// ```
 pub fn solve(geometry: &Geometry, target: &Target, settings: &InverseSettings) -> Result<Vec<Solution>, InverseError> {
     check(geometry, target, settings)?;
-    let first = settings.from.clone().unwrap_or_else(|| geometry.model.middle());
+    let mut first = settings.from.clone().unwrap_or_else(|| geometry.model.middle());
     let mut placements = Placements::default();
     if let Err(why) = geometry.place(&first, &mut placements) {
-        placeable(geometry, &mut placements).ok_or(InverseError::Assembly(why))?;
+        let declared = placeable(geometry, &mut placements).ok_or(InverseError::Assembly(why))?;
+        if settings.from.is_none() {
+            first = declared;
+        }
     }
-    let search = Search { problem: Problem::new(geometry, target, &placements), settings, first };
+    let homes = (0..geometry.model.variables.len()).map(|k| home(geometry, k)).collect();
+    let search = Search { problem: Problem::new(geometry, target, &placements), settings, first, homes };
     search.run()
 }
 
@@ -84,15 +91,25 @@ fn check(geometry: &Geometry, target: &Target, settings: &InverseSettings) -> Re
     Ok(())
 }
 
-/// Places the robot at the configuration at which a loop's branch is declared.
-fn placeable(geometry: &Geometry, placements: &mut Placements) -> Option<()> {
-    geometry.loops.iter().find_map(|closed| geometry.place(&closed.group().at, placements).ok())
+/// Places the robot at the configuration at which a loop's branch is declared, which it returns.
+fn placeable(geometry: &Geometry, placements: &mut Placements) -> Option<Vec<f64>> {
+    let mut declared = geometry.loops.iter().map(|closed| &closed.group().at);
+    declared.find(|at| geometry.place(at, placements).is_ok()).cloned()
+}
+
+/// Where a variable is when the branch of a loop that it drives is declared: the loop closes about there.
+fn home(geometry: &Geometry, variable: usize) -> Option<f64> {
+    let drives = |joint: &usize| matches!(geometry.model.frames[*joint].motion, Motion::Variable { index, .. } if index == variable);
+    let mut groups = geometry.loops.iter().map(|closed| closed.group());
+    groups.find(|group| group.inputs.iter().any(drives))?.at.get(variable).copied()
 }
 
 struct Search<'a> {
     problem: Problem<'a>,
     settings: &'a InverseSettings,
     first: Vec<f64>,
+    /// Of each variable, as [`home`].
+    homes: Vec<Option<f64>>,
 }
 
 /// What a start led to.
@@ -257,10 +274,10 @@ impl Search<'_> {
         };
         let mut random = ChaCha8Rng::seed_from_u64(self.settings.seed);
         random.set_stream(stream);
-        for _ in 0..40 {
+        for trial in 0..40 {
             let q: Vec<f64> = (0..self.first.len())
                 .map(|k| {
-                    let ([low, high], part) = (self.span(k), random.random::<f64>());
+                    let ([low, high], part) = (self.span(k, trial), random.random::<f64>());
                     low + part * (high - low)
                 })
                 .collect();
@@ -271,9 +288,16 @@ impl Search<'_> {
         None
     }
 
-    /// Where random starts of a variable lie: its limits; one turn, or the reach to both sides, where they are wider.
-    fn span(&self, k: usize) -> [f64; 2] {
+    /// Where random starts of a variable lie: its limits; one turn, or the reach to both sides, where they are wider. A loop closes
+    /// about where its branch is declared: a joint in it that no limit keeps starts within half a turn of there, nearer after
+    /// every start that cannot be put together.
+    fn span(&self, k: usize, trial: i32) -> [f64; 2] {
         let [low, high] = self.problem.limits[k];
+        let is_open = self.problem.geometry.model.variables[k].is_angle && !(high - low).is_finite();
+        if let Some(at) = self.homes[k].filter(|_| is_open) {
+            let half = std::f64::consts::PI * NEARER.powi(trial);
+            return [(at - half).max(low), (at + half).min(high)];
+        }
         let half = if self.problem.turns[k] {
             std::f64::consts::PI
         } else if self.problem.geometry.model.variables[k].is_angle {
@@ -289,13 +313,13 @@ impl Search<'_> {
         }
     }
 
-    /// Brings angles back by whole turns, as near as limits allow to `from` or 0; whether all variables keep their limits.
+    /// Brings angles back by whole turns, as near as limits allow to `from`, to where a loop closes, or to 0; whether all variables keep their limits.
     fn bring_back(&self, q: &mut [f64]) -> bool {
         let turn = std::f64::consts::TAU;
         for (k, value) in q.iter_mut().enumerate() {
             let [low, high] = self.problem.limits[k];
             if self.problem.turns[k] {
-                let anchor = self.settings.from.as_ref().map_or(0.0, |from| from[k]);
+                let anchor = self.settings.from.as_ref().map(|from| from[k]).or(self.homes[k]).unwrap_or(0.0);
                 let least = ((low - 1e-12 - *value) / turn).ceil();
                 let most = ((high + 1e-12 - *value) / turn).floor();
                 *value += turn * ((anchor - *value) / turn).round().max(least).min(most);
