@@ -25,7 +25,10 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         .remedy("measure configurations that differ more, or hold base or tool if their place is known")
         .code(Code::WeakDirection)
     });
-    let calibration = found.calibration.as_ref().map(|of| judge_result(&Evidence::with(model, campaign, of), limits));
+    // A diagnosis calibrates without angles and torques read alone, and without outliers.
+    let fitted = campaign.select(|_, of| of.observes.length_rows() > 0 && !found.outliers.contains(&of.row));
+    let calibration = found.calibration.as_ref().filter(|of| of.held_out.len() == fitted.readings.len());
+    let calibration = calibration.map(|of| judge_result(&Evidence::with(model, &fitted, of), limits));
     // What is too little is judged by the verdict's own limits.
     // What calibration leaves above the noise is the gap itself, of which the answer speaks.
     let is_gap = |diagnostic: &Diagnostic| {

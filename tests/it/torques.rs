@@ -79,6 +79,7 @@ fn gain_and_offset_of_a_current_are_found() {
     // A diagnosis takes the positions alone.
     let said = run(folder.path(), &["diagnose", &path]);
     assert_eq!(said.status, 0, "{}", said.err);
+    assert!(!said.out.contains("torques and forces are"), "{}", said.out);
 }
 
 #[test]
