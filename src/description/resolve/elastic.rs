@@ -209,7 +209,11 @@ fn positive(diagnostics: &mut Collector, path: &[&str], key: &str, value: Option
     if let Some(value) = value
         && !(value.is_finite() && value > 0.0)
     {
-        diagnostics.error(path, format!("`{key}` is {value}, and must be a finite number above 0"));
+        let remedy = match key {
+            "density" => "give it in kg/m^3; leave `density` out where own weight is not to count",
+            _ => "correct it, in the unit that `units:` says",
+        };
+        diagnostics.reject(path, format!("`{key}` is {value}, and must be a finite number above 0"), remedy);
     }
 }
 

@@ -30,6 +30,8 @@ pub(super) struct Header {
     pub is_line: bool,
     pub writing: Writing,
     pub faults: Vec<Diagnostic>,
+    /// Columns that hold an orientation of which is not declared how it is written, as the file or `columns:` names them.
+    undeclared: &'static [&'static str],
 }
 
 /// How to begin a file.
@@ -106,9 +108,11 @@ impl Header {
             },
         };
         let (columns, count, faults) = (Vec::new(), titles.len(), Vec::new());
-        let mut header = Self { columns, count, nameless: None, is_line, writing, faults };
+        let mut header = Self { columns, count, nameless: None, is_line, writing, faults, undeclared: &[] };
         let used = header.find(&row, &titles, layout);
-        for ours in layout.rename.keys().filter(|ours| !layout.dialect.is_shared && !layout.expects(ours)) {
+        let is_told = |ours: &String| header.undeclared.contains(&ours.as_str());
+        let unknown = layout.rename.keys().filter(|ours| !layout.dialect.is_shared && !layout.expects(ours));
+        for ours in unknown.filter(|ours| !is_told(ours)).collect::<Vec<_>>() {
             let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
                 .at(row.fields_from(0));
             header.faults.push(diagnostic.suggest(ours, layout.expected.iter().map(|column| column.name.as_str())));
@@ -165,7 +169,16 @@ impl Header {
             && !NUMBERED.iter().any(|name| layout.expects(name));
         let wanted = layout.dialect.orientation.columns();
         let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
-        let undeclared = undeclared(titles)
+        // As `columns:` calls them.
+        let ours = |title: &String| {
+            layout
+                .rename
+                .iter()
+                .find(|(_, renamed)| renamed.trim() == title)
+                .map_or_else(|| title.clone(), |(ours, _)| ours.clone())
+        };
+        let called: Vec<String> = titles.iter().map(ours).collect();
+        let undeclared = undeclared(&called)
             .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
         // Components that are called as joints are: nobody can say which is which.
         let clash = is_wanted && wanted == VECTOR && has_all(&NUMBERED) && twice(titles, &NUMBERED[1..]);
@@ -182,9 +195,10 @@ impl Header {
                 false => format!("the declared one has the columns {}", wanted.join(", ")),
             };
             let message = format!("the columns {} hold an orientation, and {declared}", names.join(", "));
-            let field = titles.iter().position(|title| title == names[0]).map(|field| row.field(field));
+            self.undeclared = names;
+            let field = called.iter().position(|title| title == names[0]).map(|field| row.field(field));
             self.faults.push(Diagnostic::error(message).at(field).remedy(format!("declare {declare}")));
-            used.iter_mut().zip(titles).for_each(|(used, title)| *used = names.contains(&title.as_str()));
+            used.iter_mut().zip(&called).for_each(|(used, title)| *used = names.contains(&title.as_str()));
         }
         let unclear = if undeclared.is_some() || clash { wanted } else { &[] };
         Written { is_numbered, unclear }
@@ -213,7 +227,9 @@ impl Header {
             let free = free.filter(|name| self.columns.iter().all(|column| column.name != *name));
             let meant = synonym(title).filter(|meant| free.clone().any(|name| name == *meant));
             let second = second_way(titles, title, layout.dialect.orientation);
-            let remedy = match (meant.or_else(|| nearest(title, free)), layout.dialect.of_campaign) {
+            // Of single letters no other is a misspelling: a longer name is another column.
+            let alike = nearest(title, free).filter(|ours| title.chars().count() > 1 || ours.chars().count() == 1);
+            let remedy = match (meant.or(alike), layout.dialect.of_campaign) {
                 (_, true) if second.is_some() => second.unwrap_or_default(),
                 (Some(ours), true) => format!(
                     "if it is `{ours}`, add `columns: {{{ours}: {title}}}`; else list it under `ignore:`, or rename it under `columns:`"

@@ -78,6 +78,8 @@ pub fn run(command: &Compensate, session: &Session) -> Result<Output, Error> {
     let mut found = found(&loaded, &path, &shown, &desired, &outcome, settings.hold)?;
     found.process = process.map(|process| process.name);
     diagnostics.extend(linear_doubt(command, &found));
+    let refused = outcome.points.iter().filter_map(|point| point.as_ref().err());
+    diagnostics.extend(hold_doubt(command, model, refused));
     diagnostics.extend(program.as_ref().and_then(|program| program.doubt(&found, shown.geometry())));
     let mut output = corrected(command, session, &mut found, &units)?;
     output.diagnostics = diagnostics;
@@ -144,6 +146,22 @@ fn corrected(
 /// Residual up to which a point counts as met, mm.
 fn residual(command: &Compensate) -> f64 {
     command.residual.unwrap_or(1e-4)
+}
+
+/// A word on `--hold` where a robot of few axes cannot be where the path wants it, and nobody said what may be let go.
+fn hold_doubt<'r>(
+    command: &Compensate,
+    model: &Model,
+    mut refused: impl Iterator<Item = &'r Refusal>,
+) -> Option<Diagnostic> {
+    let axes = model.variables.len();
+    let is_few = axes < 6 && command.hold.is_empty();
+    (is_few && refused.any(|why| matches!(why, Refusal::Unreachable(_)))).then(|| {
+        let text = format!("points are out of reach, and a robot of {axes} axes cannot turn its tool as it likes");
+        Diagnostic::warning(text).remedy(
+            "say what it is to hold with --hold, as `--hold x,y,z,rz` of a SCARA: the rest is let go, and reported",
+        )
+    })
 }
 
 /// A warning where the linear deflection is off by more than the residual that was asked for.
