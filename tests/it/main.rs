@@ -83,6 +83,7 @@ mod residual_autocorrelation;
 mod robots;
 mod scene;
 mod since;
+mod stated_evidence;
 mod strip_yield;
 mod structures;
 mod support;
