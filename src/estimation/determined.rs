@@ -37,7 +37,12 @@ pub(super) fn calibrate_determined(
     if !is_usual || !found.converged() || !found.estimates.iter().any(is_undetermined) {
         return Ok(found);
     }
-    let asked = Settings { criterion: Criterion::Noise, ..settings.clone() };
+    // Noise that is not stated is what calibration leaves.
+    let criterion = match request.campaign.sigma {
+        Some(_) => Criterion::Noise,
+        None => Criterion::NoiseTimes(found.noise_ratio),
+    };
+    let asked = Settings { criterion, ..settings.clone() };
     let other = calibrate_as_asked(request.with(&asked), progress).ok();
     Ok(other.filter(Calibration::converged).unwrap_or(found))
 }

@@ -15,7 +15,7 @@ use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, Reading, Target};
 use crate::kinematics::{Transform, rotation_vector};
 use crate::least_squares::{self, Bounds, EvaluationError, Problem};
-use crate::math::{left_jacobian, rigid_fit};
+use crate::math::{left_jacobian, nearest_rotation, rigid_fit};
 use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, Observes, PointDerivative, TargetValues, Twist};
 use crate::parameter::Slot;
 
@@ -42,8 +42,9 @@ pub fn placed(group: &Group, values: &mut [f64], settings: &RegistrationSettings
     let some = Rigid::new(group, values, settings.readings);
     let mut ends: Vec<(f64, Vec<f64>, Rotation3<f64>)> = Vec::new();
     for (rotation, position) in some.starts(settings).into_iter().take(settings.starts) {
+        let (rotation, turn) = some.turned(rotation);
         let trial = Rigid { rotation, ..some.clone() };
-        ends.extend(trial.fitted(position, settings.iterations));
+        ends.extend(trial.fitted(position, turn, settings.iterations));
     }
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     ends.truncate(settings.finalists);
@@ -64,6 +65,9 @@ const LOOSE_BASE: [f64; 2] = [30.0, 10.0];
 /// The same of points and of the tool's rotation: where only their sum with the base shows, the description is believed of
 /// the tool, which was drawn, rather than of the base, which depends on where the instrument stood.
 const LOOSE_TOOL: [f64; 2] = [3.0, 1.0];
+
+/// Rounds of fitting the rotations of base and tool in turn, before both are fitted together.
+const TURNS: usize = 10;
 
 /// Residuals of some readings of a group in standard deviations, then weak priors, as a function of the base's position,
 /// its rotation from `rotation`, the points and the tool's rotation.
@@ -181,10 +185,48 @@ impl<'a> Rigid<'a> {
         found.into_iter().map(|(_, point)| point).collect()
     }
 
-    /// Cost, unknowns and rotation where a fit from the base at `position` ends.
-    fn fitted(&self, position: Vector3<f64>, most: usize) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
+    /// Rotations of base and tool that fit the directions read of the tool, from one of the base, in turn by least squares. Where
+    /// positions are read too that of the base stays.
+    fn turned(&self, mut base: Rotation3<f64>) -> (Rotation3<f64>, Vector3<f64>) {
+        let mut turn = Rotation3::new(self.turn);
+        let observes = self.group.observes;
+        let seen: Vec<(Rotation3<f64>, Matrix3<f64>)> = (self.used.iter())
+            .filter(|&&i| self.group.campaign.readings[i].marker.is_none())
+            .filter_map(|&i| {
+                let axes = observes.measured_axes(&self.group.campaign.readings[i].measured)?;
+                Some((self.group.frames[i].rotation, axes))
+            })
+            .collect();
+        if seen.is_empty() {
+            return (base, self.turn);
+        }
+        let is_base_known =
+            self.used.iter().any(|&i| observes.measured_position(&self.group.campaign.readings[i].measured).is_some());
+        for _ in 0..TURNS {
+            if self.turn_of().is_some() {
+                let sum = seen.iter().map(|(frame, axes)| (base * frame).inverse() * axes).sum();
+                turn = nearest_rotation(&sum);
+            }
+            if is_base_known {
+                break;
+            }
+            base = nearest_rotation(&seen.iter().map(|(frame, axes)| axes * (frame * turn).inverse()).sum());
+        }
+        (base, rotation_vector(&turn))
+    }
+
+    /// Cost, unknowns and rotation where a fit from the base at `position` and this turn of the tool ends.
+    fn fitted(
+        &self,
+        position: Vector3<f64>,
+        turn: Vector3<f64>,
+        most: usize,
+    ) -> Option<(f64, Vec<f64>, Rotation3<f64>)> {
         let mut start = self.expected.clone();
         start[..3].copy_from_slice(position.as_slice());
+        if let Some(begin) = self.turn_of() {
+            start[begin..begin + 3].copy_from_slice(turn.as_slice());
+        }
         self.minimized(&start, most)
     }
 
@@ -247,7 +289,13 @@ impl Problem for Rigid<'_> {
             let begin = self.point_of(index);
             let arm = base * (frame * Point3::from(begin.map_or(self.described[index], vector))).coords;
             let onto = base * frame.rotation;
-            let point = rigid_point(campaign, reading, arm + vector(0), onto, &turn);
+            // No group of readings of a body, which would need gravity, is placed.
+            let point = MeasuredPoint {
+                load: reading.load,
+                measured: reading.measured,
+                target: target_of(campaign, reading),
+                ..MeasuredPoint::rigid(arm + vector(0), onto, Rotation3::new(turn))
+            };
             let first = row * self.sigmas.len();
             let found = self.group.observes.residual(&reading.measured, &point);
             for (k, sigma) in self.sigmas.iter().enumerate() {
@@ -279,28 +327,6 @@ impl Problem for Rigid<'_> {
             }
         }
         Ok(())
-    }
-}
-
-/// A point (m) of a body with this orientation, nothing deflected, the tool turned in it; no group of readings of a body, which
-/// would need gravity, is placed.
-fn rigid_point(
-    campaign: &Campaign,
-    reading: &Reading,
-    at: Vector3<f64>,
-    body: Rotation3<f64>,
-    tool: &Vector3<f64>,
-) -> MeasuredPoint {
-    MeasuredPoint {
-        undeflected: at,
-        displacement: Vector3::zeros(),
-        turned: Vector3::zeros(),
-        orientation: body * Rotation3::new(*tool),
-        body,
-        gravity: Vector3::zeros(),
-        load: reading.load,
-        measured: reading.measured,
-        target: target_of(campaign, reading),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Which parameters a campaign can determine: the candidates, and the reduction of their observation matrix.
 
+use std::borrow::Cow;
+
 use super::problem::row_sigmas;
 use super::registration::{arrangement, registered, rough};
 use super::result::CalibrationError;
@@ -51,8 +53,7 @@ pub fn observe(
         false => rough(model, campaign, &nominal, &settings)?,
     };
     let held: Vec<Slot> = hold.iter().filter_map(|name| model.registry.slot(name)).collect();
-    let seated = seated(model, campaign, &start).map_err(PredictionError::from)?;
-    let predictor = Predictor::new(model, &seated, candidates(model, campaign, what)?)?;
+    let predictor = Predictor::new(model, campaign, candidates(model, campaign, what)?)?;
     Ok(reduced(&predictor, &start, &row_sigmas(campaign), &held, scaling, criterion)?)
 }
 
@@ -91,10 +92,17 @@ pub(super) fn reduced(
     Ok(Reduction { slots: predictor.slots.clone(), identifiability })
 }
 
-/// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad).
+/// The observation matrix of the predictor's slots at `values`, row-major, its rows divided by `sigmas` (m, rad); with balls in
+/// sockets seated there, off which they would show what the noise alone shows.
 pub(super) fn weighted(predictor: &Predictor, values: &[f64], sigmas: &[f64]) -> Result<Vec<f64>, PredictionError> {
     let mut found = Linearised::default();
-    predictor.linearise(values, true, &mut found)?;
+    match seated(predictor.model, predictor.campaign, values)? {
+        Cow::Borrowed(_) => predictor.linearise(values, true, &mut found)?,
+        Cow::Owned(seated) => {
+            let there = Predictor::new(predictor.model, &seated, predictor.slots.clone())?;
+            there.linearise(values, true, &mut found)?;
+        }
+    }
     for (row, sigma) in found.jacobian.chunks_mut(predictor.slots.len().max(1)).zip(sigmas) {
         row.iter_mut().for_each(|value| *value /= sigma);
     }

@@ -7,11 +7,12 @@ use super::placing::{Group, placed};
 use super::problem::{CampaignProblem, row_sigmas};
 use super::settings::RegistrationSettings;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing, Target};
+use crate::description::robot::FrameIndex;
 use crate::kinematics::{Geometry, Placements, Transform};
 use crate::least_squares::{self, Bounds};
 use crate::math::distinct;
 use crate::model::Model;
-use crate::observation::Observes;
+use crate::observation::{MeasuredPoint, Observes};
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, PredictionError, Predictor, target_values, undeflected_point};
 
@@ -206,8 +207,11 @@ fn best_kind(model: &Model, campaign: &Campaign, is_own: impl Fn(&Reading) -> bo
 
 /// The frame of each reading's marker or of the tool, base axes.
 fn frames(model: &Model, campaign: &Campaign, values: &[f64]) -> Result<Vec<Transform>, PredictionError> {
-    let frame = |reading: &Reading| reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame);
-    at_each(model, campaign, values, |_, placements, reading| placements.frames[frame(reading)])
+    at_each(model, campaign, values, |_, placements, reading| placements.frames[frame(model, reading)])
+}
+
+fn frame(model: &Model, reading: &Reading) -> FrameIndex {
+    reading.marker.map_or(model.tool.0, |marker| model.markers[marker].frame)
 }
 
 /// Something of each reading at its configuration.
@@ -238,16 +242,21 @@ fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Resu
     if sought.is_empty() {
         return Ok(());
     }
+    let gravity = model.structure.gravity.try_normalize(0.0).unwrap_or_default();
     let points = at_each(model, campaign, values, |geometry, placements, reading| {
         let base = geometry.placement(model.base_slot(reading.session));
-        (base * undeflected_point(geometry, placements, reading)).coords
+        let at = (base * undeflected_point(geometry, placements, reading)).coords;
+        let body = base.rotation * placements.frames[frame(model, reading)].rotation;
+        let tool = geometry.placement(model.tool_slot(reading.session)).rotation;
+        let rigid = MeasuredPoint::rigid(at, body, tool);
+        MeasuredPoint { gravity: base.rotation * gravity, measured: reading.measured, ..rigid }
     })?;
     for (index, target) in sought {
         let is_own = |reading: &Reading| {
             reading.target == Some(index) && reading.observes.target_column() == Some(target.column)
         };
         let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
-        let read: Vec<_> = own.clone().map(|(reading, point)| (*point, reading.measured)).collect();
+        let read: Vec<MeasuredPoint> = own.clone().map(|(_, point)| *point).collect();
         let Some((reading, _)) = own.clone().next() else { continue };
         let Some(found) = reading.observes.target_start(&read) else { continue };
         for (slot, value) in model.target_values(index).iter().zip(found) {

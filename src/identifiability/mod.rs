@@ -36,6 +36,8 @@ pub enum Criterion {
     /// A parameter off by its tolerance changes the readings, beyond what the others can take up, by less than their
     /// noise: less than one sigma over the whole campaign.
     Noise,
+    /// The same where the noise is so many times what the rows are divided by: of readings whose noise is not stated.
+    NoiseTimes(f64),
 }
 
 /// The default of [`Criterion::Relative`].

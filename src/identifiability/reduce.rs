@@ -105,7 +105,7 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     let (placed, robot): (Vec<usize>, Vec<usize>) = eligible.iter().partition(|&&column| about[column].placed);
     let relative = match criterion {
         Criterion::Relative(tolerance) => tolerance,
-        Criterion::Noise => DEFAULT_TOLERANCE,
+        Criterion::Noise | Criterion::NoiseTimes(_) => DEFAULT_TOLERANCE,
     };
     let placed = shown(&columns, placed, relative);
     let eligible = [placed, robot].concat();
@@ -115,8 +115,9 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
             let position = eligible.iter().enumerate();
             position.filter(|&(k, &column)| k < count || about[column].first).map(|(_, &column)| column).collect()
         }
-        Criterion::Noise => {
-            let seen = |column: usize| remainder[column] * columns.norms[column] * about[column].tolerance >= 1.0;
+        Criterion::Noise | Criterion::NoiseTimes(_) => {
+            let noise = if let Criterion::NoiseTimes(factor) = criterion { factor } else { 1.0 };
+            let seen = |column: usize| remainder[column] * columns.norms[column] * about[column].tolerance >= noise;
             eligible.iter().copied().filter(|&column| about[column].first || seen(column)).collect()
         }
     };
@@ -132,7 +133,7 @@ pub fn reduce(matrix: &[f64], about: &[Column], scaling: Scaling, criterion: Cri
     let (condition, observability) = indices(&singular_values, columns.rows).unzip();
     let tolerance = match criterion {
         Criterion::Relative(tolerance) => Some(tolerance),
-        Criterion::Noise => None,
+        Criterion::Noise | Criterion::NoiseTimes(_) => None,
     };
     Identifiability {
         columns: about.len(),

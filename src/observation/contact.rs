@@ -23,8 +23,8 @@ pub(super) enum Surface {
     Sphere,
 }
 
-fn mean(read: &[(Vector3<f64>, Rows)]) -> Vector3<f64> {
-    read.iter().map(|(at, _)| at).sum::<Vector3<f64>>() / read.len().max(1) as f64
+fn mean(read: &[MeasuredPoint]) -> Vector3<f64> {
+    read.iter().map(MeasuredPoint::position).sum::<Vector3<f64>>() / read.len().max(1) as f64
 }
 
 impl Observation for Contact {
@@ -86,7 +86,7 @@ impl Observation for Socket {
         rows_of(&by.total().displacement)
     }
 
-    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+    fn target_start(&self, read: &[MeasuredPoint]) -> Option<TargetValues> {
         let mut start = [0.0; MOST_TARGET_VALUES];
         start[..3].copy_from_slice(mean(read).as_slice());
         Some(start)
@@ -119,9 +119,10 @@ fn over_sphere(point: &MeasuredPoint) -> (Vector3<f64>, f64) {
 }
 
 /// The plane of least squares through points; its normal points away from the base of the arrangement.
-fn plane_through(read: &[(Vector3<f64>, Rows)]) -> (Vector3<f64>, f64) {
+fn plane_through(read: &[MeasuredPoint]) -> (Vector3<f64>, f64) {
     let mean = mean(read);
-    let spread: Matrix3<f64> = read.iter().map(|(at, _)| (at - mean) * (at - mean).transpose()).sum();
+    let spread: Matrix3<f64> =
+        read.iter().map(|point| (point.position() - mean) * (point.position() - mean).transpose()).sum();
     let eigen = spread.symmetric_eigen();
     let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
     let normal = if normal.dot(&mean) < 0.0 { -normal } else { normal };
@@ -129,8 +130,8 @@ fn plane_through(read: &[(Vector3<f64>, Rows)]) -> (Vector3<f64>, f64) {
 }
 
 /// The sphere of least squares of |p|^2 = 2 a.p + (R^2 - |a|^2), which is linear.
-fn sphere_through(read: &[(Vector3<f64>, Rows)]) -> Option<(Vector3<f64>, f64)> {
-    let (centre, left) = centre_of(read.iter().map(|(at, _)| (*at, at.norm_squared())))?;
+fn sphere_through(read: &[MeasuredPoint]) -> Option<(Vector3<f64>, f64)> {
+    let (centre, left) = centre_of(read.iter().map(|point| (point.position(), point.position().norm_squared())))?;
     Some((centre, (left + centre.norm_squared()).max(0.0).sqrt()))
 }
 
@@ -187,7 +188,7 @@ impl Observation for Surface {
         row(direction.dot(&by.total().displacement))
     }
 
-    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+    fn target_start(&self, read: &[MeasuredPoint]) -> Option<TargetValues> {
         let (first, last) = match self {
             Self::Plane => plane_through(read),
             Self::Sphere => sphere_through(read)?,

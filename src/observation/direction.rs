@@ -1,11 +1,11 @@
 //! Directions as readings: two residuals (rad), the components of the predicted direction across the measured one.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
-use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, ValueColumn, rows_of};
+use super::kind::{MeasuredPoint, Noise, Observation, PointDerivative, Rows, TargetValues, ValueColumn, rows_of};
 
 /// Below this length a direction is none.
-const LEAST: f64 = 1e-9;
+pub(super) const LEAST: f64 = 1e-9;
 
 /// A kind of reading that is a direction.
 pub(super) struct Direction {
@@ -20,8 +20,10 @@ pub(super) struct Direction {
     pub residuals: &'static str,
     /// The fault of a vector of no length.
     pub fault: &'static str,
-    /// A body is read, wherever the robot stands, and not the tool.
-    pub is_of_body: bool,
+    /// The axis of the tool that is read; none of a body.
+    pub of_tool: Option<Vector3<f64>>,
+    /// A start for the values of the target.
+    pub target_start: fn(&[MeasuredPoint]) -> Option<TargetValues>,
     /// The predicted unit vector.
     pub predicted: fn(&MeasuredPoint) -> Vector3<f64>,
     /// Its change with the point.
@@ -31,7 +33,7 @@ pub(super) struct Direction {
 }
 
 /// The measured vector, of any length.
-fn read(measured: &Rows) -> Vector3<f64> {
+pub(super) fn read(measured: &Rows) -> Vector3<f64> {
     Vector3::from_column_slice(&measured[..3])
 }
 
@@ -70,11 +72,19 @@ impl Observation for Direction {
     }
 
     fn ignores_arrangement(&self) -> bool {
-        self.is_of_body
+        self.of_tool.is_none()
     }
 
     fn sees_orientation(&self) -> bool {
-        !self.is_of_body
+        self.of_tool.is_some()
+    }
+
+    fn measured_axes(&self, measured: &Rows) -> Option<Matrix3<f64>> {
+        Some(read(measured).try_normalize(LEAST)? * self.of_tool?.transpose())
+    }
+
+    fn target_start(&self, read: &[MeasuredPoint]) -> Option<TargetValues> {
+        (self.target_start)(read)
     }
 
     fn residuals_named(&self) -> &'static str {

@@ -56,8 +56,9 @@ impl Observation for Distance {
     }
 
     /// |p|^2 - d^2 = 2 a.p - |a|^2 is linear in the anchor a (a zero is left out).
-    fn target_start(&self, read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
-        let (anchor, _) = centre_of(read.iter().map(|(at, d)| (*at, at.norm_squared() - d[0] * d[0])))?;
+    fn target_start(&self, read: &[MeasuredPoint]) -> Option<TargetValues> {
+        let square = |point: &MeasuredPoint| point.position().norm_squared() - point.measured[0].powi(2);
+        let (anchor, _) = centre_of(read.iter().map(|point| (point.position(), square(point))))?;
         let mut start = [0.0; MOST_TARGET_VALUES];
         start[..3].copy_from_slice(anchor.as_slice());
         Some(start)

@@ -3,11 +3,11 @@
 //!
 //! Gravity is that of the description, in base axes: where the base stands does not matter.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::direction::Direction;
-use super::kind::{MeasuredPoint, ValueColumn};
-use crate::math::left_jacobian;
+use super::direction::{Direction, LEAST, read};
+use super::kind::{MOST_TARGET_VALUES, MeasuredPoint, TargetValues, ValueColumn};
+use crate::math::{left_jacobian, nearest_rotation, rotation_vector};
 
 /// A vector along the axes of the body in those of the sensor.
 fn in_sensor(point: &MeasuredPoint, in_body: Vector3<f64>) -> Vector3<f64> {
@@ -16,6 +16,21 @@ fn in_sensor(point: &MeasuredPoint, in_body: Vector3<f64>) -> Vector3<f64> {
 
 fn predicted(point: &MeasuredPoint) -> Vector3<f64> {
     in_sensor(point, point.body.inverse() * point.gravity)
+}
+
+/// How the sensor is mounted, by the rotation that turns measured onto predicted directions (Wahba's problem). A little of no
+/// turn is added, which decides where all readings have one direction.
+fn target_start(points: &[MeasuredPoint]) -> Option<TargetValues> {
+    let of = |point: &MeasuredPoint| {
+        let in_body = point.body.inverse() * point.gravity;
+        read(&point.measured).try_normalize(LEAST).map(|measured| in_body * measured.transpose())
+    };
+    let sum: Matrix3<f64> = points.iter().filter_map(of).sum();
+    let little = 1e-4 * points.len() as f64;
+    let mount = rotation_vector(&nearest_rotation(&(sum + Matrix3::identity() * little)));
+    let mut start = [0.0; MOST_TARGET_VALUES];
+    start[..3].copy_from_slice(mount.as_slice());
+    Some(start)
 }
 
 pub(super) const INCLINATION: Direction = Direction {
@@ -27,7 +42,8 @@ pub(super) const INCLINATION: Direction = Direction {
     of_angles: |[pitch, roll]| Vector3::new(pitch.sin(), -pitch.cos() * roll.sin(), -pitch.cos() * roll.cos()),
     residuals: "inclinations",
     fault: "gx, gy, gz are all zero, and give no direction",
-    is_of_body: true,
+    of_tool: None,
+    target_start,
     predicted,
     change: |point, by| in_sensor(point, point.body.inverse() * point.gravity.cross(&by.total().rotation)),
     // The inverse of a rotation by the vector v turns with the left Jacobian of -v.

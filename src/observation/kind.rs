@@ -78,6 +78,22 @@ pub const MOST_TARGET_VALUES: usize = 8;
 pub type TargetValues = [f64; MOST_TARGET_VALUES];
 
 impl MeasuredPoint {
+    /// A point (m) of a body with this orientation, nothing deflected, the tool turned in it. Gravity, load, what was read and the
+    /// target are zero.
+    pub fn rigid(at: Vector3<f64>, body: Rotation3<f64>, tool: Rotation3<f64>) -> Self {
+        Self {
+            undeflected: at,
+            displacement: Vector3::zeros(),
+            turned: Vector3::zeros(),
+            orientation: body * tool,
+            body,
+            gravity: Vector3::zeros(),
+            load: 0.0,
+            measured: [0.0; MOST_ROWS],
+            target: [0.0; MOST_TARGET_VALUES],
+        }
+    }
+
     /// Position, deflected, m.
     pub fn position(&self) -> Vector3<f64> {
         self.undeflected + self.displacement
@@ -291,9 +307,9 @@ pub trait Observation: Sync {
         Purpose::Geometry
     }
 
-    /// A start for the values of what readings refer to, from the points (m, measurement frame) at which they were taken and
-    /// what they read; none where nothing better than the first point is known.
-    fn target_start(&self, _read: &[(Vector3<f64>, Rows)]) -> Option<TargetValues> {
+    /// A start for the values of what readings refer to, from the points at which they were taken, with what they read, nothing
+    /// deflected; none where nothing better than the values assumed is known.
+    fn target_start(&self, _read: &[MeasuredPoint]) -> Option<TargetValues> {
         None
     }
 
@@ -316,6 +332,13 @@ pub trait Observation: Sync {
     /// The measured orientation of the tool, where the reading holds it.
     fn measured_orientation(&self, _measured: &Rows) -> Option<Rotation3<f64>> {
         None
+    }
+
+    /// Where directions of the tool are read: the sum of their outer products with the axes of the tool that they are of, which is
+    /// the rotation itself of a whole orientation. The rotation nearest to sums of these is that of least squares
+    /// (Wahba, *A least squares estimate of satellite attitude*, SIAM Rev. 7, 1965).
+    fn measured_axes(&self, measured: &Rows) -> Option<Matrix3<f64>> {
+        self.measured_orientation(measured).map(Rotation3::into_inner)
     }
 
     /// What an ideal instrument would read, as columns.

@@ -114,6 +114,12 @@ pub const CHECKS: &[Check] = &[
         find: midway::stands_still,
     },
     Check {
+        codes: &[Code::Misread],
+        of_result: true,
+        about: "deflections are not all shifted alike: the readings without load were of the unloaded robot",
+        find: deflections::zeroed,
+    },
+    Check {
         codes: &[Code::MovedFar],
         of_result: true,
         about: "calibrated constants are within some tolerances of the description",

@@ -5,13 +5,15 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
+use super::fitted::Fitted;
 use super::hypothesis::Hypothesis;
 use super::readings::{AS_GOOD, SAID, Trial, explained};
 use super::trial::{drawn, noise, typical};
+use super::words::mm;
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{Settings, What, calibrate, row_sigmas};
-use crate::math::{median, orthonormal};
+use crate::estimation::{Calibration, Settings, What, calibrate, row_sigmas};
+use crate::math::{median, orthonormal, project_off, quantiles::f_tail};
 use crate::model::Model;
 use crate::prediction::{Linearised, Predictor};
 
@@ -53,6 +55,48 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     named.retain(|(_, error)| *error <= bound);
     named.truncate(SAID);
     vec![explained(evidence, "the fitted springs", Some(before), &named, &|_| None)]
+}
+
+/// Deflections that a calibration leaves all shifted alike: their unloaded readings were not of the unloaded robot.
+pub(super) fn zeroed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let campaign = evidence.campaign;
+    let converged = evidence.found.is_some_and(Calibration::converged);
+    if !converged || !campaign.is_difference() {
+        return Vec::new();
+    }
+    shift(evidence, limits).into_iter().collect()
+}
+
+fn shift(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let fit = Fitted::of(evidence)?;
+    let campaign = evidence.campaign;
+    let lengths = |k: usize| campaign.readings[fit.reading(k)].observes.length_rows();
+    let mut columns = DMatrix::zeros(fit.residual.len(), 3);
+    for k in (0..fit.readings().len()).filter(|&k| lengths(k) == 3) {
+        (0..3).for_each(|axis| columns[(fit.rows[k] + axis, axis)] = 1.0 / fit.sigma(fit.rows[k] + axis));
+    }
+    let free = project_off(&columns, &fit.basis);
+    let normal = free.tr_mul(&free);
+    let by = normal.clone().cholesky()?.solve(&free.tr_mul(&fit.residual));
+    let gain = (normal * &by).dot(&by);
+    let total = fit.residual.norm_squared();
+    let (left, freedom) = ((total - gain).max(f64::MIN_POSITIVE), fit.freedom() - 3.0);
+    if freedom < limits.noise_freedom || gain >= total {
+        return None;
+    }
+    let chance = f_tail((gain / 3.0) / (left / freedom), 3.0, freedom);
+    let fall = (total / left).sqrt();
+    let noise = fit.least() * (left / freedom).sqrt().max(1.0);
+    if chance > limits.chance || fall < limits.sessions_fall || by.norm() < limits.sessions_apart * noise {
+        return None;
+    }
+    let [x, y, z] = [0, 1, 2].map(|axis| mm(by[axis]));
+    let message = format!(
+        "all deflections are shifted alike by about {x}, {y}, {z} mm in x, y, z, and without that what is left of them falls to 1/{fall:.1}: were they zeroed under load?"
+    );
+    let remedy = "take the readings without load again, or take that shift off all deflections: springs that are fitted to it are wrong";
+    let diagnostic = Diagnostic::warning(message).code(Code::Misread).remedy(remedy);
+    Some(diagnostic.figure("shift_mm", 1e3 * by.norm()).figure("fall", fall))
 }
 
 /// Share of the error to which it falls at least, to first order, before a fit is worth its time.

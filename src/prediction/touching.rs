@@ -52,15 +52,9 @@ impl<'a> Toucher<'a> {
             let seen = self.predictor.see(reading, &of.wrench, &mut workspace).ok()?;
             let at = geometry.base() * seen.real;
             let point = MeasuredPoint {
-                undeflected: at.translation.vector,
-                displacement: Vector3::zeros(),
-                turned: Vector3::zeros(),
-                orientation: at.rotation,
-                body: Rotation3::identity(),
-                gravity: Vector3::zeros(),
-                load: 0.0,
                 measured: of.measured,
                 target: *target,
+                ..MeasuredPoint::rigid(at.translation.vector, at.rotation, Rotation3::identity())
             };
             let value = of.observes.value(&point);
             let gap = DVector::from_fn(rows, |k, _| value[k] - off[k]);

@@ -363,6 +363,16 @@ fn sockets_calibrate_real_arms() {
         let judged = judge(&Evidence::with(&loaded.robot.model, campaign, &found), &Limits::default());
         assert!(!judged.iter().any(Diagnostic::is_error), "{file}: {judged:?}");
 
+        // The noise need not be stated.
+        let text = std::fs::read_to_string(&path).expect("read").replace("instrument: {sigma: 5.0e-4}\n", "");
+        write("unstated.yaml", text);
+        let unstated = folder.path().join("unstated.yaml");
+        let loaded =
+            load_campaign(unstated.to_str().expect("a path"), None).unwrap_or_else(|found| panic!("{found:?}"));
+        let found = calibrate(&loaded.robot.model, &loaded.campaign, &held_out, &Settings::default(), &mut |_| {});
+        let scatter = found.expect("calibrated").after.check.distance[1];
+        assert!(scatter < most[0], "{file}: held-out scatter {scatter} m, its noise not stated");
+
         // With masses, and springs fitted too: joints give under own weight.
         let arm = std::fs::read_to_string(folder.path().join("arm.yaml")).expect("read");
         write("heavy.yaml", arm + masses);

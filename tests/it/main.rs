@@ -93,6 +93,7 @@ mod table_parts;
 mod terminal;
 mod torques;
 mod tracking;
+mod turned_starts;
 mod uncertainty;
 mod ur_kinematics;
 mod urdf;

@@ -860,6 +860,47 @@ fn deflections_against_their_loads_are_named() {
     }
 }
 
+/// Deflections that were zeroed under load are shifted alike, and springs fitted to them are wrong.
+#[test]
+fn deflections_that_are_shifted_alike_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    simulated(
+        at,
+        "kuka-kr270",
+        &[
+            "--poses",
+            "30",
+            "--seed",
+            "3",
+            "--markers",
+            "m1,m2,m3",
+            "--observes",
+            "deflection",
+            "--wrench",
+            "0,0,-2500",
+            "--wrench",
+            "1000,0,-1500",
+            "--errors",
+            "0",
+            "--elastic-errors",
+            "1",
+        ],
+    );
+    let sound = run(at, &["identify", "s", "--save", "x.yaml"]);
+    assert!(sound.status == 0 && at.join("x.yaml").exists(), "{}{}", sound.out, sound.err);
+    std::fs::remove_file(at.join("x.yaml")).expect("written");
+    spoil(&at.join("s"), |table| {
+        let z = table.column("z");
+        table.rows.iter_mut().for_each(|row| row[z] = (row[z].parse::<f64>().expect("mm") + 0.4).to_string());
+    });
+    let found = doubts(at, &["identify", "s"], "misread", &["all deflections are shifted alike"]);
+    let shift = of_code(&found, "misread")[0]["figures"]["shift_mm"].as_f64().expect("mm");
+    assert!((shift - 0.4).abs() < 0.1, "{shift}");
+    assert_eq!(run(at, &["identify", "s", "--save", "x.yaml"]).status, 1);
+    assert!(!at.join("x.yaml").exists());
+}
+
 const DEFLECTIONS: [&str; 8] = [
     "--observes",
     "deflection",

@@ -36,7 +36,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     if campaign.readings.iter().all(|reading| reading.observes.length_rows() == 0) || campaign.is_difference() {
         return Err(Error::input(
             "a certificate states position errors, and the readings are none of positions",
-            "measure positions, poses or distances; `report` shows what other readings say",
+            "measure positions, poses or distances; `identify` shows what other readings say",
         ));
     }
     let held_out = split(campaign, CHECK, session.seed());

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::convert::{Expected, can_write, error, leaves, unusable, written};
-use super::identify::{left_to_fit, not_computed};
+use super::identify::{has_lengths, left_to_fit, not_computed};
 use crate::Error;
 use crate::cli::args::Diagnose;
 use crate::cli::output::Output;
@@ -32,6 +32,7 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let campaign = &loaded.campaign;
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     left_to_fit(campaign, &held_out)?;
+    has_lengths(campaign)?;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
     let force = session.arguments.force;
     Output::gate(&judged, force, &loaded.diagnostics)?;

@@ -394,6 +394,18 @@ pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> 
     Ok(())
 }
 
+/// Refuses a campaign of angles or torques alone, in which effects are not compared.
+pub fn has_lengths(campaign: &Campaign) -> Result<(), Error> {
+    if campaign.readings.iter().any(|reading| reading.observes.length_rows() > 0) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "the readings hold no lengths, in which a diagnosis compares effects",
+        "`identify` fits angles or torques alone and shows what is left of them; a diagnosis needs positions, poses, distances, contacts or \
+         deflections beside them",
+    ))
+}
+
 /// Only `count` of the configurations that would be fitted, drawn with the seed, and all those to check.
 fn fewer(campaign: &Campaign, count: usize, share: f64, seed: u64) -> Campaign {
     use rand::seq::SliceRandom;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::identify::{compared, left_to_fit, not_computed, other};
+use super::identify::{compared, has_lengths, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
 use crate::cli::output::Output;
@@ -24,6 +24,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);
     let held_out = split(campaign, CHECK, session.seed());
     left_to_fit(campaign, &held_out)?;
+    has_lengths(campaign)?;
     let force = session.arguments.force;
     let mut judged = judge(&Evidence::of(model, campaign), &Limits::default());
     Output::gate(&judged, force, &loaded.diagnostics)?;

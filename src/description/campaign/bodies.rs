@@ -56,8 +56,7 @@ pub(super) fn mounts(raw: &RawCampaign, robot: &Robot, sources: &[Source]) -> Ve
             member: (body, None),
             observes: None,
             values,
-            // No better start than that it is mounted along the body's axes.
-            has_start: true,
+            has_start: given.known().is_some(),
             is_near: false,
         });
     }
