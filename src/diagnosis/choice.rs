@@ -36,8 +36,16 @@ pub fn choice(
     let selector = Selector::new(problem, &settings.selection);
     let folds = HeldOut::new(problem, &dealt(problem, settings));
     let known = noise.map_or(0.0, |noise| noise * noise * problem.rows() as f64);
-    let forward =
-        Forward { problem, selector: &selector, folds: &folds, settings: &settings.claims, noise: known, sigma: noise };
+    let left = folds.losses(&Beside::new(&selector.projection, &[], &[])).base.iter().sum::<f64>();
+    let forward = Forward {
+        problem,
+        selector: &selector,
+        folds: &folds,
+        settings: &settings.claims,
+        noise: known,
+        sigma: noise,
+        gap: (left - known).max(0.0),
+    };
     // A search over subsets finds causes that hide one another. It is trusted where it leaves nothing but noise that is
     // known: where something stays that no hypothesis has, it would fit that.
     let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
@@ -55,7 +63,7 @@ pub fn choice(
     let mut great = members.clone();
     if sharp.is_some() {
         let claims = &settings.claims;
-        let great_sum = claims.great_share * forward.gap();
+        let great_sum = claims.great_share * forward.gap;
         let certain = normal_of_any(claims.of_any, problem.hypotheses.len());
         forward.prune(&mut great, 0, |before, after| {
             let gain = paired(before, after);

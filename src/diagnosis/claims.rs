@@ -134,7 +134,10 @@ impl Compared<'_> {
         };
         // What may be another law in its limit is named only beside one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
-        let has_law = is_law && curves.is_empty();
+        let of_gap = self.gain(own) / self.forward.gap;
+        // What takes little of the whole gap is more often a part of what another law misses.
+        let is_great = of_gap >= self.forward.settings.least_share;
+        let has_law = is_law && is_great && curves.is_empty();
         let level = if has_law && rivals.len() < self.forward.settings.group {
             Level::Law
         } else if rivals.iter().all(|(at, _)| shares_family(*at)) && curves.into_iter().all(shares_family) {
@@ -169,7 +172,6 @@ impl Compared<'_> {
             })
             .collect();
         let Gates { of_free, of_site, elsewhere, missed, .. } = gates;
-        let of_gap = self.gain(own) / self.forward.gap();
         let support = Some(Support { of_gap, of_free, of_site, elsewhere, missed, leaves_noise: self.is_sharp });
         let claim = |&hypothesis: &usize| Claim { hypothesis, level, rivals: rivals.clone(), support, stability };
         self.sets[own].iter().map(claim).collect()

@@ -65,7 +65,7 @@ pub fn conclude(
     };
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
-    let (rms_after, shrinkage) = (judgement.steps[last].rms, found.shrinkage(0, last));
+    let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let set_aside = || inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r);
     let outliers = outliers::cause(inputs, competition, members, set_aside().count(), [gap.rms, rms_after])?;
     let verdict = if outliers.is_some() && verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
@@ -142,7 +142,7 @@ fn residual_autocorrelation(inputs: &Inputs, competition: &Competition, members:
 
 /// The gap that calibration leaves.
 fn gap(competition: &Competition, judgement: &Judgement, verdict: Verdict) -> Gap {
-    let (rms, max) = (judgement.steps[0].rms, judgement.steps[0].max);
+    let (rms, max) = (judgement.steps[0].left.rms, judgement.steps[0].left.max);
     let noise = judgement.noise * competition.problem.error_of_one_sigma();
     Gap {
         rms,
@@ -186,7 +186,7 @@ struct Explanation<'a> {
 impl Explanation<'_> {
     /// Shrinkage of the error from one step to a later one.
     fn shrinkage(&self, from: usize, to: usize) -> Shrinkage {
-        let value = 1.0 - self.judgement.steps[to].rms / self.judgement.steps[from].rms;
+        let value = 1.0 - self.judgement.steps[to].left.rms / self.judgement.steps[from].left.rms;
         Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value) }
     }
 
@@ -210,8 +210,8 @@ impl Explanation<'_> {
             probability: Some(self.at_most * (1.0 / (1.0 + weights)).min(claim.stability.of(claim.level))),
             entries: vec![entry(hypothesis, fitted)],
             parameters: reported(model, hypothesis, fitted),
-            rms_before: self.judgement.steps[step].rms,
-            rms_after: self.judgement.steps[step + 1].rms,
+            rms_before: self.judgement.steps[step].left.rms,
+            rms_after: self.judgement.steps[step + 1].left.rms,
             shrinkage: self.shrinkage(step, step + 1),
             rivals: claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect(),
             family,

@@ -1,5 +1,7 @@
 //! Errors of readings that were not fitted: held out by the campaign, or in turn.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -25,8 +27,18 @@ pub fn folds(problem: &LinearProblem, held_out: &[bool], count: usize, seed: u64
         .collect()
 }
 
-/// Root mean square and greatest error (m) of the readings held out, nuisance and members fitted to the others.
-pub fn validated(problem: &LinearProblem, members: &[usize], folds: &[Vec<bool>]) -> [f64; 2] {
+/// What is left of readings that were not fitted.
+pub struct Validated {
+    /// Root mean square error, m.
+    pub rms: f64,
+    /// Greatest error, m.
+    pub max: f64,
+    /// Sum of squared weighted residuals of each configuration that was held out, in the order of their numbers.
+    pub losses: Vec<f64>,
+}
+
+/// Errors of the readings held out, nuisance and members fitted to the others.
+pub fn validated(problem: &LinearProblem, members: &[usize], folds: &[Vec<bool>]) -> Validated {
     let design = problem.design(members);
     let parts: Vec<Vec<(usize, f64)>> = folds
         .par_iter()
@@ -39,12 +51,14 @@ pub fn validated(problem: &LinearProblem, members: &[usize], folds: &[Vec<bool>]
         .collect();
     let mut residual = DVector::zeros(problem.rows());
     let mut held: Vec<usize> = Vec::new();
+    let mut losses: BTreeMap<usize, f64> = BTreeMap::new();
     for (row, value) in parts.into_iter().flatten() {
         residual[row] = value;
         held.push(problem.reading[row]);
+        *losses.entry(problem.pose[row]).or_default() += value * value;
     }
     let [_, rms, max] = errors_of(problem, &residual, held);
-    [rms, max]
+    Validated { rms, max, losses: losses.into_values().collect() }
 }
 
 /// Mean, root mean square and greatest error (m) of some readings.

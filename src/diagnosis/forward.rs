@@ -24,6 +24,8 @@ pub struct Forward<'a> {
     pub noise: f64,
     /// The noise over the sigmas, where it is known.
     pub sigma: Option<f64>,
+    /// Squares above the noise that there are to explain of readings that were not fitted.
+    pub gap: f64,
 }
 
 impl Forward<'_> {
@@ -50,9 +52,44 @@ impl Forward<'_> {
             if cause.is_empty() {
                 break;
             }
-            causes.push(cause);
+            causes.extend(self.without_others(&members, cause));
         }
         causes
+    }
+
+    /// A lag of several joints without those at which another law certainly does better beside the others; these laws follow as
+    /// causes of their own. Compliances of all joints are kept: where one is a little off its law, a law of another shape at its joint
+    /// does better without being there.
+    fn without_others(&self, members: &[usize], mut cause: Vec<usize>) -> Vec<Vec<usize>> {
+        let hypotheses = &self.problem.hypotheses;
+        let mut others: Vec<Vec<usize>> = Vec::new();
+        for at in (0..cause.len()).rev() {
+            let own = cause[at];
+            if cause.len() < 2 || hypotheses[own].family() != Family::History {
+                break;
+            }
+            let stay = |&h: &usize| h != own;
+            let beside: Vec<usize> =
+                members.iter().chain(&cause).chain(others.iter().flatten()).copied().filter(stay).collect();
+            let gains = self.selector.gains(&beside);
+            let is_possible = |&h: &usize| {
+                let (one, other) = (&hypotheses[h], &hypotheses[own]);
+                gains[h].directions > 0
+                    && !one.is_free()
+                    && one.site.name == other.site.name
+                    && !one.is_same(other)
+                    && self.is_open(&beside, h)
+            };
+            let mut sets = vec![vec![own]];
+            sets.extend((0..hypotheses.len()).filter(is_possible).map(|h| vec![h]));
+            let losses = self.losses(&beside, &sets);
+            let Some(best) = least(&losses).filter(|best| *best > 0) else { continue };
+            if paired(&losses.beside[0], &losses.beside[best]).t > self.settings.paired_t {
+                cause.remove(at);
+                others.push(sets.swap_remove(best));
+            }
+        }
+        std::iter::once(cause).chain(others).collect()
     }
 
     /// Whether a cause could be chance: by the noise where that is known, else by what it gains on readings that were not fitted
@@ -75,11 +112,6 @@ impl Forward<'_> {
     /// Held-out losses of candidates beside members.
     pub fn losses(&self, members: &[usize], candidates: &[Vec<usize>]) -> Losses {
         self.folds.losses(&Beside::new(&self.selector.projection, members, candidates))
-    }
-
-    /// Squares above the noise that there are to explain of readings that were not fitted.
-    pub fn gap(&self) -> f64 {
-        (self.losses(&[], &[]).base.iter().sum::<f64>() - self.noise).max(0.0)
     }
 
     /// Leaves out members from a position on that are not enough beside the others, the least one first. `is_enough` is given the
@@ -106,8 +138,8 @@ impl Forward<'_> {
     /// Whether what a cause takes away is certain, and enough of what is left above the noise to speak of.
     pub fn is_worth(&self, before: &[f64], after: &[f64]) -> bool {
         let gain = paired(before, after);
-        let gap = (before.iter().sum::<f64>() - self.noise).max(0.0);
-        gain.t > self.settings.paired_t && gain.sum > self.settings.least_share * gap
+        let left = (before.iter().sum::<f64>() - self.noise).max(0.0);
+        gain.t > self.settings.paired_t && gain.sum > self.settings.least_share * left
     }
 
     /// Hypotheses with a law that can stand beside the members, and all joints together.

@@ -14,7 +14,8 @@ use crate::math::project_off;
 pub struct Gates {
     pub of_free: Option<f64>,
     pub elsewhere: Option<f64>,
-    /// Whether a free curve anywhere, or an amount of each marker's own, is certainly better, and by much.
+    /// Whether a free curve anywhere, an amount of each marker's own, or one that changes along a joint, is certainly better, and by
+    /// much.
     pub is_beaten: bool,
     /// Share of what an error free in every configuration carries at the site.
     pub of_site: Option<f64>,
@@ -45,7 +46,7 @@ impl Compared<'_> {
                 && gain < settings.of_free * self.gain(k)
                 && self.is_alternative(k, at)
         };
-        let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at);
+        let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at);
         let own_only = self.beside.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;
@@ -132,7 +133,7 @@ impl Compared<'_> {
             columns().map(of_row).collect::<Vec<_>>()
         };
         let apart: Vec<DVector<f64>> = markers.iter().flat_map(of_marker).collect();
-        let losses = self.forward.folds.losses(&self.beside.with(&DMatrix::from_columns(&apart)));
+        let losses = self.forward.folds.losses(&self.beside.with(&[DMatrix::from_columns(&apart)]));
         let gain = paired(&self.losses.base, &losses.beside[0]).sum;
         paired(&self.losses.beside[at], &losses.beside[0]).t > settings.paired_t
             && self.gain(at) < settings.of_free * gain

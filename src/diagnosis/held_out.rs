@@ -143,10 +143,10 @@ impl<'a> Beside<'a> {
         Self { right: basis.tr_mul(residual), residual, basis, candidates }
     }
 
-    /// Other columns as the only candidate.
-    pub fn with(&self, columns: &DMatrix<f64>) -> Self {
+    /// Other columns as the candidates.
+    pub fn with(&self, columns: &[DMatrix<f64>]) -> Self {
         let off = |columns: &DMatrix<f64>| columns - &self.basis * tr_mul(&self.basis, columns);
-        let candidates = vec![orthonormal(&off(&off(columns)), None)];
+        let candidates = columns.iter().map(|columns| orthonormal(&off(&off(columns)), None)).collect();
         Self { basis: self.basis.clone(), residual: self.residual, right: self.right.clone(), candidates }
     }
 

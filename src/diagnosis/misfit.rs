@@ -29,10 +29,10 @@ pub struct Readings<'a> {
 }
 
 impl Readings<'_> {
-    /// The angle of a joint in each configuration; `None` of constraints.
-    fn angles(&self, variable: usize) -> Vec<Option<f64>> {
-        let angle = |reading: usize| self.campaign.configuration(reading).get(variable).copied();
-        self.first.iter().map(|reading| angle((*reading)?)).collect()
+    /// The position of a joint in each configuration; `None` of constraints.
+    pub fn positions(&self, variable: usize) -> Vec<Option<f64>> {
+        let position = |reading: usize| self.campaign.configuration(reading).get(variable).copied();
+        self.first.iter().map(|reading| position((*reading)?)).collect()
     }
 }
 
@@ -58,7 +58,7 @@ pub fn missed(
     if taken < ITS_OWN * fitted.norm_squared() {
         return 0.0;
     }
-    let angles = readings.angles(site.variable);
+    let angles = readings.positions(site.variable);
     let known = angles.iter().take(left.len()).enumerate();
     let mut order: Vec<(f64, usize)> = known.filter_map(|(pose, angle)| Some(((*angle)?, pose))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -11,6 +11,7 @@ mod claims;
 mod compared;
 mod competition;
 mod conclusion;
+mod constancy;
 mod cross_validation;
 mod diagnose;
 mod flips;

@@ -2,7 +2,8 @@
 
 use super::bootstrap::Bootstrap;
 use super::competition::Competition;
-use super::cross_validation::{folds, validated};
+use super::cross_validation::{Validated, folds, validated};
+use super::held_out::paired;
 use super::inputs::Inputs;
 use super::projection::Subset;
 use super::result::{Autocorrelation, NoiseSource, Verdict};
@@ -13,10 +14,8 @@ use super::settings::VerdictSettings;
 pub struct Step {
     /// The subset.
     pub subset: Subset,
-    /// Root mean square error of readings that were not fitted, m.
-    pub rms: f64,
-    /// Greatest error of these, m.
-    pub max: f64,
+    /// What it leaves of readings that were not fitted.
+    pub left: Validated,
 }
 
 /// The causes and what they explain.
@@ -42,9 +41,9 @@ impl Judgement {
 pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) -> Judgement {
     let settings = &inputs.settings.verdict;
     let folds = folds(&competition.problem, &competition.held_out, inputs.settings.folds, inputs.settings.seed);
-    let step = |members: &[usize]| {
-        let [rms, max] = validated(&competition.problem, members, &folds);
-        Step { subset: selector.fit(members), rms, max }
+    let step = |members: &[usize]| Step {
+        subset: selector.fit(members),
+        left: validated(&competition.problem, members, &folds),
     };
     let mut steps = vec![step(&[])];
     for &member in competition.members() {
@@ -57,10 +56,15 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
     let is_noise = |step: &Step| competition.noise.is_some_and(|noise| variance(step) / (noise * noise) - 1.0 <= limit);
     // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones. Where the noise does
-    // not decide, those are none either of which that is not certain.
+    // not decide, those are none either of which it is not certain that they make them better, configuration by configuration; where
+    // calibration leaves no more than noise, which may be correlated, not certain that a fresh campaign will be better.
     while let [first, .., last] = &steps[..] {
         let is_decided = !is_noise(first) && is_noise(last);
-        if last.rms < first.rms && (is_decided || is_certain(inputs, competition, &steps)) {
+        let is_certain = || match is_noise(first) {
+            true => is_promised(inputs, competition, &steps),
+            false => paired(&first.left.losses, &last.left.losses).t > inputs.settings.claims.paired_t,
+        };
+        if last.left.rms < first.left.rms && (is_decided || is_certain()) {
             break;
         }
         steps.pop();
@@ -87,9 +91,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
 }
 
 /// Whether the 95 % interval of what all causes take away, on readings that were not fitted, excludes nothing.
-fn is_certain(inputs: &Inputs, competition: &Competition, steps: &[Step]) -> bool {
+fn is_promised(inputs: &Inputs, competition: &Competition, steps: &[Step]) -> bool {
     let [Some(first), Some(last)] = [steps.first(), steps.last()] else { return false };
-    let value = 1.0 - last.rms / first.rms;
+    let value = 1.0 - last.left.rms / first.left.rms;
     let settings = inputs.settings;
     let drawn = Bootstrap::new(&competition.problem, &last.subset.members, settings.draws, settings.seed);
     drawn.shrinkage(0, steps.len() - 1, value).is_none_or(|[low, _]| low > 0.0)

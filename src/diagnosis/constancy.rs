@@ -1,0 +1,58 @@
+//! Whether the amount of a law is one and the same in all configurations.
+//!
+//! A law that stands in for another one fits here more and there less: its amount changes with where the robot is. A friction that
+//! goes with the load of another joint is a lag with an amount of its own in every region, an error that goes with the product of
+//! two angles a coupling whose factor changes along the other joint.
+//!
+//! Source: Hastie and Tibshirani, *Varying-coefficient models*, J. R. Stat. Soc. B 55, 1993.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::compared::Compared;
+use super::held_out::paired;
+use crate::effects::SiteKind;
+use crate::math::quantiles::normal_of_any;
+
+impl Compared<'_> {
+    /// Whether readings that were not fitted get certainly better, and by much, where the amounts of a law at a joint may change
+    /// linearly with the position of one joint.
+    pub fn is_uneven(&self, at: usize) -> bool {
+        let [own] = self.sets[at][..] else { return false };
+        let (problem, settings) = (self.forward.problem, self.forward.settings);
+        let law = &problem.hypotheses[own];
+        if law.site.kind != SiteKind::Joint || law.is_free() {
+            return false;
+        }
+        let readings = self.tests.readings;
+        let changing: Vec<DMatrix<f64>> = (0..readings.campaign.variables)
+            .filter_map(|variable| {
+                let along = self.standardised(&readings.positions(variable))?;
+                let columns = &law.columns;
+                let (rows, width) = columns.shape();
+                Some(DMatrix::from_fn(rows, 2 * width, |row, k| {
+                    along[row].powi((k / width) as i32) * columns[(row, k % width)]
+                }))
+            })
+            .collect();
+        let certain = normal_of_any(settings.of_any, changing.len().max(1)).max(settings.paired_t);
+        let losses = self.forward.folds.losses(&self.beside.with(&changing));
+        losses.beside.iter().any(|changed| {
+            paired(&self.losses.beside[at], changed).t > certain
+                && self.gain(at) < settings.of_free * paired(&self.losses.base, changed).sum
+        })
+    }
+
+    /// Values of configurations by row, of mean 0 and deviation 1; 0 where they are not known. `None` where they are all the same.
+    fn standardised(&self, values: &[Option<f64>]) -> Option<DVector<f64>> {
+        let problem = self.forward.problem;
+        let known: Vec<f64> = values.iter().flatten().copied().collect();
+        let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        let square = known.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / known.len().max(1) as f64;
+        let poses = problem.poses();
+        let of_row = |row: usize| {
+            let pose = poses.partition_point(|pose| *pose < problem.pose[row]);
+            values.get(pose).copied().flatten().map_or(0.0, |q| (q - mean) / square.sqrt())
+        };
+        (square > 0.0).then(|| DVector::from_fn(problem.rows(), |row, _| of_row(row)))
+    }
+}
