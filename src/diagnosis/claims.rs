@@ -135,8 +135,8 @@ impl Compared<'_> {
         // What may be another law in its limit is named only beside one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
         let of_gap = self.gain(own) / self.forward.gap;
-        // What takes little of the whole gap is more often a part of what another law misses.
-        let is_great = of_gap >= self.forward.settings.least_share;
+        // Beside what no law has, one that takes little of the whole gap is as often a part of that.
+        let is_great = self.is_sharp || of_gap >= self.forward.settings.least_share;
         let has_law = is_law && is_great && curves.is_empty();
         let level = if has_law && rivals.len() < self.forward.settings.group {
             Level::Law

@@ -120,7 +120,7 @@ pub struct ClaimSettings {
     /// the normal quantile of 97.7 %.
     pub paired_t: f64,
     /// Least share of the gap (of squares above the noise) that a cause takes away by itself: of what the causes before it leave to
-    /// be one, of the whole gap to have its law named.
+    /// be one, of the whole gap to have its law named where the causes leave more than noise.
     pub least_share: f64,
     /// Beside causes that leave nothing but noise, a further one is named where it takes away at least this share of the gap, or where
     /// as much would be chance with at most `of_any` in any hypothesis: what takes less corrects the law of another as often as it

@@ -253,7 +253,8 @@ fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Resu
     })?;
     for (index, target) in sought {
         let is_own = |reading: &Reading| {
-            reading.target == Some(index) && reading.observes.target_column() == Some(target.column)
+            let column = reading.observes.target_column();
+            reading.target == Some(index) && column.is_none_or(|column| column == target.column)
         };
         let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
         let read: Vec<MeasuredPoint> = own.clone().map(|(_, point)| *point).collect();

@@ -102,9 +102,9 @@ pub const CHECKS: &[Check] = &[
         find: readings::describes_the_readings,
     },
     Check {
-        codes: &[Code::OutlyingReadings],
+        codes: &[Code::OutlyingReadings, Code::UnlikeDescription],
         of_result: true,
-        about: "no reading is far from what all others say",
+        about: "no reading is far from what all others say, and no quarter of them is",
         find: outlying::after,
     },
     Check {

@@ -107,7 +107,33 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         let robust = robust(evidence)?;
         outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
     };
-    outlying(evidence, limits).or_else(hidden).map(said).into_iter().collect()
+    let told = outlying(evidence, limits).or_else(hidden).map(said);
+    told.or_else(|| many(evidence, limits)).into_iter().collect()
+}
+
+/// What is said where more readings than can be simply wrong are far from the others: a robust loss fits these, and bears those in
+/// silence.
+fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let found = evidence.found.filter(|found| found.converged())?;
+    let campaign = evidence.campaign;
+    let size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
+    let least = Fitted::of(evidence)?.least();
+    let middle = median(&mut size.clone())?;
+    let floor = limits.outlying_open * middle.max(least);
+    let far = size.iter().filter(|error| **error > floor).count();
+    if (far as f64) < limits.wrong_share * size.len() as f64 {
+        return None;
+    }
+    let (scale, unit) = unit_of(campaign);
+    let message = format!(
+        "{far} of {} readings are more than {} {unit} off where half of all are within {} {unit}: a part of the readings is of something else",
+        size.len(),
+        mm(scale * floor),
+        mm(scale * middle),
+    );
+    let remedy = "find what they have in common (a session, a marker, a time: `residuals` lists them) and leave them out, or say what differs there";
+    let told = Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy);
+    Some(told.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
 }
 
 /// Residuals over the stated noise from which wrong readings may have hidden each other: a judgement, which decides only whether the

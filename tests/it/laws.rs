@@ -99,7 +99,10 @@ fn laws_are_named_or_in_a_small_group() {
                 .iter()
                 .map(|cause| {
                     let tied: Vec<String> = cause.rivals.iter().map(|e| format!("{}@{}", e.effect, e.site)).collect();
-                    format!("{}@{} {:?} {:?} tied {tied:?}", cause.effect, cause.site, cause.level, cause.stability)
+                    format!(
+                        "{}@{} {:?} {:?} {:?} tied {tied:?}",
+                        cause.effect, cause.site, cause.level, cause.stability, cause.support
+                    )
                 })
                 .collect();
             println!("{effect}@{site}: {said:?}");

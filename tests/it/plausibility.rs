@@ -1183,6 +1183,25 @@ fn many_wrong_readings_are_no_step() {
     }
 }
 
+/// A robust loss that fits two thirds of the readings does not hide that the others are of something else.
+#[test]
+fn a_robust_loss_hides_no_third_of_the_readings() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t| {
+        let z = t.column("z");
+        for row in t.rows.iter_mut().step_by(3) {
+            row[z] = (row[z].parse::<f64>().expect("a number") + 40.0).to_string();
+        }
+    });
+    for loss in ["huber", "tukey"] {
+        let command = ["identify", "c", "--loss", loss];
+        doubts(at, &command, "unlike-description", &["20 of 60 readings", "is of something else"]);
+        assert_eq!(run(at, &[&command[..], &["--save", "x.yaml"]].concat()).status, 1);
+        assert!(!at.join("x.yaml").exists());
+    }
+}
+
 /// A fit of hardly more rows than parameters says nothing of readings that it did not see.
 #[test]
 fn held_out_readings_of_a_thin_fit_are_not_called_wrong() {

@@ -65,7 +65,7 @@ fn base_and_tool_are_found_however_they_are_turned() {
             let model = &model.arranged(&campaign);
             let mut truth = model.registry.nominal();
             for (slot, turn) in
-                [(model.base_slot(InSession::default()) + 3, base), (model.tool_slot(InSession::default()) + 3, tool)]
+                [(model.base_slot(InSession::default()) + 3, *base), (model.tool_slot(InSession::default()) + 3, tool)]
             {
                 (0..3).for_each(|axis| truth[slot + axis] = turn[axis].to_radians());
             }
