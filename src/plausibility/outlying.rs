@@ -107,8 +107,8 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         let robust = robust(evidence)?;
         outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
     };
-    let told = outlying(evidence, limits).or_else(hidden).map(said);
-    told.or_else(|| many(evidence, limits)).into_iter().collect()
+    let few = || outlying(evidence, limits).or_else(hidden).map(said);
+    many(evidence, limits).or_else(few).into_iter().collect()
 }
 
 /// What is said where more readings than can be simply wrong are far from the others: a robust loss fits these, and bears those in

@@ -90,6 +90,21 @@ fn a_zero_that_is_far_off_is_fitted_to_the_noise() {
     assert!(left < 0.07, "{left} mm, where the noise is 0.052");
 }
 
+/// Parallelograms that are none: lengths that the described ones hide show, and are fitted, where the noise would tell that they are
+/// missed.
+#[test]
+fn parallelograms_within_their_tolerances_are_fitted_to_the_noise() {
+    let folder = starter();
+    let at = folder.path();
+    let made = ["simulate", "palletiser", "--poses", "200", "--seed", "24", "--noise", "0.01", "--markers", "ball"];
+    ok(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", "p"]].concat());
+    let found = json(&run(at, &["identify", "p", "--format", "json"]));
+    let left = found["residuals"]["check_after"]["rms"].as_f64().expect("mm");
+    assert!(left < 0.0195, "{left} mm, where the noise is 0.0173");
+    let said = json(&run(at, &["diagnose", "p", "--format", "json"]));
+    assert_eq!(said["verdict"], "no-gap", "{}", said["causes"]);
+}
+
 /// A gantry's readings, whose noise is 0.01 mm.
 fn gantry(at: &Path, spoiled: impl Fn(&mut Table)) {
     let made = ["simulate", "scara-rail", "--poses", "50", "--seed", "1", "--noise", "0.01", "--errors", "1"];
