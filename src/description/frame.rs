@@ -78,6 +78,9 @@ impl Constants {
     }
 }
 
+/// Sine below which two axes count as parallel: 1 deg, well above what calibration changes.
+pub const NEAR_PARALLEL: f64 = 0.017;
+
 /// Frames between two frames and their common ancestor (itself apart), from the ancestor on: those towards `a`, then
 /// those towards `b`.
 pub fn branches(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> [Vec<FrameIndex>; 2] {

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::elastic::Elastic;
-pub use super::frame::{Constants, Frame, FrameIndex, Motion, branches};
+pub use super::frame::{Constants, Frame, FrameIndex, Motion, NEAR_PARALLEL, branches};
 use super::fuzzy::Input;
 use super::parameters::{self, symbols};
 use super::raw::{JointKind, LoopKind, Meet, RawEffect};

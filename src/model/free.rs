@@ -5,11 +5,8 @@ use nalgebra::{Rotation3, Vector3};
 use super::Model;
 use crate::description::parameters::Owner;
 use crate::description::raw::{JointKind, LoopKind};
-use crate::description::robot::{Constants, FrameIndex, Motion, Robot, branches};
+use crate::description::robot::{Constants, FrameIndex, Motion, NEAR_PARALLEL, Robot, branches};
 use crate::parameter::Slot;
-
-/// Sine below which two axes count as near-parallel (1 deg).
-const NEAR_PARALLEL: f64 = 0.017;
 
 /// The rule, before `calibration.free` and `calibration.fixed` are applied to it:
 ///

@@ -259,6 +259,8 @@ pub struct Frame {
     pub limits: Option<[f64; 2]>,
 }
 
+/// Positions of beta and alpha in [`Frame::slots`].
+pub const TILTS: [usize; 2] = [0, 3];
 /// Position of theta in [`Frame::slots`].
 pub const THETA: usize = 5;
 /// Position of r in [`Frame::slots`].

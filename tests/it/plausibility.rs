@@ -569,11 +569,31 @@ fn time_that_goes_back_and_copies_are_told() {
     timed(|k| k);
     let twice =
         campaign.replace("measurements: measurements.csv", "measurements: [measurements.csv, measurements.csv]");
-    std::fs::write(&path, twice).expect("written");
+    std::fs::write(&path, &twice).expect("written");
     let ran = run(at, &["check", "c"]);
     assert!(ran.err.contains("60 of 120 readings are copies"), "{}", ran.err);
     let ran = run(at, &["diagnose", "c"]);
     assert!(ran.out.contains("DOUBTFUL (suspect-readings): 60 of 120 readings are copies"), "{}", ran.out);
+    // Exported once more, with fewer digits and other names.
+    let table = std::fs::read_to_string(at.join("c/measurements.csv")).expect("a table");
+    let cut = |(k, cell): (usize, &str)| match cell.parse::<f64>() {
+        Ok(value) if k > 0 => format!("{value:.3}"),
+        _ if k == 0 => format!("again-{cell}"),
+        _ => cell.into(),
+    };
+    let mut lines = table.lines();
+    let header = lines.next().expect("a header");
+    let rows: Vec<String> =
+        lines.map(|line| line.split(',').enumerate().map(cut).collect::<Vec<_>>().join(",")).collect();
+    std::fs::write(at.join("c/again.csv"), format!("{header}\n{}\n", rows.join("\n"))).expect("written");
+    std::fs::write(
+        &path,
+        campaign.replace("measurements: measurements.csv", "measurements: [measurements.csv, again.csv]"),
+    )
+    .expect("written");
+    let ran = run(at, &["check", "c"]);
+    assert!(ran.err.contains("are copies of others but for digits that were cut"), "{}", ran.err);
+    std::fs::write(&path, twice).expect("written");
     // A report says it before its figures too.
     assert_eq!(run(at, &["report", "c", "--output", "r.html"]).status, 0);
     let page = std::fs::read_to_string(at.join("r.html")).expect("a report");

@@ -1,6 +1,6 @@
 //! Closed loops: the frames that meet, and which joints the loop moves.
 
-use super::super::frame::{Frame, FrameIndex, Motion, branches};
+use super::super::frame::{Frame, FrameIndex, Motion, NEAR_PARALLEL, branches};
 use super::super::raw::{JointKind, LoopKind, Meet, RawLoop, RawRobot};
 use super::super::robot::{Loop, Variable};
 use super::collector::Collector;
@@ -136,6 +136,3 @@ fn is_planar(frames: &[Frame], a: FrameIndex, b: FrameIndex) -> bool {
         })
     })
 }
-
-/// Sine below which axes count as parallel: 1 deg, well above what calibration changes.
-const NEAR_PARALLEL: f64 = 0.017;
