@@ -179,24 +179,18 @@ fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}:\n{text}"))
 }
 
-/// A result whose description could not be read back is none: no headline, no file, a code.
+/// Tilts that few readings hardly show end where the loop is still a planar one, so that the description is read again.
 #[test]
-fn what_could_not_be_read_back_is_not_written() {
+fn tilts_in_a_planar_loop_leave_it_planar() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     std::fs::write(at.join("fourbar.yaml"), FOUR_BAR).expect("written");
     assert_eq!(run(at, &["simulate", "fourbar.yaml", "--poses", "12", "--seed", "3", "--into", "f"]).status, 0);
     let ran = run(at, &["identify", "f", "--save", "f.yaml"]);
-    assert_eq!(ran.status, 1, "{}", ran.out);
-    assert!(ran.out.contains("NO RESULT") && !ran.out.contains("mm calibrated"), "{}", ran.out);
-    assert!(!at.join("f.yaml").exists());
-    let found = json(&run(at, &["identify", "f", "--format", "json"]).out);
-    let all = found["diagnostics"].as_array().expect("a list");
-    let told = all.iter().find(|told| told["code"] == "unusable-result").expect("told");
-    assert_eq!(told["severity"], "error");
-    for key in ["message", "remedy", "at", "figures"] {
-        assert!(told.get(key).is_some(), "{key}");
-    }
+    assert_eq!(ran.status, 0, "{}", ran.out);
+    let tilt = ran.out.lines().find(|line| line.starts_with(" 2.alpha") && line.contains("at its bound"));
+    assert!(tilt.is_some(), "{}", ran.out);
+    assert_eq!(run(at, &["check", "f.yaml"]).status, 0);
 }
 
 #[test]
