@@ -59,54 +59,14 @@ pub fn choice(
         let per_pose = problem.rows() as f64 / problem.poses().len() as f64;
         rivals(&selector, &fit, per_pose, &settings.rivals)
     });
-    // The search also finds small corrections of what is not quite the law of another cause: fitted beside it, and not named.
-    let mut great = members.clone();
-    if sharp.is_some() {
-        let claims = &settings.claims;
-        let great_sum = claims.great_share * forward.gap;
-        let certain = normal_of_any(claims.of_any, problem.hypotheses.len());
-        forward.prune(&mut great, 0, |before, after| {
-            let gain = paired(before, after);
-            gain.sum > great_sum || gain.sum > 0.0 && gain.t > certain
-        });
-    }
+    let great = great(&forward, &members, sharp.is_some());
     let blocks = blocks(problem, campaign, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
     let first = first_readings(problem, campaign);
     let readings = Readings { campaign, first: &first };
     let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
-    let mut found: Vec<Claim> = Vec::new();
-    let mut before = Before { forward: &forward, causes: Vec::new() };
-    for (entry, cause) in causes.iter().enumerate() {
-        if !cause.iter().all(|member| great.contains(member)) {
-            continue;
-        }
-        // Where the noise does not decide, a cause must be worth having whatever stands for those before it.
-        if sharp.is_none() && !before.bears(cause) {
-            continue;
-        }
-        // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
-        let beside: Vec<usize> = match sharp {
-            Some(_) => members.iter().copied().filter(|member| !cause.contains(member)).collect(),
-            None => causes[..entry].concat(),
-        };
-        let own = match cause[..] {
-            [one] => members.iter().position(|&member| member == one),
-            _ => None,
-        };
-        let own = own.zip(sharp.as_ref()).map(|(at, all)| all[at].as_slice());
-        let claimed = claims(&forward, cause, &beside, own, &tests);
-        before.add(cause, &beside, claimed.first());
-        found.extend(claimed);
-    }
-    // Two causes may be claimed by the same curve.
-    let mut claims: Vec<Claim> = Vec::new();
-    for claim in found {
-        if !claims.iter().any(|known| known.hypothesis == claim.hypothesis) {
-            claims.push(claim);
-        }
-    }
+    let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
     claims = without_series(&forward, claims, settings);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
@@ -116,13 +76,68 @@ pub fn choice(
         }
     }
     drop_replaced(&mut claims, &selector, left);
-    let mut path = vec![selector.fit(&[])];
-    let mut taken: Vec<usize> = Vec::new();
-    for claim in &claims {
-        taken.push(claim.hypothesis);
-        path.push(selector.fit(&taken));
-    }
+    let path = (0..=claims.len()).map(|count| {
+        let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
+        selector.fit(&taken)
+    });
+    let path = path.collect();
     (claims, path)
+}
+
+/// Those of the members that are great enough to be named. The search also finds small corrections of what is not quite the law of
+/// another cause: fitted beside it, and not named.
+fn great(forward: &Forward, members: &[usize], is_sharp: bool) -> Vec<usize> {
+    let mut great = members.to_vec();
+    if is_sharp {
+        let claims = forward.settings;
+        let great_sum = claims.great_share * forward.gap;
+        let certain = normal_of_any(claims.of_any, forward.problem.hypotheses.len());
+        forward.prune(&mut great, 0, |before, after| {
+            let gain = paired(before, after);
+            gain.sum > great_sum || gain.sum > 0.0 && gain.t > certain
+        });
+    }
+    great
+}
+
+/// What is claimed of the causes whose members are all great, each hypothesis once. `sharp` are the rivals of each member, where
+/// nothing but noise is left.
+fn claimed(
+    forward: &Forward,
+    causes: &[Vec<usize>],
+    sharp: Option<&[Vec<Rival>]>,
+    tests: &Tests,
+    is_great: impl Fn(&usize) -> bool,
+) -> Vec<Claim> {
+    let mut found: Vec<Claim> = Vec::new();
+    let mut before = Before { forward, causes: Vec::new() };
+    for (entry, cause) in causes.iter().enumerate().filter(|(_, cause)| cause.iter().all(&is_great)) {
+        // Where the noise does not decide, a cause must be worth having whatever stands for those before it.
+        if sharp.is_none() && !before.bears(cause) {
+            continue;
+        }
+        // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
+        let beside: Vec<usize> = match sharp {
+            Some(_) => tests.members.iter().copied().filter(|member| !cause.contains(member)).collect(),
+            None => causes[..entry].concat(),
+        };
+        let own = match cause[..] {
+            [one] => tests.members.iter().position(|&member| member == one),
+            _ => None,
+        };
+        let own = own.zip(sharp).map(|(at, all)| all[at].as_slice());
+        let claims = claims(forward, cause, &beside, own, tests);
+        before.add(cause, &beside, claims.first());
+        found.extend(claims);
+    }
+    // Two causes may be claimed by the same curve.
+    let mut distinct: Vec<Claim> = Vec::new();
+    for claim in found {
+        if !distinct.iter().any(|known| known.hypothesis == claim.hypothesis) {
+            distinct.push(claim);
+        }
+    }
+    distinct
 }
 
 /// Leaves out causes of which nothing is certain beside all others: the 95 % interval of their amounts then holds none. A curve that was

@@ -35,6 +35,29 @@ pub struct LinearProblem {
     pub hypotheses: Vec<Hypothesis>,
 }
 
+/// What each row belongs to.
+struct Numbers {
+    pose: Vec<usize>,
+    reading: Vec<usize>,
+    marker: Vec<usize>,
+}
+
+impl Numbers {
+    /// Of the rows of a campaign; each constraint counts as a reading at a configuration of its own.
+    fn of(campaign: &Campaign) -> Self {
+        let configurations = campaign.configurations();
+        let readings = campaign.readings.iter().enumerate();
+        let of_rows = readings
+            .flat_map(|(k, reading)| std::iter::repeat_n((configurations[reading.pose], k), reading.observes.rows()));
+        let (poses, count) = (campaign.poses.len(), campaign.readings.len());
+        let of_constraints = (0..campaign.constraints.len()).map(|k| (poses + k, count + k));
+        let marker_of = |reading: &Reading| reading.marker.map_or(0, |marker| marker + 1);
+        let markers = campaign.readings.iter().flat_map(|own| std::iter::repeat_n(marker_of(own), own.observes.rows()));
+        let (pose, reading) = of_rows.chain(of_constraints).unzip();
+        Self { pose, reading, marker: markers.chain(campaign.constraints.iter().map(|_| 0)).collect() }
+    }
+}
+
 impl LinearProblem {
     /// Linearises the predictions of a campaign at calibrated `values`.
     ///
@@ -76,22 +99,12 @@ impl LinearProblem {
             law.columns = DMatrix::from_fn(rows, count, |row, k| all[row * width + first + k] / sigmas[row]);
             first += count;
         }
-        let configurations = campaign.configurations();
-        let readings = campaign.readings.iter().enumerate();
-        let of_rows = readings
-            .flat_map(|(k, reading)| std::iter::repeat_n((configurations[reading.pose], k), reading.observes.rows()));
-        // Each constraint counts as a reading at a configuration of its own.
-        let (poses, count) = (campaign.poses.len(), campaign.readings.len());
-        let of_constraints = (0..campaign.constraints.len()).map(|k| (poses + k, count + k));
-        let marker_of = |reading: &Reading| reading.marker.map_or(0, |marker| marker + 1);
-        let markers = campaign.readings.iter().flat_map(|own| std::iter::repeat_n(marker_of(own), own.observes.rows()));
-        let marker = markers.chain(campaign.constraints.iter().map(|_| 0)).collect();
-        let (pose, reading) = of_rows.chain(of_constraints).unzip();
         let moved = nuisance.iter().map(|&slot| {
             let parameter = &model.registry[slot];
             let is_stated = parameter.group == Group::Geometry && parameter.tolerance > 0.0;
             [values[slot] - parameter.nominal, if is_stated { parameter.tolerance } else { f64::INFINITY }]
         });
+        let Numbers { pose, reading, marker } = Numbers::of(campaign);
         Ok(Self {
             moved: moved.collect(),
             residual: DVector::from_iterator(rows, found.residual.iter().zip(&sigmas).map(|(r, s)| r / s)),
@@ -100,7 +113,7 @@ impl LinearProblem {
             pose,
             marker,
             reading,
-            readings: count,
+            readings: campaign.readings.len(),
             hypotheses,
         })
     }

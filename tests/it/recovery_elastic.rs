@@ -65,6 +65,9 @@ fn deflections(
     }
 }
 
+/// Campaigns that are fitted from a far start as well.
+const FAR_STARTS: u64 = 8;
+
 #[test]
 fn ir663_springs_are_recovered_from_126_readings_whatever_the_start() {
     let model = bundled("kuka-ir663");
@@ -79,24 +82,27 @@ fn ir663_springs_are_recovered_from_126_readings_whatever_the_start() {
             let campaign = simulate(&model, &truth, &plan, &mut random).expect("simulated");
             assert_eq!(campaign.readings.len(), 126);
             let found = fitted(&model, &campaign);
-            let far = fitted(&far_off(&model, &mut random), &campaign);
-            assert!(found.converged() && far.converged(), "{seed}: {} {}", found.ending, far.ending);
-            let apart = far.noise_ratio / found.noise_ratio - 1.0;
-            // A spring that the readings do not tell stays as declared, which is elsewhere: squares rise by less than what is
-            // usual by chance, 3.84 for each.
-            let weak = |found: &Calibration| {
-                found.identifiability.dropped.iter().filter(|(_, why)| *why == Why::Weak).count() as f64
-            };
-            let chance = 0.5 * 3.84 * weak(&found).max(weak(&far)) / found.degrees_of_freedom;
-            let most = chance.max(1e-6);
-            assert!(apart.abs() < most, "{seed}: {apart:e} ({} and {} iterations)", found.iterations, far.iterations);
+            assert!(found.converged(), "{seed}: {}", found.ending);
+            if seed < FAR_STARTS {
+                let far = fitted(&far_off(&model, &mut random), &campaign);
+                assert!(far.converged(), "{seed}: {}", far.ending);
+                let apart = far.noise_ratio / found.noise_ratio - 1.0;
+                // A spring that the readings do not tell stays as declared, which is elsewhere: squares rise by less than what is
+                // usual by chance, 3.84 for each.
+                let weak = |found: &Calibration| {
+                    found.identifiability.dropped.iter().filter(|(_, why)| *why == Why::Weak).count() as f64
+                };
+                let chance = 0.5 * 3.84 * weak(&found).max(weak(&far)) / found.degrees_of_freedom;
+                let iterations = [found.iterations, far.iterations];
+                assert!(apart.abs() < chance.max(1e-6), "{seed}: {apart:e} ({iterations:?} iterations)");
+            }
             let single = |name: &str| {
-                let estimate = estimate(&model, &far, name);
+                let estimate = estimate(&model, &found, name);
                 estimate.ci95.is_some_and(|ci95| (estimate.value - truth[estimate.slot]).abs() <= ci95)
             };
             let member = model.registry.slot("joint10.kr").expect("a spring");
             let group =
-                far.equivalences.iter().find(|g| g.springs.members.iter().any(|m| m.0 == member)).expect("a group");
+                found.equivalences.iter().find(|g| g.springs.members.iter().any(|m| m.0 == member)).expect("a group");
             assert_eq!(group.springs.members.len(), 3);
             [
                 single("joint2.kar"),
