@@ -1,8 +1,8 @@
 //! Whether the amount of a law is one and the same in all configurations.
 //!
-//! A law that stands in for another one fits here more and there less: its amount changes with where the robot is. A friction that
-//! goes with the load of another joint is a lag with an amount of its own in every region, an error that goes with the product of
-//! two angles a coupling whose factor changes along the other joint.
+//! A law that stands in for another one fits better in one region than in another: its amount changes with where the robot is. An error
+//! that goes with the product of two angles is a coupling whose ratio changes along the other joint. Chosen on workshops of seeds
+//! 71 to 73, judged on seed 91. Frictions that go with the load of another joint it does not show.
 //!
 //! Source: Hastie and Tibshirani, *Varying-coefficient models*, J. R. Stat. Soc. B 55, 1993.
 

@@ -21,8 +21,8 @@ const FAR: f64 = 10.0;
 /// Probability, by chance alone, of what the second calibration must explain in addition.
 const CHANCE: f64 = 1e-3;
 
-/// Probability of as much noise as is left below which something is missed: it costs a second calibration in one of twenty campaigns
-/// of which nothing is.
+/// Probability of as much noise as is left below which something is missed: a second calibration is then made in one of twenty campaigns
+/// in which nothing is missed.
 const MISSED: f64 = 0.05;
 
 /// Degrees of freedom of a noise that is stated.

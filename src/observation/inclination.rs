@@ -18,8 +18,8 @@ fn predicted(point: &MeasuredPoint) -> Vector3<f64> {
     in_sensor(point, point.body.inverse() * point.gravity)
 }
 
-/// How the sensor is mounted, by the rotation that turns measured onto predicted directions (Wahba's problem). A little of no
-/// turn is added, which decides where all readings have one direction.
+/// How the sensor is mounted, by the rotation that turns measured onto predicted directions (Wahba's problem). A small multiple
+/// of the identity is added: it decides the turn about gravity where all readings have one direction.
 fn target_start(points: &[MeasuredPoint]) -> Option<TargetValues> {
     let of = |point: &MeasuredPoint| {
         let in_body = point.body.inverse() * point.gravity;

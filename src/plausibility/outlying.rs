@@ -117,11 +117,15 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let found = evidence.found.filter(|found| found.converged())?;
     let campaign = evidence.campaign;
     let size: Vec<f64> = errors(campaign, &found.residual, limits).collect();
-    let least = Fitted::of(evidence)?.least();
     let middle = median(&mut size.clone())?;
-    let floor = limits.outlying_open * middle.max(least);
-    let far = size.iter().filter(|error| **error > floor).count();
-    if (far as f64) < limits.wrong_share * size.len() as f64 {
+    let beyond = |floor: f64| size.iter().filter(|error| **error > floor).count();
+    let is_few = |far: usize| (far as f64) < limits.wrong_share * size.len() as f64;
+    if is_few(beyond(limits.outlying_open * middle)) {
+        return None;
+    }
+    let floor = limits.outlying_open * middle.max(Fitted::of(evidence)?.least());
+    let far = beyond(floor);
+    if is_few(far) {
         return None;
     }
     let (scale, unit) = unit_of(campaign);

@@ -289,30 +289,24 @@ fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> 
 /// Warnings of what a description does not hold: bases, tools and markers that are a session's or station's, of which it has one of each;
 /// gains and offsets of sensors of torques.
 fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) -> Vec<Diagnostic> {
-    let owners = of_sessions(model, values);
-    let arranged = (!owners.is_empty()).then(|| {
-        let text = format!(
-            "`{}` holds one base and one of each marker, and those of the campaign's sessions are not written to it: {}",
-            path.display(),
-            owners.join(", ")
-        );
-        let remedy = "find them again with `register` and the campaign; `--table` or `--format json` holds them";
-        Diagnostic::warning(text).remedy(remedy)
-    });
+    let told = |why: &str, what: Vec<String>, remedy: &str| {
+        let text = format!("`{}` holds {why}: {}", path.display(), what.join(", "));
+        (!what.is_empty()).then(|| Diagnostic::warning(text).remedy(remedy))
+    };
+    let arranged = told(
+        "one base and one of each marker, and those of the campaign's sessions are not written to it",
+        of_sessions(model, values),
+        "find them again with `register` and the campaign; `--table` or `--format json` holds them",
+    );
     let prefixes: Vec<_> = campaign.readings.iter().filter_map(|reading| reading.observes.by_variable()).collect();
     let sensors = campaign.targets.iter().filter(|target| prefixes.contains(&target.column));
     let unknown = sensors.flat_map(|target| &target.values).filter_map(|value| value.parameter.as_deref());
     let shown = unknown.filter_map(|name| Some(format!("{name} = {:.5e}", values.get(model.registry.slot(name)?)?)));
-    let shown: Vec<String> = shown.collect();
-    let of_sensors = (!shown.is_empty()).then(|| {
-        let text = format!(
-            "`{}` holds no sensors of torques, and what was found of them is not written to it: {}",
-            path.display(),
-            shown.join(", ")
-        );
-        let remedy = "write them under `torques:` of the campaign, in its units, where they are to be used again";
-        Diagnostic::warning(text).remedy(remedy)
-    });
+    let of_sensors = told(
+        "no sensors of torques, and what was found of them is not written to it",
+        shown.collect(),
+        "write them under `torques:` of the campaign, in its units, where they are to be used again",
+    );
     arranged.into_iter().chain(of_sensors).collect()
 }
 

@@ -214,7 +214,7 @@ fn exact_copies(campaign: &Campaign) -> Vec<usize> {
 
 /// Joints within this (rad, m) are those of one configuration: two thousandths of a degree, files are seldom rounded more.
 const ONE_CONFIGURATION: f64 = 3.5e-5;
-/// Values within this part of their standard deviation are one: three of two independent readings are in one of 50,000.
+/// Values within this part of their standard deviation are one: all three of two independent readings are so once in 45,000.
 const ONE_VALUE: f64 = 0.05;
 
 /// Readings whose joints and values are those of another one but for rounding, by index, in order; of those that state their noise and
