@@ -41,7 +41,7 @@ impl Effect for HosePull {
 
     /// What one unit of the parameter changes in a reading: joint 5 stands elsewhere.
     fn changes(&self, _model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Changes {
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return Arc::new(|_, _| {}) };
         Arc::new(move |context, out| {
             let wound = context.q[3] + context.q[5];
             out.push((0, Change::Joint(variable, wound * wound)));

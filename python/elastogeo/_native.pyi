@@ -71,7 +71,7 @@ class Site:
     """Where an effect sits."""
 
     name: str
-    variable: int
+    variable: int | None
 
 class Reading:
     """The state of the robot in one reading, SI: joints `q`, loads on them under own weight and the applied wrench (`load`) and

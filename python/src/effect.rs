@@ -17,8 +17,8 @@ use crate::words::kept;
 pub struct Site {
     /// `joint:5`
     name: String,
-    /// Index of the variable that moves the joint.
-    variable: usize,
+    /// Index of the joint's value in `q`: of the variable that moves it, or its own where it follows others; else `None`.
+    variable: Option<usize>,
 }
 
 /// The state of the robot in one reading, SI.
@@ -145,11 +145,11 @@ impl Effect for PythonEffect {
 
     fn changes(&self, model: &Model, site: &Own_, _: &Nonlinear) -> Changes {
         let names: Vec<String> = self.parameters.iter().map(|parameter| parameter.symbol.clone()).collect();
-        let variables: Vec<String> = model.variables.iter().map(|variable| variable.name.clone()).collect();
+        let variables = model.coordinate_names();
         let all = model.registry.all().iter().enumerate();
         let slots: HashMap<String, Slot> = all.map(|(slot, parameter)| (parameter.name.clone(), slot)).collect();
         let (changes, faults) = (Arc::clone(&self.changes), self.faults.clone());
-        let (name, variable) = (site.name.clone(), site.variable);
+        let (name, variable) = (site.name.clone(), site.coordinate);
         let change = move |of: &str, which: &str, by: &[f64]| match (of, by) {
             ("joint", [by]) => Some(Change::Joint(variables.iter().position(|known| known == which)?, *by)),
             ("deflection", [by]) => Some(Change::Deflection(variables.iter().position(|known| known == which)?, *by)),

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::loads::{joint_of, lengths_of};
+use super::loads::lengths_of;
 use super::shapes::Shape;
 use crate::model::Model;
 
@@ -19,7 +19,7 @@ const TURN: f64 = std::f64::consts::TAU;
 pub fn known(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Drawing {
     let variable = random.random_range(0..model.variables.len());
     let frame = random.random_range(1..model.frames.len());
-    let mut draw = Draw { model, random, variable, joint: joint_of(model, variable), frame };
+    let mut draw = Draw { model, random, variable, joint: model.joint_of(variable)?, frame };
     if is_deflection { draw.of_deflection() } else { draw.of_position() }
 }
 
@@ -28,7 +28,7 @@ pub fn unknown(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> D
     let count = model.variables.len();
     let variable = random.random_range(0..count);
     let kind = random.random_range(0..4);
-    let mut draw = Draw { model, random, variable, joint: joint_of(model, variable), frame: 0 };
+    let mut draw = Draw { model, random, variable, joint: model.joint_of(variable)?, frame: 0 };
     let by_load = is_deflection;
     let (name, shape) = match kind {
         0 => {
@@ -124,7 +124,7 @@ impl Draw<'_> {
     fn of_deflection(&mut self) -> Drawing {
         match self.within(0.0, 9.0) as usize {
             kind @ 0..=4 => self.of_load(kind),
-            5 | 6 if self.is_serial() => Some(self.balancing_spring()),
+            5 | 6 if self.is_serial() => self.balancing_spring(),
             5 | 6 => {
                 let actuator = self.model.actuators.get(usize::from(self.within(0.0, 1.0) > 0.5))?;
                 let shape = self.constants(&actuator.name, &[("axial", 1.0)])?;
@@ -136,10 +136,10 @@ impl Draw<'_> {
     }
 
     /// A spring that balances joint 1, 2 or 3, the stiffness of which goes with that of the joint.
-    fn balancing_spring(&mut self) -> (&'static str, String, Shape) {
+    fn balancing_spring(&mut self) -> Drawing {
         let variable = usize::from(self.within(0.0, 3.0) > 1.0);
         let variable = variable + usize::from(variable == 1 && self.within(0.0, 3.0) > 2.0);
-        let joint = joint_of(self.model, variable);
+        let joint = self.model.joint_of(variable)?;
         let (a, b) = (self.within(0.3, 0.9), self.within(0.1, 0.3));
         let (angle, free) = (self.within(0.0, TURN), self.within(0.5, 0.9) * (a - b));
         let compliance = self
@@ -148,7 +148,7 @@ impl Draw<'_> {
             .slot(&format!("joint{}.kar", self.model.frames[joint].name))
             .map_or(1e-6, |slot| self.model.registry[slot].nominal.max(1e-8));
         let shape = Shape::Spring { variable, compliance, a, b, angle, free, rate: 1e-3 / compliance };
-        ("gravity-compensator", self.at_joint(joint), shape)
+        Some(("gravity-compensator", self.at_joint(joint), shape))
     }
 
     fn of_position(&mut self) -> Drawing {

@@ -5,7 +5,6 @@ use nalgebra::{Point3, Vector3};
 
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::raw::JointKind;
-use crate::description::robot::Motion;
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::model::Model;
 use crate::state::masses;
@@ -14,13 +13,6 @@ use crate::state::masses;
 const STEP: f64 = 1e-6;
 /// Lengths below this one (m) are none.
 const LEAST_LENGTH: f64 = 1e-3;
-
-/// The joint moved by a variable.
-pub fn joint_of(model: &Model, variable: usize) -> usize {
-    let own = |frame: &crate::model::Frame| matches!(frame.motion, Motion::Variable { index, .. } if index == variable);
-    let driven = || model.actuators.iter().find(|actuator| actuator.variable == variable).map(|a| a.joint);
-    model.frames.iter().position(own).or_else(driven).unwrap_or(0)
-}
 
 /// Lengths of the body that moves with a frame: those of the frames that it carries.
 pub fn lengths_of(model: &Model, frame: usize) -> Vec<usize> {
@@ -67,7 +59,7 @@ pub struct Weights {
 
 impl Weights {
     pub fn new(model: &Model, values: &[f64]) -> Self {
-        let joints = (0..model.variables.len()).map(|variable| joint_of(model, variable)).collect();
+        let joints = (0..model.variables.len()).filter_map(|variable| model.joint_of(variable)).collect();
         Self { masses: masses(model, values), joints }
     }
 

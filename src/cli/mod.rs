@@ -86,7 +86,11 @@ pub fn call(reader: impl Into<Reader>, arguments: &[String], watch: &(dyn Fn(&st
         watch("writing files");
         write_files(&output, None)?;
     }
-    Ok(Answer { json: output.with_diagnostics()?, text: inert_lines(&output.with_doubts()), failed: output.failed })
+    Ok(Answer {
+        json: output.with_diagnostics()?,
+        text: inert_lines(&output.with_doubts()),
+        failed: output.failed || output.alarm,
+    })
 }
 
 /// Runs the command line of this process with a catalogue of effects, or with a reader that has kinds of readings too: those of a
@@ -109,11 +113,12 @@ fn performed(words: impl IntoIterator<Item = OsString>, reader: Reader) -> u8 {
         spare_inputs(&session, &output)?;
         session.terminal.warn(&output.diagnostics);
         deliver(&session, &output)?;
-        Ok(output.failed)
+        Ok((output.failed, output.alarm))
     });
     match delivered {
-        Ok(false) => 0,
-        Ok(true) => 1,
+        Ok((true, _)) => 1,
+        Ok((_, true)) => 3,
+        Ok(_) => 0,
         Err(error) => {
             let (text, status) = match error.diagnostics() {
                 Some(diagnostics) => (render(diagnostics, color), 2),

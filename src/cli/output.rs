@@ -23,6 +23,8 @@ pub struct Output {
     pub tables: Vec<(PathBuf, Vec<u8>)>,
     /// The outcome is a refusal: exit status 1 although there is something to show.
     pub failed: bool,
+    /// An alarm that was asked for: exit status 3.
+    pub alarm: bool,
     /// What is printed stays on the screen: `--output` names one of `files`.
     pub written: bool,
     /// The text is a file's, not for reading: it is never laid out for the screen.

@@ -32,6 +32,17 @@ pub struct Elastic {
     pub screws: IndexMap<usize, Screw>,
 }
 
+/// A body that the tool carries: its weight loads the robot as a wrench does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Payload {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass in its frame, m.
+    pub com: Vector3<f64>,
+    /// The frame, one of the tool's body.
+    pub frame: FrameIndex,
+}
+
 /// Mass of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {

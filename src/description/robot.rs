@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-use super::elastic::Elastic;
+use super::elastic::{Elastic, Payload};
 pub use super::frame::{Constants, Frame, FrameIndex, Motion, NEAR_PARALLEL, branches};
 use super::fuzzy::Input;
 use super::parameters::{self, symbols};
@@ -44,6 +44,8 @@ pub struct Robot {
     pub anchors: IndexMap<String, Vector3<f64>>,
     /// What gives under load, and what loads it.
     pub elastic: Elastic,
+    /// Bodies that the tool can carry, by name.
+    pub payloads: Vec<(String, Payload)>,
     /// Effects that have been switched on.
     pub effects: Vec<RawEffect>,
     /// Fuzzy compliance of the tool.

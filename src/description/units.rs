@@ -168,6 +168,73 @@ pub struct Units {
     pub time: Time,
 }
 
+/// Units that are stated in addition to others: those that are not named are the others'.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct SomeUnits {
+    /// Lengths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
+    /// Angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Angle>,
+    /// Forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<Force>,
+    /// Torques.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque: Option<Torque>,
+    /// Masses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Mass>,
+    /// Translational stiffness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Stiffness>,
+    /// Rotational stiffness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotational_stiffness: Option<RotationalStiffness>,
+    /// Pressures and moduli.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<Pressure>,
+    /// Time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<Time>,
+}
+
+impl SomeUnits {
+    /// All units, where those that are not named are these.
+    pub fn or(self, others: Units) -> Units {
+        Units {
+            length: self.length.unwrap_or(others.length),
+            angle: self.angle.unwrap_or(others.angle),
+            force: self.force.unwrap_or(others.force),
+            torque: self.torque.unwrap_or(others.torque),
+            mass: self.mass.unwrap_or(others.mass),
+            stiffness: self.stiffness.unwrap_or(others.stiffness),
+            rotational_stiffness: self.rotational_stiffness.unwrap_or(others.rotational_stiffness),
+            pressure: self.pressure.unwrap_or(others.pressure),
+            time: self.time.unwrap_or(others.time),
+        }
+    }
+}
+
+impl From<Units> for SomeUnits {
+    fn from(all: Units) -> Self {
+        Self {
+            length: Some(all.length),
+            angle: Some(all.angle),
+            force: Some(all.force),
+            torque: Some(all.torque),
+            mass: Some(all.mass),
+            stiffness: Some(all.stiffness),
+            rotational_stiffness: Some(all.rotational_stiffness),
+            pressure: Some(all.pressure),
+            time: Some(all.time),
+        }
+    }
+}
+
 impl Units {
     /// SI units in the file's unit of a compliance, by row (x, y, z, rx, ry, rz) and column (fx, .., mz).
     pub fn compliance(&self, [row, column]: [usize; 2]) -> f64 {

@@ -20,15 +20,14 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::stability::stability;
-use crate::description::campaign::Campaign;
 use crate::math::quantiles::{normal_of_any, normal95};
 
 /// Claims, and the subsets on the way to their hypotheses. `found` are the causes by the information criterion, `problem`
-/// and `campaign` hold the readings that are fitted, `noise` is over their sigmas.
+/// and `readings` hold those that are fitted, `noise` is over their sigmas.
 pub fn choice(
     settings: &Settings,
     problem: &LinearProblem,
-    campaign: &Campaign,
+    readings: Readings,
     found: &[usize],
     noise: Option<f64>,
     free_errors: &FreeErrors,
@@ -60,11 +59,9 @@ pub fn choice(
         rivals(&selector, &fit, per_pose, &settings.rivals)
     });
     let great = great(&forward, &members, sharp.is_some());
-    let blocks = blocks(problem, campaign, settings);
+    let blocks = blocks(problem, readings, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
-    let first = first_readings(problem, campaign);
-    let readings = Readings { campaign, first: &first };
     let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
     let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
     claims = without_series(&forward, claims, settings);
@@ -282,16 +279,10 @@ fn dealt(problem: &LinearProblem, settings: &Settings) -> Vec<Option<usize>> {
     fold
 }
 
-/// The first reading of each configuration; `None` of constraints, which are no readings.
-fn first_readings(problem: &LinearProblem, campaign: &Campaign) -> Vec<Option<usize>> {
-    let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);
-    problem.poses().iter().map(|pose| first(pose).filter(|reading| *reading < campaign.readings.len())).collect()
-}
-
 /// Sets of configurations that are left out whole: both ends of the range of each variable, of the time and of the
 /// temperature; each session where there are several.
-fn blocks(problem: &LinearProblem, campaign: &Campaign, settings: &Settings) -> Vec<HeldOut> {
-    let (poses, reading) = (problem.poses(), first_readings(problem, campaign));
+fn blocks(problem: &LinearProblem, readings: Readings, settings: &Settings) -> Vec<HeldOut> {
+    let (poses, campaign, reading) = (problem.poses(), readings.campaign, readings.first);
     let ends = |value: &dyn Fn(usize) -> Option<f64>| {
         let of = |pose: usize| Some((value(reading[pose]?)?, pose));
         let mut order: Vec<(f64, usize)> = (0..poses.len()).filter_map(of).collect();

@@ -136,7 +136,8 @@ impl Compared<'_> {
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
         let of_gap = self.gain(own) / self.forward.gap;
         // Beside what no law has, one that takes little of the whole gap is as often a part of that.
-        let is_great = self.is_sharp || of_gap >= self.forward.settings.least_share;
+        let settings = self.forward.settings;
+        let is_great = self.is_sharp || of_gap >= settings.least_share;
         let has_law = is_law && is_great && curves.is_empty();
         let level = if has_law && rivals.len() < self.forward.settings.group {
             Level::Law
@@ -148,7 +149,6 @@ impl Compared<'_> {
         let tied: Vec<usize> = rivals.iter().map(|(at, _)| *at).collect();
         let stability = self.stability(own, &tied);
         // What fewer than half of the halves choose is not known to be there.
-        let settings = self.forward.settings;
         let least = settings.least_halves;
         // Joints that are one cause stand for several laws.
         let is_one = self.sets[own].len() == 1;

@@ -7,6 +7,7 @@ use super::free_errors::FreeErrors;
 use super::hypothesis::hypotheses;
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
+use super::misfit::{Readings, first_readings};
 use super::projection::Subset;
 use super::refinement::refine;
 use super::repeatability::repeatability;
@@ -92,7 +93,9 @@ impl Competition {
         let fitted = campaign.select(|i, _| !held_out.get(i).copied().unwrap_or(false));
         let training = all.without(&unused);
         let free_errors = FreeErrors::new(model, &fitted, &values, &training)?;
-        let (claims, path) = choice(settings, &training, &fitted, &found, noise, &free_errors);
+        let first = first_readings(&training, &fitted);
+        let readings = Readings { campaign: &fitted, first: &first, model };
+        let (claims, path) = choice(settings, &training, readings, &found, noise, &free_errors);
         let problem = all.without(outliers);
         Ok(Self {
             campaign,

@@ -19,6 +19,7 @@ use super::result::{
 use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
 use super::verdict::{Judgement, judge, without_noise};
+use crate::description::campaign::Amount;
 use crate::estimation::CalibrationError;
 use crate::math::{mean_rms_max, orthonormal, project_off};
 use crate::model::Model;
@@ -52,36 +53,30 @@ pub fn conclude(
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let last = members.len();
-    // Every member is the hypothesis of a claim.
-    let claims: Vec<&Claim> =
-        members.iter().filter_map(|&m| competition.claims.iter().find(|claim| claim.hypothesis == m)).collect();
-    let rivals: Vec<Vec<Rival>> = claims.iter().map(|claim| claim.rivals.clone()).collect();
-    let found = Explanation {
-        competition,
-        judgement: &judgement,
-        bootstrap,
-        claims: &claims,
-        at_most: settings.claims.at_most,
-    };
+    let found = Explanation::new(competition, &judgement, bootstrap, settings.claims.at_most);
+    let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let set_aside = || inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r);
     let outliers = outliers::cause(inputs, competition, members, set_aside().count(), [gap.rms, rms_after])?;
-    let verdict = if outliers.is_some() && verdict == Verdict::NoGap { Verdict::Explained } else { verdict };
+    let verdict = match verdict {
+        Verdict::NoGap if outliers.is_some() => Verdict::Explained,
+        other => other,
+    };
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
     causes.splice(0..0, outliers.map(|(cause, _)| cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
-    let next_poses = if settings.propose && verdict != Verdict::NoGap {
+    let mut proposed = Vec::new();
+    if settings.propose && verdict != Verdict::NoGap {
         progress("proposing configurations");
-        next_poses(inputs, competition, members, &rivals)
-    } else {
-        Vec::new()
+        proposed = next_poses(inputs, competition, members, &rivals);
+    }
+    let evidence = evidence(competition);
+    let verdict = match verdict {
+        Verdict::NoGap if settings.verdict.is_thin(evidence) || problem.hypotheses.is_empty() => Verdict::Undecided,
+        other => other,
     };
-    let fitted = competition.campaign.select(|index, _| !competition.held_out.get(index).copied().unwrap_or(false));
-    let evidence = (fitted.amount(), competition.kept.len());
-    let is_thin = settings.verdict.is_thin(evidence) || problem.hypotheses.is_empty();
-    let verdict = if verdict == Verdict::NoGap && is_thin { Verdict::Undecided } else { verdict };
     Ok(Diagnosis {
         gap,
         location,
@@ -93,7 +88,7 @@ pub fn conclude(
         rms_after_ci95: found.bootstrap.rms(last, rms_after),
         autocorrelation,
         shrinkage,
-        next_poses,
+        next_poses: proposed,
         outliers: set_aside().map(|reading| reading.row).collect(),
         outliers_at: set_aside().map(|reading| inputs.campaign.address(reading)).collect(),
         with_outliers,
@@ -109,6 +104,12 @@ pub fn conclude(
         hypotheses: problem.named(),
         noise_source: judgement.noise_source,
     })
+}
+
+/// How much was fitted: readings, configurations and rows; and how many parameters.
+fn evidence(competition: &Competition) -> (Amount, usize) {
+    let is_fitted = |index: usize| !competition.held_out.get(index).copied().unwrap_or(false);
+    (competition.campaign.select(|index, _| is_fitted(index)).amount(), competition.kept.len())
 }
 
 /// What the causes leave above the noise (m), and the free curve that would take most of it away.
@@ -128,7 +129,7 @@ fn rest(
     Rest {
         rms: (after * after - noise * noise).max(0.0).sqrt(),
         site: best.map(|hypothesis| hypothesis.site.name.clone()),
-        follows: best.and_then(|own| own.follows(&inputs.model.variable_names(), competition.is_loaded())),
+        follows: best.and_then(|own| own.follows(&inputs.model.coordinate_names(), competition.is_loaded())),
     }
 }
 
@@ -178,12 +179,19 @@ struct Explanation<'a> {
     judgement: &'a Judgement,
     bootstrap: Bootstrap,
     /// Of each member.
-    claims: &'a [&'a Claim],
+    claims: Vec<&'a Claim>,
     /// Greatest probability of a name.
     at_most: f64,
 }
 
-impl Explanation<'_> {
+impl<'a> Explanation<'a> {
+    fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, at_most: f64) -> Self {
+        // Every member is the hypothesis of a claim.
+        let claim = |&m: &usize| competition.claims.iter().find(|claim| claim.hypothesis == m);
+        let claims = judgement.members().iter().filter_map(claim).collect();
+        Self { competition, judgement, bootstrap, claims, at_most }
+    }
+
     /// Shrinkage of the error from one step to a later one.
     fn shrinkage(&self, from: usize, to: usize) -> Shrinkage {
         let value = 1.0 - self.judgement.steps[to].left.rms / self.judgement.steps[from].left.rms;
@@ -216,7 +224,7 @@ impl Explanation<'_> {
             rivals: claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect(),
             family,
             level: claim.level,
-            follows: hypothesis.follows(&model.variable_names(), self.competition.is_loaded()),
+            follows: hypothesis.follows(&model.coordinate_names(), self.competition.is_loaded()),
             stability: Some(claim.stability),
             support: claim.support,
             curve: curve(hypothesis, fitted),

@@ -6,7 +6,6 @@ use nalgebra::DMatrix;
 
 use super::result::EffectAtSite;
 use super::settings::Settings;
-use crate::description::robot::Motion;
 use crate::effects::{Condition, Driver, Effect, EffectParameter, Family, Nonlinear, NonlinearValue, Site, Survey};
 use crate::math::independent;
 use crate::model::{Model, SiteKind};
@@ -67,26 +66,26 @@ impl Hypothesis {
         }
     }
 
-    /// What it follows, as a column or a curve is named, `variables` being the names of the actuated variables; `is_loaded`
-    /// says whether a wrench is applied. `None` of constants.
-    pub fn follows(&self, variables: &[&str], is_loaded: bool) -> Option<String> {
-        let own = |driver: fn(usize) -> Driver| driver(self.site.variable).written(variables);
+    /// What it follows, as a column or a curve is named, `names` being those of the coordinates; `is_loaded` says whether a wrench
+    /// is applied. `None` of constants.
+    pub fn follows(&self, names: &[String], is_loaded: bool) -> Option<String> {
+        let own = |driver: fn(usize) -> Driver| self.site.coordinate.map(|own| driver(own).written(names));
         let stated = self.nonlinear.values().into_iter().find_map(|value| match value {
-            NonlinearValue::Driver(driver) => Some(driver.written(variables)),
-            NonlinearValue::Variable(variable) => Some(Driver::Angle(variable).written(variables)),
+            NonlinearValue::Driver(driver) => Some(driver.written(names)),
+            NonlinearValue::Variable(variable) => Some(Driver::Angle(variable).written(names)),
             _ => None,
         });
         let is_joint = self.site.kind == SiteKind::Joint;
         stated.or_else(|| match (self.family(), is_joint) {
-            (Family::Elastic, true) => Some(own(if is_loaded { Driver::Load } else { Driver::OwnLoad })),
+            (Family::Elastic, true) => own(if is_loaded { Driver::Load } else { Driver::OwnLoad }),
             (Family::Elastic, false) => Some(if is_loaded { "load".into() } else { "own-load".into() }),
-            (Family::Kinematic, _) => Some(own(Driver::Angle)),
+            (Family::Kinematic, _) => own(Driver::Angle),
             (Family::History, _) if self.effect.reads().contains(&Condition::Approach) => {
-                Some(format!("approach.{}", Driver::Angle(self.site.variable).written(variables)))
+                Some(format!("approach.{}", own(Driver::Angle)?))
             }
-            (Family::History, _) => Some(own(Driver::LastMove)),
-            (Family::Time, _) => Some(Driver::Time.written(variables)),
-            (Family::Temperature, _) => Some(Driver::Temperature.written(variables)),
+            (Family::History, _) => own(Driver::LastMove),
+            (Family::Time, _) => Some(Driver::Time.written(names)),
+            (Family::Temperature, _) => Some(Driver::Temperature.written(names)),
             (Family::Instrument, _) => Some("position".into()),
             (Family::Geometry | Family::Gross, _) => None,
         })
@@ -126,11 +125,8 @@ pub fn hypotheses(
     let mut found = Vec::new();
     for effect in model.catalogue.iter() {
         let is_known = settings.known.iter().any(|name| name == effect.name());
-        // Bearings and belts of joints that no variable moves are declared where they are known: each would be one more guess.
-        let is_driven = |site: &Site| {
-            let motion = model.frames[site.frame].motion;
-            site.kind != SiteKind::Joint || matches!(motion, Motion::Variable { .. } | Motion::Actuator(_))
-        };
+        // Bearings of joints that have no coordinate are declared where they are known: each would be one more guess.
+        let is_driven = |site: &Site| site.kind != SiteKind::Joint || site.coordinate.is_some();
         for site in effect.sites(model).into_iter().filter(is_driven) {
             let candidates = effect.candidates(model, &site, survey);
             for nonlinear in &candidates {

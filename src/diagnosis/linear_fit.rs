@@ -70,7 +70,7 @@ pub fn reported(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParamete
         value: (*value).into(),
         ci95: Some(*ci95),
     });
-    let nonlinear = hypothesis.nonlinear.written(&model.variable_names()).into_iter();
+    let nonlinear = hypothesis.nonlinear.written(&model.coordinate_names()).into_iter();
     fitted
         .chain(nonlinear.map(|(name, unit, value)| CauseParameter { name: name.into(), unit, value, ci95: None }))
         .collect()

@@ -12,10 +12,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::autocorrelation::Series;
 use super::free_errors::FreeErrors;
+use super::linear_problem::LinearProblem;
 use super::settings::ClaimSettings;
 use crate::description::campaign::Campaign;
 use crate::effects::{Site, SiteKind};
 use crate::math::project_off;
+use crate::model::Model;
 
 /// Share of a law's contribution at a site that carries its free error, below which another error is meant than that.
 const ITS_OWN: f64 = 0.5;
@@ -26,12 +28,25 @@ pub struct Readings<'a> {
     pub campaign: &'a Campaign,
     /// The first of each configuration of the problem.
     pub first: &'a [Option<usize>],
+    /// The robot.
+    pub model: &'a Model,
+}
+
+/// The first reading of each configuration; `None` of constraints, which are no readings.
+pub fn first_readings(problem: &LinearProblem, campaign: &Campaign) -> Vec<Option<usize>> {
+    let first = |pose: &usize| problem.pose.iter().position(|own| own == pose).map(|row| problem.reading[row]);
+    problem.poses().iter().map(|pose| first(pose).filter(|reading| *reading < campaign.readings.len())).collect()
 }
 
 impl Readings<'_> {
-    /// The position of a joint in each configuration; `None` of constraints.
-    pub fn positions(&self, variable: usize) -> Vec<Option<f64>> {
-        let position = |reading: usize| self.campaign.configuration(reading).get(variable).copied();
+    /// A coordinate in each configuration; `None` of constraints.
+    pub fn positions(&self, coordinate: usize) -> Vec<Option<f64>> {
+        let followers = self.model.followers();
+        let position = |reading: usize| {
+            let q = self.campaign.configuration(reading);
+            let of_follower = || Some(followers.get(coordinate.checked_sub(q.len())?)?.of(q));
+            q.get(coordinate).copied().or_else(of_follower)
+        };
         self.first.iter().map(|reading| position((*reading)?)).collect()
     }
 }
@@ -58,7 +73,8 @@ pub fn missed(
     if taken < ITS_OWN * fitted.norm_squared() {
         return 0.0;
     }
-    let angles = readings.positions(site.variable);
+    let Some(coordinate) = site.coordinate else { return 0.0 };
+    let angles = readings.positions(coordinate);
     let known = angles.iter().take(left.len()).enumerate();
     let mut order: Vec<(f64, usize)> = known.filter_map(|(pose, angle)| Some(((*angle)?, pose))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -54,8 +54,8 @@ impl Effect for Probe {
     fn changes(&self, model: &Model, site: &Site, _nonlinear: &Nonlinear) -> Changes {
         match self.0 {
             SiteKind::Joint => {
-                let variable = site.variable;
-                Arc::new(move |_, out| out.push((0, Change::Deflection(variable, 1.0))))
+                let coordinate = site.coordinate;
+                Arc::new(move |_, out| out.extend(coordinate.map(|own| (0, Change::Deflection(own, 1.0)))))
             }
             SiteKind::Link => {
                 let lengths = lengths(model, site);

@@ -143,16 +143,20 @@ impl<'a> Projection<'a> {
     }
 
     /// Whether the amounts by which a hypothesis would fit, of its orthonormal columns, are plausible: compliances of what is
-    /// rigid are positive, and no parameter is many times its common size.
+    /// rigid and what cannot be negative are positive, and no parameter is many times its common size.
     fn is_plausible(&self, h: usize, directions: usize, of_block: &DVector<f64>, greatest: f64) -> bool {
         let hypothesis = &self.problem.hypotheses[h];
         if directions < hypothesis.columns.ncols() {
             return !hypothesis.is_positive;
         }
         let Some(amounts) = self.products[h].clone().lu().solve(of_block) else { return false };
+        // Amounts of constants are shifts: those of what is not rigid can be negative.
+        let can_be_negative = |is_positive: bool| !is_positive || !hypothesis.constants.is_empty();
         amounts.iter().zip(&hypothesis.parameters).all(|(amount, parameter)| match hypothesis.is_positive {
             true => *amount >= 0.0,
-            false => amount.abs() <= greatest * parameter.scale,
+            false => {
+                amount.abs() <= greatest * parameter.scale && (*amount >= 0.0 || can_be_negative(parameter.is_positive))
+            }
         })
     }
 

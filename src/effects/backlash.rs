@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::law::Law;
+use super::law::{Law, nothing};
 use crate::model::{
     Change, Condition, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
@@ -41,10 +41,10 @@ pub(super) static LAW: Law = Law {
     nonlinear: &[&BY, &CHANGES_AT],
     candidates: |_, site, survey| {
         let mut candidates = Vec::new();
-        if survey.sides.get(site.variable) == Some(&true) && !survey.is_difference {
+        if site.of(&survey.sides) == Some(&true) && !survey.is_difference {
             candidates.push(Nonlinear::new([(&BY, NonlinearValue::Choice(APPROACH))]));
         }
-        if let Some(&load) = survey.greatest_load.get(site.variable).filter(|load| **load > 0.0) {
+        if let Some(&load) = site.of(&survey.greatest_load).filter(|load| **load > 0.0) {
             let by_load = (&BY, NonlinearValue::Choice(LOAD));
             let at = |share: f64| Nonlinear::new([by_load.clone(), (&CHANGES_AT, NonlinearValue::Real(share * load))]);
             candidates.extend(SHARES.map(at));
@@ -55,7 +55,7 @@ pub(super) static LAW: Law = Law {
     is_another_at_ends: |nonlinear| [false, nonlinear.continuous().is_some()],
     parameters: Some(|_, _, _| vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]),
     changes: |_, site, nonlinear| {
-        let v = site.variable;
+        let Some(v) = site.coordinate else { return nothing() };
         match nonlinear.values()[..] {
             [_, NonlinearValue::Real(at)] => Arc::new(move |context, out| {
                 out.push((0, Change::Deflection(v, context.of_load(v, |load| (load / at).tanh()))));

@@ -32,10 +32,11 @@ pub(super) static LAW: Law = Law {
     signature: "an angle of one joint that is right in the middle of its range and falls short towards both ends",
     remedy: "lengthen or guide the cable or hose package; measure with it taken off",
     nonlinear: &[&SLACK, &MIDDLE],
+    cancels_in_differences: true,
     candidates: |_, site, survey| {
-        let Some(&[least, greatest]) = survey.ranges.get(site.variable) else { return Vec::new() };
+        let Some(&[least, greatest]) = site.of(&survey.ranges) else { return Vec::new() };
         let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
-        if survey.is_difference || half.is_nan() || half <= 0.0 {
+        if half.is_nan() || half <= 0.0 {
             return Vec::new();
         }
         let of = |share: f64| {
@@ -49,7 +50,7 @@ pub(super) static LAW: Law = Law {
         let [NonlinearValue::Real(slack), NonlinearValue::Real(middle)] = nonlinear.values()[..] else {
             return nothing();
         };
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return nothing() };
         Arc::new(move |context, out| {
             let turned = context.q[variable] - middle;
             let taut = (turned.abs() - slack).max(0.0);

@@ -33,9 +33,10 @@ pub(super) static LAW: Law = Law {
     signature: "an angle of one joint that is off by up to half a step, as a saw tooth over the joint",
     remedy: "command values that are whole steps; evaluate at what the encoder reads; fit a finer encoder",
     nonlinear: &[&TO, &STEP],
-    candidates: |model, site, survey| {
+    cancels_in_differences: true,
+    candidates: |model, site, _| {
         let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
-        if !turns || survey.is_difference {
+        if !turns {
             return Vec::new();
         }
         let of = |to: &'static str, bits: i32| {
@@ -49,7 +50,7 @@ pub(super) static LAW: Law = Law {
         let [NonlinearValue::Choice(to), NonlinearValue::Real(step)] = nonlinear.values()[..] else {
             return nothing();
         };
-        let (variable, is_cut) = (site.variable, to == CUT_OFF);
+        let (Some(variable), is_cut) = (site.coordinate, to == CUT_OFF) else { return nothing() };
         Arc::new(move |context, out| {
             let steps = context.q[variable] / step;
             // A constant half step is the joint's zero, which is calibrated.

@@ -37,9 +37,10 @@ pub(super) static LAW: Law = Law {
     reads: &[Condition::Time],
     nonlinear: &[&COURSE, &JUMP_AT],
     is_of_the_measurement: true,
+    cancels_in_differences: true,
     candidates: |_, _, survey| {
         let (Some(&first), Some(&last)) = (survey.times.first(), survey.times.last()) else { return Vec::new() };
-        if survey.is_difference || last <= first {
+        if last <= first {
             return Vec::new();
         }
         let steady = Nonlinear::new([(&COURSE, NonlinearValue::Choice(STEADY))]);
@@ -68,7 +69,7 @@ pub(super) static LAW: Law = Law {
 
 /// At most so many times between two configurations at which something may have jumped, s.
 pub(super) fn jumps(survey: &Survey, most: usize) -> impl Iterator<Item = f64> {
-    let times = if survey.is_difference { &[] } else { &survey.times[..] };
+    let times = &survey.times[..];
     let between = times.len().saturating_sub(2 * LEAST_BEFORE);
     let most = most.min(between);
     (1..=most).map(move |k| {

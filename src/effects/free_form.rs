@@ -50,9 +50,11 @@ pub(super) static LAW: Law = Law {
     // Every driver of every joint; of base and tool time and temperature. A difference of two readings shows loads alone.
     candidates: |_, site, survey| {
         let is_possible = |driver: Driver| match (site.kind, driver) {
-            (SiteKind::Joint, Driver::OwnLoad(v)) => v == site.variable && !survey.is_difference && survey.loaded,
-            (SiteKind::Joint, Driver::Load(v)) => v == site.variable,
-            (SiteKind::Joint, Driver::LastMove(v)) => v == site.variable && !survey.is_difference,
+            (SiteKind::Joint, Driver::OwnLoad(v)) => {
+                Some(v) == site.coordinate && !survey.is_difference && survey.loaded
+            }
+            (SiteKind::Joint, Driver::Load(v)) => Some(v) == site.coordinate,
+            (SiteKind::Joint, Driver::LastMove(v)) => Some(v) == site.coordinate && !survey.is_difference,
             (SiteKind::Joint, _) => !survey.is_difference,
             (_, Driver::Time | Driver::SessionTime | Driver::Temperature) => !survey.is_difference,
             _ => false,
@@ -76,12 +78,14 @@ pub(super) static LAW: Law = Law {
     changes: |_, site, nonlinear| {
         let Some((driver, knots)) = law(nonlinear) else { return nothing() };
         let Some(spline) = NaturalSpline::new(&knots) else { return nothing() };
-        let (variable, is_joint) = (site.variable, site.kind == SiteKind::Joint);
+        let own = site.coordinate.filter(|_| site.kind == SiteKind::Joint);
         Arc::new(move |context, out| {
             let Some(value) = context.driver(driver) else { return };
-            if !is_joint {
+            let Some(variable) = own else {
                 spline.weights(value, |knot, weight| base_moves(context, weight, 6 * knot, out));
-            } else if let Driver::Load(of) = driver {
+                return;
+            };
+            if let Driver::Load(of) = driver {
                 spline.weights(value, |knot, weight| out.push((knot, Change::Deflection(variable, weight))));
                 if context.is_difference {
                     let before = context.own_load.get(of).copied().unwrap_or_default();

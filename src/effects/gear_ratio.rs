@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::law::Law;
+use super::law::{Law, nothing};
 use crate::model::{Change, EffectParameter, SiteKind};
 
 pub(super) static LAW: Law = Law {
@@ -12,7 +12,7 @@ pub(super) static LAW: Law = Law {
     remedy: "check the gear ratio in the controller; scale the joint",
     parameters: Some(|_, _, _| vec![EffectParameter::new("ratio", "1", 1e-3)]),
     changes: |_, site, _| {
-        let (variable, joint) = (site.variable, site.frame);
+        let (Some(variable), joint) = (site.coordinate, site.frame) else { return nothing() };
         Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.joints[joint]))))
     },
     ..Law::NOTHING

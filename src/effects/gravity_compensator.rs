@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::law::Law;
+use super::law::{Law, nothing};
 use crate::model::{
     Change, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
 };
@@ -29,7 +29,7 @@ pub(super) static LAW: Law = Law {
     nonlinear: &[&HARMONICS],
     candidates: |_, site, survey| {
         let most = survey.greatest_own_load.iter().copied().fold(0.0, f64::max);
-        let is_light = survey.greatest_own_load.get(site.variable).is_some_and(|own| *own < LEAST_SHARE * most);
+        let is_light = site.of(&survey.greatest_own_load).is_some_and(|own| *own < LEAST_SHARE * most);
         let is_loaded = survey.loaded || survey.greatest_load.iter().any(|load| *load > 0.0);
         if is_light || !is_loaded {
             return Vec::new();
@@ -43,7 +43,7 @@ pub(super) static LAW: Law = Law {
         symbols.map(|symbol| EffectParameter::new(symbol, "rad/(N.m)", 3e-8)).collect()
     }),
     changes: |_, site, nonlinear| {
-        let (v, joint, count) = (site.variable, site.frame, harmonics(nonlinear));
+        let (Some(v), joint, count) = (site.coordinate, site.frame, harmonics(nonlinear)) else { return nothing() };
         Arc::new(move |context, out| {
             let load = context.of_load(v, |load| load);
             for k in 0..count {

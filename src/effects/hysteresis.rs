@@ -28,9 +28,10 @@ pub(super) static LAW: Law = Law {
     remedy: "approach all poses from one side and from far; look at friction and preload of the gear",
     reads: &[Condition::LastMove],
     nonlinear: &[&DISTANCE],
+    cancels_in_differences: true,
     candidates: |_, site, survey| {
-        let greatest = survey.greatest_moves.get(site.variable).copied().filter(|greatest| *greatest > 0.0);
-        let Some(greatest) = greatest.filter(|_| !survey.is_difference) else { return Vec::new() };
+        let greatest = site.of(&survey.greatest_moves).copied().filter(|greatest| *greatest > 0.0);
+        let Some(greatest) = greatest else { return Vec::new() };
         SHARES.map(|share| Nonlinear::new([(&DISTANCE, NonlinearValue::Real(share * greatest))])).to_vec()
     },
     // A jump with the side of approach, and a lag in proportion to the last move.
@@ -38,7 +39,7 @@ pub(super) static LAW: Law = Law {
     parameters: Some(|_, _, _| vec![EffectParameter::new("half_width", "rad", 3e-4).positive()]),
     changes: |_, site, nonlinear| {
         let [NonlinearValue::Real(distance)] = nonlinear.values()[..] else { return nothing() };
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return nothing() };
         Arc::new(move |context, out| {
             let (mut state, mut memory) = (0.0, 1.0);
             for moved in context.moves(variable) {

@@ -25,10 +25,11 @@ pub(super) static LAW: Law = Law {
     signature: "distances from the instrument are off with the angle under which the reflector is seen",
     remedy: "turn the reflector towards the instrument at each pose; use one with a larger acceptance angle",
     nonlinear: &[&AXIS],
+    cancels_in_differences: true,
     // Opposite axes differ by a part that goes with the cosine alone, which a point of the tool's takes up: three are tried.
-    candidates: |_, _, survey| {
+    candidates: |_, _, _| {
         let of = |axis: &&'static str| Nonlinear::new([(&AXIS, NonlinearValue::Choice(axis))]);
-        if survey.is_difference { Vec::new() } else { AXES.iter().map(of).collect() }
+        AXES.iter().map(of).collect()
     },
     parameters: Some(|_, _, _| vec![EffectParameter::new("amount", "m", 1e-4)]),
     changes: |_, _, nonlinear| {

@@ -20,12 +20,12 @@ pub(super) static LAW: Law = Law {
     remedy: "check the coupling matrix of the wrist or linkage in the controller",
     nonlinear: &[&VARIABLE],
     candidates: |model, site, _| {
-        let others = (0..model.variables.len()).filter(|&variable| variable != site.variable);
+        let others = (0..model.variables.len()).filter(|&other| model.only_driver(site.frame) != Some(other));
         others.map(|variable| Nonlinear::new([(&VARIABLE, NonlinearValue::Variable(variable))])).collect()
     },
     parameters: Some(|_, _, _| vec![EffectParameter::new("ratio", "1", 1e-3)]),
     changes: |_, site, nonlinear| {
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return nothing() };
         match nonlinear.values()[..] {
             [NonlinearValue::Variable(other)] => {
                 Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.q[other]))))

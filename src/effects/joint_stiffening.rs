@@ -27,13 +27,13 @@ pub(super) static LAW: Law = Law {
     remedy: "preload the gear; identify at the loads of the process",
     nonlinear: &[&WOUND_UP_AT],
     candidates: |_, site, survey| {
-        let greatest = survey.greatest_load.get(site.variable).copied().unwrap_or_default();
+        let greatest = site.of(&survey.greatest_load).copied().unwrap_or_default();
         let at = |share: f64| Nonlinear::new([(&WOUND_UP_AT, NonlinearValue::Real(share * greatest))]);
         if greatest > 0.0 { SHARES.map(at).to_vec() } else { Vec::new() }
     },
-    parameters: Some(|_, _, _| vec![EffectParameter::new("wind_up", "rad", 3e-4)]),
+    parameters: Some(|_, _, _| vec![EffectParameter::new("wind_up", "rad", 3e-4).positive()]),
     changes: |_, site, nonlinear| {
-        let v = site.variable;
+        let Some(v) = site.coordinate else { return nothing() };
         let [NonlinearValue::Real(at)] = nonlinear.values()[..] else { return nothing() };
         let at = at.max(f64::MIN_POSITIVE);
         Arc::new(move |context, out| {

@@ -24,6 +24,8 @@ pub struct Law {
     pub nonlinear: &'static [&'static NonlinearParameter],
     pub is_of_the_measurement: bool,
     pub is_free_form: bool,
+    /// Whether it is the same with and without an applied load, so that a difference of the two does not show it.
+    pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
     pub candidates: fn(&Model, &Site, &Survey) -> Vec<Nonlinear>,
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
@@ -45,6 +47,7 @@ impl Law {
         nonlinear: &[],
         is_of_the_measurement: false,
         is_free_form: false,
+        cancels_in_differences: false,
         sites: None,
         candidates: |_, _, _| vec![Nonlinear::default()],
         is_another_at_ends: |_| [false; 2],
@@ -122,6 +125,9 @@ impl Effect for &'static Law {
     }
 
     fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {
+        if self.cancels_in_differences && survey.is_difference {
+            return Vec::new();
+        }
         (self.candidates)(model, site, survey)
     }
 

@@ -17,9 +17,10 @@ pub(super) static LAW: Law = Law {
     remedy: "measure the joint over one turn of its motor in small steps; look at coupling, encoder and first gear stage",
     reads: &[Condition::GearRatio],
     nonlinear: &[&ORDER],
-    candidates: |model, site, survey| {
-        let ratio = model.variables.get(site.variable).and_then(|variable| variable.gear_ratio);
-        let Some(ratio) = ratio.filter(|_| !survey.is_difference) else { return Vec::new() };
+    cancels_in_differences: true,
+    candidates: |model, site, _| {
+        let ratio = site.of(&model.variables).and_then(|variable| variable.gear_ratio);
+        let Some(ratio) = ratio else { return Vec::new() };
         PERIODS.map(|periods| Nonlinear::new([(&ORDER, NonlinearValue::Real(periods * ratio))])).to_vec()
     },
     parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 1e-4)).to_vec()),

@@ -9,14 +9,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::law::Law;
-use crate::model::{Change, EffectParameter, Nonlinear, SiteKind};
+use crate::model::{Change, EffectParameter, SiteKind};
 
 pub(super) static LAW: Law = Law {
     name: "refraction",
     sits_at: SiteKind::Instrument,
     signature: "heights are off with the square of the distance from the instrument",
     remedy: "stir the air, keep beams away from warm floors and machines; stand nearer",
-    candidates: |_, _, survey| if survey.is_difference { Vec::new() } else { vec![Nonlinear::default()] },
+    cancels_in_differences: true,
     parameters: Some(|_, _, _| {
         // A gradient of 1 K/m bends by 1e-6 of a metre in a metre.
         vec![EffectParameter::new("curvature", "1/m", 1e-5)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::law::Law;
+use super::law::{Law, nothing};
 use crate::model::{Change, Condition, EffectParameter, Nonlinear, SiteKind};
 
 pub(super) static LAW: Law = Law {
@@ -11,14 +11,15 @@ pub(super) static LAW: Law = Law {
     signature: "an angle of one joint in proportion to its last move",
     remedy: "wait longer before reading; evaluate at the commanded joints",
     reads: &[Condition::LastMove],
+    cancels_in_differences: true,
     // Only where the campaign gives the order of its readings: that of rows may be any.
-    candidates: |_, site, survey| match survey.moves.get(site.variable) {
-        Some(true) if !survey.is_difference => vec![Nonlinear::default()],
+    candidates: |_, site, survey| match site.of(&survey.moves) {
+        Some(true) => vec![Nonlinear::default()],
         _ => Vec::new(),
     },
     parameters: Some(|_, _, _| vec![EffectParameter::new("share", "1", 1e-3)]),
     changes: |_, site, _| {
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return nothing() };
         Arc::new(move |context, out| out.push((0, Change::Joint(variable, context.last_move[variable]))))
     },
     ..Law::NOTHING

@@ -32,7 +32,7 @@ pub(super) static JOINT: Law = Law {
         vec![EffectParameter::new("offset", if turns { "rad" } else { "m" }, 3e-4)]
     }),
     changes: |_, site, nonlinear| {
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return nothing() };
         after(nonlinear, move |_, amount, out| out.push((0, Change::Joint(variable, amount))))
     },
     ..SLIP
@@ -53,6 +53,7 @@ pub(super) static TOOL: Law = Law {
 const SLIP: Law = Law {
     reads: &[Condition::Time],
     nonlinear: &[&SLIP_AT],
+    cancels_in_differences: true,
     candidates: |_, _, survey| {
         jumps(survey, MOST_TIMES).map(|at| Nonlinear::new([(&SLIP_AT, NonlinearValue::Real(at))])).collect()
     },

@@ -40,7 +40,7 @@ pub(super) static LAW: Law = Law {
 
 /// A joint's angle swings so many times in its turn: by cosine and sine, rad.
 pub(super) fn periodic(site: &Site, order: f64) -> Changes {
-    let (variable, joint) = (site.variable, site.frame);
+    let (Some(variable), joint) = (site.coordinate, site.frame) else { return nothing() };
     Arc::new(move |context, out| {
         let (sine, cosine) = (order * context.joints[joint]).sin_cos();
         out.push((0, Change::Joint(variable, cosine)));

@@ -80,6 +80,7 @@ const WARM_UP: Law = Law {
     remedy: "let the robot run until it is warm before measuring; read a thermometer there",
     reads: &[Condition::Time],
     nonlinear: &[&COURSE, &TIME_CONSTANT],
+    cancels_in_differences: true,
     candidates: |_, _, survey| candidates(survey),
     // What takes longer than the session is a steady drift.
     is_another_at_ends: |nonlinear| [false, nonlinear.values().first() == Some(&NonlinearValue::Choice(EXPONENTIAL))],
@@ -87,7 +88,7 @@ const WARM_UP: Law = Law {
 };
 
 fn candidates(survey: &Survey) -> Vec<Nonlinear> {
-    let Some(longest) = survey.longest_session.filter(|_| !survey.is_difference) else { return Vec::new() };
+    let Some(longest) = survey.longest_session else { return Vec::new() };
     let of = |course: &'static str, share: f64| {
         let (course, constant) = (NonlinearValue::Choice(course), NonlinearValue::Real(share * longest));
         Nonlinear::new([(&COURSE, course), (&TIME_CONSTANT, constant)])

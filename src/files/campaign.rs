@@ -240,10 +240,11 @@ fn tables(
     let is_readable = keys.all(|key| !document.holds_fault(&[key])) && raw.unknown_kinds(&reader.kinds).is_empty();
     for file in files {
         let entry = raw.completed(file.entry);
+        let units = entry.units(raw.units);
         let asked = Asked {
             expected: campaign::expected_columns(raw, &entry, &robot.robot, &reader.kinds),
             variables: robot.robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
-            units: entry.units.as_ref().unwrap_or(&raw.units),
+            units: &units,
             entry: &entry,
         };
         let mut opened = Vec::new();
@@ -288,7 +289,7 @@ fn references(
         let paths = [&["references", &number, "file"][..], &["references", "file"], &["references", &number]];
         let path = paths.into_iter().find(|path| document.has(path)).unwrap_or(&["references"]);
         let entry = campaign::completed_reference(raw, entry);
-        let units = entry.units.unwrap_or(raw.units);
+        let units = entry.units(raw.units);
         let asked = Asked {
             expected: campaign::reference_columns(&units),
             variables: Vec::new(),

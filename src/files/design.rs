@@ -67,10 +67,11 @@ impl Design {
         let robot = &self.robot.robot;
         let mut found: Vec<Table> = Vec::new();
         for (entry, text) in entries.iter().zip(tables) {
+            let units = entry.units(raw.units);
             let asked = Asked {
                 expected: expected_columns(&raw, entry, robot, &self.kinds),
                 variables: robot.variables.iter().map(|variable| variable.name.as_str()).collect(),
-                units: entry.units.as_ref().unwrap_or(&raw.units),
+                units: &units,
                 entry,
             };
             let bytes = std::io::Cursor::new(text.clone().into_bytes());

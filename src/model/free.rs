@@ -10,11 +10,11 @@ use crate::parameter::Slot;
 
 /// The rule, before `calibration.free` and `calibration.fixed` are applied to it:
 ///
-/// * a frame that carries the tool or a marker: alpha, d, r, and theta if a variable of its own moves it;
+/// * a frame that carries the tool or a marker: alpha, d, r, and theta if a variable of its own, or a coupling, moves it;
 /// * beta as well where its axis is near-parallel to that of the joint before it (Hayati 1983);
 /// * a fixed frame only at the end of the chain, without theta (which its joint's zero already gives);
 /// * a frame that only closes a planar loop: its length d, where it has one, and the zero of its joint, if a variable of its own
-///   moves it; one that closes a spatial loop: as above;
+///   or a coupling moves it; one that closes a spatial loop: as above;
 /// * a slider-crank: all five of its parameters.
 ///
 /// Pose of the base, tool and markers are added by the campaign. What the data cannot tell apart is found later.
@@ -41,8 +41,7 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
                     symbols.push("beta");
                 }
                 symbols.extend(["alpha", "d"]);
-                if matches!(frame.motion, Motion::Variable { .. }) && frame.joint == JointKind::Revolute
-                    || frame.joint == JointKind::Prismatic
+                if is_driven(frame.motion) && frame.joint == JointKind::Revolute || frame.joint == JointKind::Prismatic
                 {
                     symbols.push("theta");
                 }
@@ -52,7 +51,7 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
             if robot.frames[index].constants.d != 0.0 {
                 symbols.push("d");
             }
-            if matches!(frame.motion, Motion::Variable { .. }) {
+            if is_driven(frame.motion) {
                 symbols.push("theta");
             }
         }
@@ -71,6 +70,11 @@ pub fn free_by_rule(model: &Model, robot: &Robot) -> Vec<Slot> {
     free.sort_unstable();
     free.dedup();
     free
+}
+
+/// Whether a joint has a zero of its own: that of its encoder, or the angle at which it was coupled to others.
+fn is_driven(motion: Motion) -> bool {
+    matches!(motion, Motion::Variable { .. } | Motion::Coupling(_))
 }
 
 /// Which frames carry the tool or a marker.
@@ -94,7 +98,7 @@ pub fn closing_lengths(model: &Model, robot: &Robot) -> Vec<Slot> {
         .filter(|&index| !carries[index] && robot.frames[index].coaxial.is_none())
         .flat_map(|index| {
             let frame = &model.frames[index];
-            let zero = matches!(frame.motion, Motion::Variable { .. }).then(|| frame.moving_slot());
+            let zero = is_driven(frame.motion).then(|| frame.moving_slot());
             frame.slots.into_iter().filter(move |slot| Some(*slot) != zero)
         })
         .collect()

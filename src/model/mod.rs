@@ -8,6 +8,7 @@ mod assemble;
 mod beams;
 mod bounds;
 mod build;
+mod coordinates;
 mod effect;
 mod fault;
 mod free;
@@ -20,6 +21,7 @@ mod structure;
 pub use arrangement::Arrangement;
 pub use bounds::contradictions;
 pub use build::build;
+pub use coordinates::Follower;
 pub use effect::{
     Change, Changes, Condition, Driver, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
     ReadingContext, Site, SiteKind, Survey,

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use nalgebra::Vector3;
 
 use super::NoiseEstimate;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, LoadPoint, Reading};
 use crate::description::raw::JointKind;
 use crate::math::distinct;
 use crate::model::Model;
@@ -24,7 +24,10 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
     };
     // Of each configuration and marker, the sum of its readings and their number.
     let mut points: HashMap<(usize, usize), (Vector3<f64>, f64)> = HashMap::new();
-    for reading in campaign.readings.iter().filter(|reading| !reading.observes.is_difference()) {
+    // Loaded each at its own marker, two readings are of two deflections.
+    let is_alike = |reading: &&Reading| reading.wrench == [0.0; 6] || reading.load_point != LoadPoint::Measured;
+    let absolute = campaign.readings.iter().filter(|reading| !reading.observes.is_difference());
+    for reading in absolute.filter(is_alike) {
         let (Some(marker), Some(at)) = (reading.marker, reading.observes.measured_position(&reading.measured)) else {
             continue;
         };

@@ -1,4 +1,5 @@
-//! Directions as readings: two residuals (rad), the components of the predicted direction across the measured one.
+//! Directions as readings: two residuals (rad), the angle between the predicted and the measured direction by its components across the
+//! measured one. They are the rotation vector that takes one into the other, so that a direction that is reversed is pi off.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -37,13 +38,55 @@ pub(super) fn read(measured: &Rows) -> Vector3<f64> {
     Vector3::from_column_slice(&measured[..3])
 }
 
-/// The components of a vector along two unit vectors across the measured direction; across the predicted one where nothing is
-/// measured yet.
-fn across(measured: &Rows, predicted: &Vector3<f64>, vector: &Vector3<f64>) -> Rows {
-    let along = read(measured).try_normalize(LEAST).unwrap_or(*predicted);
-    let first = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
-    let second = along.cross(&first);
-    [first.dot(vector), second.dot(vector), 0.0, 0.0, 0.0, 0.0]
+/// The predicted direction seen from the measured one; from itself where nothing is measured yet.
+struct Across {
+    along: Vector3<f64>,
+    /// Unit vectors across it.
+    axes: [Vector3<f64>; 2],
+    /// Components of the predicted direction along these: together the sine of the angle.
+    sines: [f64; 2],
+    cosine: f64,
+    angle: f64,
+}
+
+/// An angle (rad) below which its ratio to its sine is that of the series.
+const SMALL: f64 = 1e-3;
+
+impl Across {
+    fn new(measured: &Rows, predicted: &Vector3<f64>) -> Self {
+        let along = read(measured).try_normalize(LEAST).unwrap_or(*predicted);
+        let first = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+        let axes = [first, along.cross(&first)];
+        let (sines, cosine) = (axes.map(|axis| axis.dot(predicted)), along.dot(predicted));
+        Self { along, axes, sines, cosine, angle: sines[0].hypot(sines[1]).atan2(cosine) }
+    }
+
+    /// The angle over its sine, and the derivative of that by the cosine.
+    fn stretch(&self) -> [f64; 2] {
+        let (angle, sine) = (self.angle, self.angle.sin());
+        if angle < SMALL {
+            return [1.0 + angle * angle / 6.0, -1.0 / 3.0 - 2.0 * angle * angle / 15.0];
+        }
+        let sine = sine.max(LEAST);
+        [angle / sine, -(sine - angle * self.cosine) / sine.powi(3)]
+    }
+
+    /// Components of the rotation from the measured to the predicted direction.
+    fn angles(&self) -> Rows {
+        let [stretch, _] = self.stretch();
+        // Opposite directions are a half turn apart about any axis across.
+        let is_opposite = self.cosine < 0.0 && self.sines[0].hypot(self.sines[1]) < LEAST;
+        let [a, b] = if is_opposite { [self.angle, 0.0] } else { self.sines.map(|sine| stretch * sine) };
+        [a, b, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    /// Their change with the predicted direction.
+    fn derivative(&self, change: &Vector3<f64>) -> Rows {
+        let [stretch, by_cosine] = self.stretch();
+        let along = self.along.dot(change);
+        let of = |k: usize| stretch * self.axes[k].dot(change) + self.sines[k] * by_cosine * along;
+        [of(0), of(1), 0.0, 0.0, 0.0, 0.0]
+    }
 }
 
 impl Observation for Direction {
@@ -100,16 +143,15 @@ impl Observation for Direction {
     }
 
     fn residual(&self, measured: &Rows, point: &MeasuredPoint) -> Rows {
-        let predicted = (self.predicted)(point);
-        across(measured, &predicted, &predicted).map(|component| -component)
+        Across::new(measured, &(self.predicted)(point)).angles().map(|component| -component)
     }
 
     fn derivative(&self, point: &MeasuredPoint, by: &PointDerivative) -> Rows {
-        across(&point.measured, &(self.predicted)(point), &(self.change)(point, by))
+        Across::new(&point.measured, &(self.predicted)(point)).derivative(&(self.change)(point, by))
     }
 
     fn by_target(&self, point: &MeasuredPoint, k: usize) -> Rows {
-        across(&point.measured, &(self.predicted)(point), &(self.by_target)(point, k))
+        Across::new(&point.measured, &(self.predicted)(point)).derivative(&(self.by_target)(point, k))
     }
 
     fn disturb(&self, measured: &mut Rows, noise: &Noise, normal: &mut dyn FnMut() -> f64) {

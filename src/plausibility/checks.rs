@@ -78,6 +78,12 @@ pub const CHECKS: &[Check] = &[
         find: numerics::within_reach,
     },
     Check {
+        codes: &[Code::WrongUnits],
+        of_result: true,
+        about: "an estimated scale is one that an instrument can have",
+        find: instrument::scale,
+    },
+    Check {
         codes: &[Code::WeakDirection],
         of_result: true,
         about: "base and tool are determined: what was held of them is named",
@@ -192,15 +198,20 @@ pub fn judge_result(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
 }
 
 fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let mut all = Vec::new();
+    let mut all: Vec<(bool, Diagnostic)> = Vec::new();
     for check in checks {
         for found in (check.find)(evidence, limits) {
             let is_own = check.codes.contains(&found.code);
             let usual = check.codes.first().copied().unwrap_or(found.code);
-            all.push(if is_own { found } else { found.code(usual) });
+            all.push((check.of_result, if is_own { found } else { found.code(usual) }));
         }
     }
-    all
+    // Of a fit that did not end at a minimum nothing else can be said.
+    let is_open = |told: &Diagnostic| matches!(told.code, Code::NotConverged | Code::NotComputed);
+    if all.iter().any(|(_, told)| is_open(told)) {
+        all.retain(|(of_result, told)| !of_result || is_open(told));
+    }
+    all.into_iter().map(|(_, told)| told).collect()
 }
 
 /// The same without readings that are far off both before and after a calibration: the greater number of them.

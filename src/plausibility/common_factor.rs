@@ -57,14 +57,38 @@ fn spring(model: &Model, slot: Slot, value: f64, width: f64) -> Option<Spring<'_
     is_told.then(|| Spring { name: &parameter.name, softer: (value / parameter.nominal).ln(), sigma })
 }
 
+/// Where all are far off to one side, by whatever factors.
+fn all_far(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
+    let far = limits.all_springs.ln();
+    let is_softer = springs.iter().all(|spring| spring.softer > far);
+    if !is_softer && !springs.iter().all(|spring| spring.softer < -far) {
+        return None;
+    }
+    let factors = || springs.iter().map(|spring| spring.softer.abs());
+    let [least, most] = [factors().fold(f64::INFINITY, f64::min), factors().fold(0.0, f64::max)].map(f64::exp);
+    let how = if is_softer { "softer" } else { "stiffer" };
+    let names: Vec<&str> = springs.iter().map(|spring| spring.name).collect();
+    let message = format!(
+        "all springs that the readings tell are {least:.0} to {most:.0} times {how} than declared ({}): are payload, masses or stiffnesses \
+         off by a factor?",
+        names.join(", ")
+    );
+    let remedy = "look at powers of ten of payload, masses and stiffnesses, and at `units:`; if the declared stiffnesses are guesses, go on \
+                  with --force";
+    Some(Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy).figure("factor", least))
+}
+
 fn told(springs: Vec<Spring>, limits: &Limits) -> Option<Diagnostic> {
     let variance = |spring: &Spring| spring.sigma.powi(2) + limits.alike.powi(2);
     let weight: f64 = springs.iter().map(|spring| variance(spring).recip()).sum();
     let mean = springs.iter().map(|spring| spring.softer / variance(spring)).sum::<f64>() / weight;
     let is_alike = |spring: &Spring| (spring.softer - mean).abs() < 3.0 * variance(spring).sqrt();
     let is_far = mean.abs() > limits.deflection_factor.ln() && mean.abs() < limits.stiffness_factor.ln();
-    if springs.len() < 2 || !is_far || !springs.iter().all(is_alike) {
+    if springs.len() < 2 {
         return None;
+    }
+    if !is_far || !springs.iter().all(is_alike) {
+        return all_far(&springs, limits);
     }
     let factor = mean.abs().exp();
     let how = if mean > 0.0 { "softer" } else { "stiffer" };

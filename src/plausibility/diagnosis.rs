@@ -7,7 +7,7 @@ use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
-use crate::diagnosis::{Diagnosis, Verdict};
+use crate::diagnosis::{Diagnosis, NoiseSource, Verdict};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::effects::Family;
 use crate::estimation::{Calibration, Settings, calibrate};
@@ -63,6 +63,9 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
     );
     all.extend(pulled);
+    if !all.iter().any(|told| told.code == Code::NoiseUnlikeStated) {
+        all.extend(unlike_noise(found, limits));
+    }
     for told in forbidden_to_identify(model, campaign, found, limits) {
         if all.iter().all(|known| known.code != told.code) {
             all.push(told);
@@ -71,10 +74,40 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     all
 }
 
-/// Where causes leave a gap: what forbids `identify` to write its calibration of all readings, those that the diagnosis set aside included.
+/// Whether a gap is so great that the stated noise is doubted, where nothing was calibrated that shows it, or what causes leave so
+/// little.
+fn unlike_noise(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
+    if found.noise_source != NoiseSource::Stated {
+        return None;
+    }
+    let [before, after] = [found.gap.rms, found.rms_after].map(|rms| rms / found.gap.noise);
+    let least = limits.noise[0];
+    let (message, ratio) = if found.calibration.is_none() && before > limits.noise_wrong {
+        (
+            format!(
+                "the error is {before:.0} times the stated noise: this may not be the robot, or the load, of the description"
+            ),
+            before,
+        )
+    } else if after < least {
+        (
+            format!("residuals are {after:.2} times the stated noise: no instrument is that much better than stated"),
+            after,
+        )
+    } else {
+        return None;
+    };
+    let told = Diagnostic::warning(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio);
+    Some(told.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
+}
+
+/// Where causes leave a gap, or readings were set aside and are not named as a cause: what forbids `identify` to write its calibration of
+/// all readings, those that the diagnosis set aside included.
 /// Outliers may hide a step, and a calibration that the tolerances pull is not judged.
 fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
-    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    let is_named = found.causes.iter().any(|cause| cause.family == Family::Gross);
+    let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
+        || !found.outliers.is_empty() && !is_named;
     let fits_as_identify = campaign.observes.purpose() == Purpose::Geometry || !campaign.calibrate.is_empty();
     if !is_open || !fits_as_identify {
         return Vec::new();

@@ -83,6 +83,9 @@ pub struct Limits {
     /// it is doubted (a tolerance of a known robot is seldom half of what it should be, and four standard deviations of that are no chance),
     /// beyond the second refused.
     pub scale: [f64; 2],
+    /// Estimated scale of an instrument from which it is doubted, and refused: trackers and photogrammetry with a scale bar are within
+    /// 1e-4, draw wires and cameras that were calibrated within 1e-3; between inches, feet and their neighbours lie more than 1e-2.
+    pub instrument_scale: [f64; 2],
     /// Least stiffness of an arm at its tool over the square of the sum of its lengths, N/m3. The bundled descriptions, from a
     /// small arm with a rail to a hexapod, have 4.8e3 to 7.4e5; a thousandth of most of them is below.
     pub softest: f64,
@@ -103,6 +106,9 @@ pub struct Limits {
     /// Median residual over the stated noise from which a calibration describes nothing: of measured arms one driven by cables leaves
     /// 36 times it, all others less than 20 times. A judgement.
     pub noise_hopeless: f64,
+    /// Where every spring that the readings tell came out softer, or every one stiffer, by more than this factor, masses or stiffnesses are
+    /// doubted: guesses of single joints are off by less, and to both sides.
+    pub all_springs: f64,
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
     pub deflection_factor: f64,
@@ -160,6 +166,7 @@ impl Default for Limits {
             moved_hopelessly: 100.0,
             turned: std::f64::consts::FRAC_PI_6,
             scale: [4.0, 10.0],
+            instrument_scale: [1e-3, 1e-2],
             softest: 100.0,
             stiffest: 5e7,
             stiffness_factor: 100.0,
@@ -169,6 +176,7 @@ impl Default for Limits {
             noise_hopeless: 60.0,
             deflection_factor: 5.0,
             alike: 0.05,
+            all_springs: 10.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],
             fewest_configurations: 8,

@@ -1,9 +1,30 @@
 //! Checks of the instrument, from readings in which no robot is.
 
+use std::collections::BTreeSet;
+
 use super::evidence::{Evidence, Limits};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::math::quantiles::f_tail;
 use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
+
+/// A scale that no instrument has: readings or lengths of the description are in another unit, or off by a factor.
+pub(super) fn scale(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let Some(found) = evidence.found else { return Vec::new() };
+    let scales = evidence.campaign.readings.iter().filter_map(|own| evidence.model.scale_slot(own.session));
+    let [doubted, refused] = limits.instrument_scale;
+    let told = |slot: usize| {
+        let value = found.values.get(slot).copied().filter(|value| value.abs() > doubted)?;
+        let name = &evidence.model.registry[slot].name;
+        let message =
+            format!("the instrument's `{name}` came out at {:+.3} %, more than instruments have", 100.0 * value);
+        let remedy = "look at the units of readings and description and at the distances that give the scale; where the robot's lengths may be \
+                      off together, hold the scale (`estimate: {scale: false}`)";
+        let is_refused = value.abs() > refused;
+        let diagnostic = if is_refused { Diagnostic::error(message) } else { Diagnostic::warning(message) };
+        Some(diagnostic.code(Code::WrongUnits).remedy(remedy).figure("scale", value))
+    };
+    scales.collect::<BTreeSet<usize>>().into_iter().filter_map(told).collect()
+}
 
 /// What fixed reflectors and rigid markers say against the campaign.
 pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {

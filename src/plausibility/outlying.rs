@@ -6,6 +6,8 @@
 //! fitted reading is judged by what the fit would leave of it if it were not fitted (deletion: Cook and Weisberg, *Residuals and
 //! Influence in Regression*, 1982, section 2.2), the worst first, and each one held out by its error.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Evidence, Limits};
@@ -124,7 +126,14 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         return None;
     }
     let floor = limits.outlying_open * middle.max(Fitted::of(evidence)?.least());
-    let far = beyond(floor);
+    // Torques and positions have no scale in common: of the kind that is far off, half are near.
+    let mut kinds: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    for (reading, size) in campaign.readings.iter().zip(&size) {
+        let [all, far] = kinds.entry(reading.observes.name()).or_default();
+        *all += 1;
+        *far += usize::from(*size > floor);
+    }
+    let far: usize = kinds.values().filter(|[all, far]| 2 * far < *all).map(|[_, far]| far).sum();
     if is_few(far) {
         return None;
     }

@@ -104,8 +104,19 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     if count < 2 || squares <= 0.0 {
         return Vec::new();
     }
-    let factor = lengths.iter().map(|one| one.estimate.value * nominal(one)).sum::<f64>() / squares;
+    let product: f64 = lengths.iter().map(|one| one.estimate.value * nominal(one)).sum();
+    let factor = product / squares;
     let spread: f64 = lengths.iter().map(|one| (nominal(one) * one.tolerance).powi(2)).sum();
+    // A factor is of all of them: it is still there without any one.
+    let is_of_others = |one: &Moved| {
+        let [nominal, value] = [one.estimate.nominal, one.estimate.value];
+        let others = squares - nominal.powi(2);
+        let expected = (spread - (nominal * one.tolerance).powi(2)).max(0.0).sqrt() / others;
+        ((product - value * nominal) / others - 1.0).abs() > limits.scale[0] * expected
+    };
+    if !lengths.iter().all(is_of_others) {
+        return Vec::new();
+    }
     // Lengths that the readings hardly tell apart are uncertain together.
     let place = |one: &Moved| found.identifiability.kept.iter().position(|&kept| kept == one.column);
     let parts: Vec<(usize, f64)> =

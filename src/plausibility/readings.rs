@@ -48,7 +48,8 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     // Where the robot cannot be assembled as the files are read, what its tolerances allow is that of a way in which it can.
     let other = || Hypothesis::all(model, campaign).par_iter().find_map_first(|way| trials.allowed(&[*way]));
     let Some(allowed) = trials.allowed(&[]).or_else(other) else { return Vec::new() };
-    let observed = match evidence.registered {
+    // With its scale estimated a registration fits in any unit.
+    let observed = match evidence.registered.filter(|_| !campaign.estimate_scale) {
         Some(residual) => typical(campaign, residual, limits),
         None => trials.error(&[]),
     };

@@ -21,7 +21,7 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
     let (quantities, rows) = by_quantity(evidence, found);
     let [least, most] = limits.noise;
     let each = quantities.iter().zip(QUANTITIES);
-    each.filter_map(|(own, (of, key))| {
+    let of_all = each.filter_map(|(own, (of, key))| {
         let freedom = found.degrees_of_freedom * own.rows / rows;
         // Where all readings are of one quantity the fit's own ratio, which counts a robust loss's weights.
         let ratio = match own.rows == rows {
@@ -47,8 +47,47 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
             ))
         };
         Some(diagnostic.code(Code::NoiseUnlikeStated).figure("ratio", ratio))
-    })
-    .collect()
+    });
+    let all: Vec<Diagnostic> = of_all.collect();
+    if all.is_empty() { of_the_noisiest(evidence, found, limits).into_iter().collect() } else { all }
+}
+
+/// Greatest over least stated noise of lengths from which each half is judged by itself: another instrument, or another unit.
+const APART: f64 = 10.0;
+
+/// Lengths whose stated noise is far above that of others, and which scatter far less than it says: they hardly count in the fit, and
+/// figures of all readings seem to be below the noise.
+fn of_the_noisiest(evidence: &Evidence, found: &Calibration, limits: &Limits) -> Option<Diagnostic> {
+    let campaign = evidence.campaign;
+    let sigmas = row_sigmas(campaign);
+    let pairs: Vec<(f64, f64)> =
+        found.residual.iter().zip(&sigmas).map(|(left, sigma)| (*sigma, left / sigma)).collect();
+    let flat: Vec<f64> = pairs.iter().map(|(_, weighted)| *weighted).collect();
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    let mut first = 0;
+    for ((reading, own), held_out) in campaign.by_reading(&flat, 1).zip(&found.held_out) {
+        let is_fitted = !held_out && reading.noise.is_stated[0];
+        let lengths = row_kinds(reading).enumerate().filter(|(_, kind)| is_fitted && *kind == 0);
+        rows.extend(lengths.filter_map(|(k, _)| pairs.get(first + k).copied()));
+        first += own.len();
+    }
+    let least = rows.iter().map(|(sigma, _)| *sigma).fold(f64::INFINITY, f64::min);
+    let most = rows.iter().map(|(sigma, _)| *sigma).fold(0.0, f64::max);
+    if most < APART * least {
+        return None;
+    }
+    let noisy: Vec<(f64, f64)> = rows.iter().copied().filter(|(sigma, _)| *sigma > (least * most).sqrt()).collect();
+    let ratio = (noisy.iter().map(|(_, weighted)| weighted * weighted).sum::<f64>() / noisy.len() as f64).sqrt();
+    if (noisy.len() as f64) < limits.noise_freedom || ratio >= limits.noise[0] {
+        return None;
+    }
+    let from = noisy.iter().map(|(sigma, _)| *sigma).fold(f64::INFINITY, f64::min);
+    let message = format!(
+        "coordinates whose noise is stated as {:.3} mm or more scatter by {ratio:.3} times that: no instrument is that much better than stated",
+        1e3 * from
+    );
+    let remedy = "look at the column `sigma` there, and at its unit; readings that count too little make every error look like noise";
+    Some(Diagnostic::warning(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio).remedy(remedy))
 }
 
 /// Of each quantity, and the number of all rows.

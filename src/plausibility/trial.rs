@@ -1,5 +1,6 @@
 //! How well a campaign registers when it is read in a given way.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
@@ -19,7 +20,7 @@ use crate::prediction::{Linearised, Predictor};
 /// A campaign that is tried in several ways on some of its configurations.
 pub struct Trials<'a> {
     model: &'a Model,
-    whole: &'a Campaign,
+    whole: Cow<'a, Campaign>,
     /// Whether each configuration is looked at.
     chosen: Vec<bool>,
     /// Their readings.
@@ -31,8 +32,13 @@ impl<'a> Trials<'a> {
     /// With configurations drawn so that about [`Limits::readings`] readings are looked at; the same ones every time.
     pub fn new(model: &'a Model, campaign: &'a Campaign, limits: &'a Limits) -> Self {
         let chosen = drawn(campaign, limits);
-        let sample = campaign.select(|_, reading| chosen[reading.pose]);
-        Self { model, whole: campaign, chosen, sample, limits }
+        // A scale that is estimated would take any unit up.
+        let whole = match campaign.estimate_scale {
+            true => Cow::Owned(Campaign { estimate_scale: false, ..campaign.clone() }),
+            false => Cow::Borrowed(campaign),
+        };
+        let sample = whole.select(|_, reading| chosen[reading.pose]);
+        Self { model, whole, chosen, sample, limits }
     }
 
     /// The readings looked at, read in these ways, and the description's values.
@@ -40,7 +46,7 @@ impl<'a> Trials<'a> {
         let mut values = self.model.registry.nominal();
         let mut campaign = match ways.iter().any(Hypothesis::moves_rows) {
             true => {
-                let mut all = self.whole.clone();
+                let mut all = Campaign::clone(&self.whole);
                 ways.iter().filter(|way| way.moves_rows()).for_each(|way| way.apply(self.model, &mut all, &mut values));
                 all.select(|_, reading| self.chosen[reading.pose])
             }

@@ -1,7 +1,8 @@
 //! Values of what free curves follow over the readings of a campaign, and the knots that curves of them have.
 
 use crate::description::campaign::Campaign;
-use crate::model::Driver;
+use crate::model::{Driver, Follower};
+use crate::state::JointLoads;
 
 /// Configurations for each knot, so that a curve is determined several times over; knots at least and at most. Few knots
 /// show a shape, and do not follow noise.
@@ -17,13 +18,13 @@ pub(super) struct DriverValues {
 }
 
 impl DriverValues {
-    /// Drivers of which a campaign may have values; last moves only where the order of its readings is known.
-    pub fn new(campaign: &Campaign, variables: usize) -> Self {
+    /// Drivers of which a campaign may have values, of so many coordinates; last moves only where the order of its readings is known.
+    pub fn new(campaign: &Campaign, coordinates: usize) -> Self {
         let conditions = &campaign.conditions;
         let mut drivers: Vec<Driver> = Vec::new();
-        for variable in 0..variables {
-            drivers.extend([Driver::Angle(variable), Driver::OwnLoad(variable), Driver::Load(variable)]);
-            drivers.extend(conditions.is_ordered.then_some(Driver::LastMove(variable)));
+        for own in 0..coordinates {
+            drivers.extend([Driver::Angle(own), Driver::OwnLoad(own), Driver::Load(own)]);
+            drivers.extend(conditions.is_ordered.then_some(Driver::LastMove(own)));
         }
         drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
         drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));
@@ -33,17 +34,23 @@ impl DriverValues {
     }
 
     /// Notes the values of a reading.
-    pub fn note(&mut self, campaign: &Campaign, index: usize, load: &[f64], own_load: &[f64]) {
-        let conditions = &campaign.conditions;
+    pub fn note(&mut self, campaign: &Campaign, index: usize, followers: &[Follower], loads: &JointLoads) {
+        let (conditions, q) = (&campaign.conditions, campaign.configuration(index));
+        let follower = |own: usize| followers.get(own.checked_sub(q.len())?);
+        let last = |variable: usize| conditions.last_move.get(variable)?.get(index).copied();
         let of = |all: &Option<Vec<f64>>| all.as_ref().and_then(|all| all.get(index)).copied();
         for (driver, values) in &mut self.values {
             let value = match *driver {
-                Driver::Angle(variable) => campaign.configuration(index).get(variable).copied(),
-                Driver::OwnLoad(variable) => own_load.get(variable).copied(),
-                Driver::Load(variable) => load.get(variable).copied(),
-                Driver::LastMove(variable) => {
-                    conditions.last_move.get(variable).and_then(|all| all.get(index)).copied()
-                }
+                Driver::Angle(own) => q.get(own).copied().or_else(|| Some(follower(own)?.of(q))),
+                Driver::OwnLoad(own) => loads.own.get(own).copied(),
+                Driver::Load(own) => loads.total.get(own).copied(),
+                Driver::LastMove(own) => match follower(own) {
+                    Some(follower) => {
+                        let moved: Option<Vec<f64>> = (0..q.len()).map(last).collect();
+                        moved.map(|moved| follower.of(&moved))
+                    }
+                    None => last(own),
+                },
                 Driver::Time => of(&conditions.time),
                 Driver::SessionTime => of(&conditions.session_time),
                 Driver::Temperature => of(&conditions.temperature),

@@ -11,7 +11,7 @@ use super::reading::ReadingAt;
 use crate::description::campaign::{Campaign, Conditions, EARLIER_MOVES};
 use crate::kinematics::shift;
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Model, Nonlinear, ReadingContext, Site,
+    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Follower, Model, Nonlinear, ReadingContext, Site,
     SwitchedOn,
 };
 use crate::parameter::Slot;
@@ -95,6 +95,8 @@ pub(super) struct Terms {
     /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
     variables: usize,
+    /// Joints that follow variables: coordinates after these.
+    followers: Vec<Follower>,
     /// Whether some term depends on moves.
     looks_back: bool,
     /// By term: the temperature of its site.
@@ -105,6 +107,8 @@ pub(super) struct Terms {
 #[derive(Debug, Clone, Default)]
 pub(super) struct TermWorkspace {
     loads: JointLoads,
+    /// By coordinate.
+    q: Vec<f64>,
     side: Vec<f64>,
     last_move: Vec<f64>,
     earlier_moves: Vec<f64>,
@@ -126,23 +130,37 @@ impl Terms {
         let columns = terms.iter().map(|term| term.parameters.len()).sum();
         let slots = slots_changed(model, &terms);
         let loads = JointLoadPlan::new(mechanics, measured_frames(model, campaign), &slots);
-        let variables = model.variables.len();
+        let (variables, followers) = (model.variables.len(), model.followers());
         let temperature_of =
             |term: &Term| SiteTemperature::new(term, &model.frames[term.site.frame].name, &campaign.conditions);
         let temperature = terms.iter().map(temperature_of).collect();
         let is_difference = campaign.observes.is_difference();
         let measured = MeasuredLoads::new(model, campaign);
         let looks_back = terms.iter().any(|term| term.effect.reads().contains(&Condition::LastMove));
-        Self { terms, columns, first, is_difference, loads, measured, slots, variables, looks_back, temperature }
+        Self {
+            terms,
+            columns,
+            first,
+            is_difference,
+            loads,
+            measured,
+            slots,
+            variables,
+            followers,
+            looks_back,
+            temperature,
+        }
     }
 
     /// Workspace for one thread.
     pub fn workspace(&self) -> TermWorkspace {
+        let coordinates = self.variables + self.followers.len();
         TermWorkspace {
             loads: self.loads.loads(),
-            side: vec![0.0; self.variables],
-            last_move: vec![0.0; self.variables],
-            earlier_moves: vec![0.0; if self.looks_back { EARLIER_MOVES * self.variables } else { 0 }],
+            q: vec![0.0; coordinates],
+            side: vec![0.0; coordinates],
+            last_move: vec![0.0; coordinates],
+            earlier_moves: vec![0.0; if self.looks_back { EARLIER_MOVES * coordinates } else { 0 }],
             changes: Vec::new(),
             columns: vec![[0.0; 6]; self.columns],
         }
@@ -155,21 +173,18 @@ impl Terms {
 
     /// Columns of one reading, into `out.columns`.
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
-        let TermWorkspace { loads, side, last_move, earlier_moves, changes, columns } = out;
+        let TermWorkspace { loads, q, side, last_move, earlier_moves, changes, columns } = out;
         self.loads.load(at.state, at.point, loads);
         let JointLoads { total, joint_rate, .. } = loads;
         self.measured.replace(at, total, joint_rate);
         let conditions = &at.campaign.conditions;
-        for (variable, side) in side.iter_mut().enumerate() {
-            *side = conditions.sides(variable).map_or(0.0, |all| all[at.index]);
-        }
-        for (variable, last) in last_move.iter_mut().enumerate() {
-            *last = known(conditions.last_move.get(variable), at.index);
-        }
-        for (earlier, all) in earlier_moves.chunks_exact_mut(self.variables.max(1)).zip(&conditions.earlier_moves) {
-            for (variable, earlier) in earlier.iter_mut().enumerate() {
-                *earlier = known(all.get(variable), at.index);
-            }
+        self.fill(q, |variable| at.state.q[variable]);
+        self.fill(side, |variable| conditions.sides(variable).map_or(0.0, |all| all[at.index]));
+        // What follows several variables comes from the side to which their sides add up.
+        side[self.variables..].iter_mut().filter(|side| **side != 0.0).for_each(|side| *side = side.signum());
+        self.fill(last_move, |variable| known(conditions.last_move.get(variable), at.index));
+        for (earlier, all) in earlier_moves.chunks_exact_mut(q.len().max(1)).zip(&conditions.earlier_moves) {
+            self.fill(earlier, |variable| known(all.get(variable), at.index));
         }
         let session_time = conditions.session_time.as_ref().and_then(|all| all.get(at.index)).copied();
         let time = conditions.time.as_ref().map(|all| all[at.index]);
@@ -180,7 +195,7 @@ impl Terms {
         columns.fill([0.0; 6]);
         for ((term, &first), temperature) in self.terms.iter().zip(&self.first).zip(&self.temperature) {
             let context = ReadingContext {
-                q: &at.state.q,
+                q,
                 joints: &at.state.placements.joints,
                 load: &loads.total,
                 own_load: &loads.own,
@@ -207,16 +222,23 @@ impl Terms {
         }
     }
 
+    /// Values of all coordinates from those of the variables.
+    fn fill(&self, out: &mut [f64], of_variable: impl Fn(usize) -> f64) {
+        let (variables, followers) = out.split_at_mut(self.variables);
+        variables.iter_mut().enumerate().for_each(|(variable, value)| *value = of_variable(variable));
+        followers.iter_mut().zip(&self.followers).for_each(|(value, follower)| *value = follower.of(variables));
+    }
+
     /// Displacement and rotation of a reading by a change.
     fn twist(&self, at: &ReadingAt, loads: &JointLoads, change: Change) -> [f64; 6] {
         let moved = loads.twists.of(at.point.at.frame);
         let (column, amount) = match change {
             Change::Joint(..) if self.is_difference => return [0.0; 6],
-            Change::Joint(variable, amount) | Change::Deflection(variable, amount) => {
-                (moved[variable], amount / loads.joint_rate[variable])
+            Change::Joint(own, amount) | Change::Deflection(own, amount) => {
+                (moved[own], amount / loads.joint_rate[own])
             }
             Change::Slot(slot, amount) => match self.slots.binary_search(&slot) {
-                Ok(index) => (moved[self.variables + index], amount),
+                Ok(index) => (moved[self.variables + self.followers.len() + index], amount),
                 Err(_) => return [0.0; 6],
             },
             Change::Point(moved, turned) => return [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z],
@@ -271,7 +293,7 @@ pub(super) fn amounts_of(slots: &[Option<Slot>], values: &[f64]) -> Vec<f64> {
 
 /// Constants that terms change in single readings, from a reading in which everything is known.
 fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
-    let ones = vec![1.0; model.variables.len()];
+    let ones = vec![1.0; model.coordinates()];
     let joints = vec![0.1; model.frames.len()];
     let given = ReadingContext {
         q: &ones,

@@ -1,11 +1,11 @@
-//! Loads on the joints of the variables, by virtual work: torques (N.m) and forces (N).
+//! Loads on the joints of the coordinates, variables and what follows them, by virtual work: torques (N.m) and forces (N).
 
 use nalgebra::Vector3;
 
 use super::frame_twists::{FrameTwistPlan, FrameTwists};
 use super::mechanics::{LoadedPoint, Mechanics, State};
 use crate::description::raw::JointKind;
-use crate::description::robot::{FrameIndex, Motion};
+use crate::description::robot::FrameIndex;
 use crate::elastics::Elastics;
 use crate::elements::VertexIndex;
 use crate::kinematics::{By, shift};
@@ -18,21 +18,20 @@ pub struct JointLoadPlan {
     twists: FrameTwistPlan,
     /// Frame, kg, centre in the frame.
     masses: Vec<(FrameIndex, f64, Vector3<f64>)>,
-    /// For each variable the joint that it drives.
+    /// For each coordinate the joint that it drives; none of those that follow others, whose load is that of the joint.
     driven: Vec<Option<FrameIndex>>,
-    variables: usize,
 }
 
 /// Loads on the joints at one configuration. Reused between configurations: nothing is allocated.
 #[derive(Debug, Clone, Default)]
 pub struct JointLoads {
-    /// How measured frames and those with masses move with the variables, then with the parameters asked for.
+    /// How measured frames and those with masses move with the coordinates, then with the parameters asked for.
     pub twists: FrameTwists,
-    /// Under own weight alone, by variable.
+    /// Under own weight alone, by coordinate.
     pub own: Vec<f64>,
-    /// Under own weight and the wrench of [`JointLoadPlan::load`], by variable.
+    /// Under own weight and the wrench of [`JointLoadPlan::load`], by coordinate.
     pub total: Vec<f64>,
-    /// Joint per variable: +1 or -1, or the turn of a joint per stroke of its screw.
+    /// Joint per coordinate: +1 or -1, or the turn of a joint per stroke of its screw.
     pub joint_rate: Vec<f64>,
 }
 
@@ -43,14 +42,17 @@ impl JointLoadPlan {
         let variables = model.variables.len();
         let masses = masses(model, mechanics.geometry.values());
         frames.extend(masses.iter().map(|(frame, ..)| *frame));
-        let by: Vec<By> = (0..variables).map(By::Variable).chain(slots.iter().map(|&slot| By::Slot(slot))).collect();
-        let driven = (0..variables).map(|variable| driven_joint(model, variable)).collect();
-        Self { twists: mechanics.twist_plan(frames, &by), masses, driven, variables }
+        let followers: Vec<Slot> = model.followers().iter().map(|own| model.frames[own.joint].moving_slot()).collect();
+        let slots = followers.iter().chain(slots).map(|&slot| By::Slot(slot));
+        let by: Vec<By> = (0..variables).map(By::Variable).chain(slots).collect();
+        let mut driven: Vec<Option<FrameIndex>> = (0..variables).map(|variable| model.joint_of(variable)).collect();
+        driven.resize(variables + followers.len(), None);
+        Self { twists: mechanics.twist_plan(frames, &by), masses, driven }
     }
 
     /// Workspace for one thread.
     pub fn loads(&self) -> JointLoads {
-        let zeros = vec![0.0; self.variables];
+        let zeros = vec![0.0; self.driven.len()];
         JointLoads { twists: self.twists.twists(), own: zeros.clone(), total: zeros.clone(), joint_rate: zeros }
     }
 
@@ -77,18 +79,12 @@ impl JointLoadPlan {
     /// Adds the wrench on a point to the loads under own weight.
     pub fn load(&self, state: &State, point: &LoadedPoint, out: &mut JointLoads) {
         let arm = state.placements.frames[point.at.frame].rotation * point.at.point;
-        for (variable, column) in out.twists.of(point.at.frame).iter().take(self.variables).enumerate() {
+        for (variable, column) in out.twists.of(point.at.frame).iter().take(self.driven.len()).enumerate() {
             let turn = Vector3::new(column[3], column[4], column[5]);
             let applied = shift(column, &arm).dot(&point.force) + turn.dot(&point.moment);
             out.total[variable] = out.own[variable] + applied / out.joint_rate[variable];
         }
     }
-}
-
-fn driven_joint(model: &Model, variable: usize) -> Option<FrameIndex> {
-    let own = |motion: Motion| matches!(motion, Motion::Variable { index, .. } if index == variable);
-    let screw = || model.actuators.iter().find(|actuator| actuator.variable == variable).map(|of| of.joint);
-    model.frames.iter().position(|frame| own(frame.motion)).or_else(screw)
 }
 
 /// A mass as frame, kg and point in the frame.

@@ -173,7 +173,7 @@ impl Effect for Hose {
     }
 
     fn changes(&self, _model: &Model, site: &Site, nonlinear: &Nonlinear) -> Changes {
-        let variable = site.variable;
+        let Some(variable) = site.coordinate else { return Arc::new(|_, _| {}) };
         let is_square = nonlinear.values() == [NonlinearValue::Choice("square")];
         Arc::new(move |context, out| {
             let wound = context.q[3] + context.q[5];

@@ -73,7 +73,8 @@ fn identified_stiffness_goes_back_to_the_description_and_is_read_again() {
     let root = env!("CARGO_MANIFEST_DIR");
     let ir663 = std::fs::read_to_string(format!("{root}/robots/kuka-ir663.yaml")).expect("a file");
     // A beam's section to be found as well, in addition to springs declared as values.
-    std::fs::write(at.join("ir663.yaml"), ir663 + "\ncalibration: {free: [arm.width]}\n").expect("written");
+    std::fs::write(at.join("ir663.yaml"), ir663.replace("calibration: {", "calibration: {free: [arm.width], "))
+        .expect("written");
     heavy_kr270(at, "\ncalibration: {free: [compensator.free_length]}\n");
     let cases: [(&str, &str, &[&str]); 2] = [
         ("ir663.yaml", "wrist", &["--wrench=900,0,0", "--wrench=0,0,-900", "--wrench=0,900,0"]),

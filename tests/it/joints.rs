@@ -289,6 +289,106 @@ fn effects_sit_at_joints_that_nothing_drives() {
     assert_eq!(ran.status, 2, "what a loop moves has no zero: {}", ran.err);
 }
 
+/// A joint that follows others errs by its own value, load and move, and alone: as its zero would by as much in that reading.
+#[test]
+fn effects_sit_at_joints_that_follow_others() {
+    let text = "gravity: [0, 0, -9.81]\nframes:\n  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-2, 2]}\n  \
+                2: {antecedent: 1, joint: revolute, variable: q2, alpha: 1.2, d: 0.3, direction: -1, limits: [-2, 2]}\n  \
+                3: {antecedent: 2, joint: revolute, alpha: 0.4, d: 0.5}\n  E: {antecedent: 3, d: 0.4, r: 0.1}\n\
+                couplings: [3 = 0.7 * 2 - 0.5 * 1]\nbodies: {3: {mass: 20, com: [0.3, 0.1, 0]}}\ntool: {frame: E}\n";
+    let plain = model_of(text);
+    let values = plain.registry.nominal();
+    let geometry = Geometry::new(&plain, &values).expect("a robot");
+    let random = &mut elastogeo::simulation::generator(5);
+    let plan = elastogeo::simulation::Plan {
+        conditions: true,
+        wrenches: vec![[0.0; 6]],
+        configurations: elastogeo::simulation::draw_configurations(&geometry, 12, 0.9, random).expect("drawn"),
+        markers: vec![None],
+        repeats: 1,
+        observes: elastogeo::observation::POSITION,
+        sigma: 0.0,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    };
+    let mut campaign = elastogeo::simulation::simulate(&plain, &values, &plan, random).expect("simulated");
+    campaign.number_in_order();
+    let zero = plain.frames[3].moving_slot();
+    // The load on the joint is what its zero changes in the potential of the mass.
+    let placed = |by: f64, q: &[f64]| {
+        let mut values = values.clone();
+        values[zero] += by;
+        let geometry = Geometry::new(&plain, &values).expect("a robot");
+        let mut placements = Placements::default();
+        geometry.place(q, &mut placements).expect("placed");
+        let at = |frame: usize, x: [f64; 3]| placements.frames[frame].transform_point(&x.into()).coords;
+        (at(4, [0.0; 3]), at(3, [0.3, 0.1, 0.0]).z)
+    };
+    let load = |q: &[f64]| -20.0 * 9.81 * (placed(1e-6, q).1 - placed(-1e-6, q).1) / 2e-6;
+    // By its value, its load, its side and its last move.
+    type Shift<'a> = &'a dyn Fn(f64, f64, f64, f64) -> f64;
+    let cases: [(&str, &[(&str, f64)], Shift); 7] = [
+        ("gear-ratio", &[("ratio", 1e-6)], &|q, _, _, _| 1e-6 * q),
+        ("transmission-error", &[("cos", 1e-6), ("order", 2.0)], &|q, _, _, _| 1e-6 * (2.0 * q).cos()),
+        ("cable-torque", &[("pull", 1e-6), ("slack", 0.2)], &|q, _, _, _| {
+            -1e-6 * q.signum() * (q.abs() - 0.2).max(0.0)
+        }),
+        ("joint-stiffening", &[("wind_up", 1e-6), ("wound_up_at", 30.0)], &|_, load, _, _| 1e-6 * (load / 30.0).tanh()),
+        ("backlash", &[("half_width", 1e-6)], &|_, _, side, _| 1e-6 * side),
+        ("settling", &[("share", 1e-6)], &|_, _, _, moved| 1e-6 * moved),
+        ("hysteresis", &[("half_width", 1e-6), ("distance", 1e-9)], &|_, _, _, moved| {
+            -1e-6 * f64::from(moved.signum())
+        }),
+    ];
+    for (effect, parameters, shift) in cases {
+        let mut with_effect = plain.clone();
+        super::support::switch_on(&mut with_effect, effect, "joint:3", parameters);
+        let values = with_effect.registry.nominal();
+        let predictor =
+            elastogeo::prediction::Predictor::new(&with_effect, &campaign, Vec::new()).expect("a predictor");
+        let mut found = elastogeo::prediction::Linearised::default();
+        predictor.linearise(&values, false, &mut found).expect("predicted");
+        for (index, predicted) in found.predicted.iter().enumerate().skip(1) {
+            let (q, before) = (campaign.configuration(index), campaign.configuration(index - 1));
+            let follows = |q: &[f64]| 0.7 * -q[1] - 0.5 * q[0];
+            let sides: Vec<f64> = (0..2).map(|k| campaign.conditions.sides(k).expect("sides")[index]).collect();
+            let moved = follows(q) - follows(before);
+            let by = shift(follows(q), load(q), follows(&sides).signum(), moved);
+            let (there, _) = placed(by, q);
+            for k in 0..3 {
+                assert!((predicted[k] - there[k]).abs() < 2e-12, "{effect} at {index}: {predicted:?} {there:?}");
+            }
+            assert!(
+                (there - placed(0.0, q).0).norm() > 1e-9 || by.abs() < 1e-8,
+                "{effect} at {index} changes something"
+            );
+        }
+    }
+}
+
+/// A diagnosis finds an effect at a joint that follows others, and says what it is.
+#[test]
+fn a_gear_error_of_a_coupled_joint_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &["init", "arm"]).status, 0);
+    let text = std::fs::read_to_string(folder.path().join("arm/robot.yaml")).expect("a description");
+    let text = text.replace("variable: q3, d: 600, limits: [-70, 120]", "d: 600");
+    let text = text.replace("\ntool:", "\ncouplings: [3 = 0.8 * 2 - 0.3 * 4]\ntool:");
+    std::fs::write(folder.path().join("coupled.yaml"), text).expect("written");
+    let effect = "transmission-error@joint:3:cos=8e-4,order=2";
+    let simulate = ["simulate", "coupled.yaml", "--poses", "80", "--noise", "0.05", "--effect", effect, "--seed", "3"];
+    let made = run(folder.path(), &[&simulate[..], &["--into", "s"]].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let json = super::support::printed_json(folder.path(), &["diagnose", "s"]);
+    assert_eq!(json["verdict"], "explained", "{json}");
+    let causes = json["causes"].as_array().expect("a list");
+    let [cause] = &causes[..] else { panic!("{causes:?}") };
+    assert_eq!((&cause["effect"], &cause["site"]), (&"transmission-error".into(), &"joint:3".into()), "{cause}");
+    let amount = cause["parameters"].as_array().expect("a list").iter().find(|own| own["name"] == "cos");
+    let amount = amount.expect("an amount")["value"].as_f64().expect("a number");
+    assert!((amount - 8e-4).abs() < 1e-4, "{amount}");
+}
+
 /// A compensator's rate is identified against a length that is held: said, and no more once the length is free.
 #[test]
 fn a_held_free_length_is_said() {

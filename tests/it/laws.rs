@@ -1,14 +1,17 @@
 //! Laws of the catalogue that depend on time, path, cables, encoders, beams and reflectors: simulated, and found by their
 //! names or as one of a small group.
 
+use std::sync::Arc;
+
 use elastogeo::blind::without;
 use elastogeo::description::campaign::{Campaign, Conditions};
 use elastogeo::description::raw::{RawAmount, RawEffect};
 use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
+use elastogeo::effects::{Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, Site, SiteKind};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
-use elastogeo::observation::POSITION;
+use elastogeo::observation::{DEFLECTION, POSITION};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, measure, simulate};
 use rayon::prelude::*;
 
@@ -174,6 +177,60 @@ fn a_step_in_the_angle_of_a_joint_is_no_transmission_error() {
         found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
     assert!(found.causes.iter().all(|cause| cause.level != Level::Law), "{said:?}");
     assert!(found.causes.first().is_some_and(|cause| cause.site == "joint:3"), "{said:?}");
+}
+
+/// A joint that gives beyond some load only: the reverse of one that winds up, which is not named for it.
+#[test]
+fn a_dead_zone_is_no_joint_that_winds_up() {
+    struct DeadZone;
+    impl Effect for DeadZone {
+        fn name(&self) -> &'static str {
+            "dead-zone"
+        }
+        fn sits_at(&self) -> SiteKind {
+            SiteKind::Joint
+        }
+        fn signature(&self) -> &'static str {
+            ""
+        }
+        fn remedy(&self) -> &'static str {
+            ""
+        }
+        fn parameters(&self, _: &Model, _: &Site, _: &Nonlinear) -> Vec<EffectParameter> {
+            vec![EffectParameter::new("gives", "rad/(N.m)", 1e-7)]
+        }
+        fn changes(&self, _: &Model, site: &Site, _: &Nonlinear) -> Changes {
+            let own = site.coordinate.expect("a driven joint");
+            Arc::new(move |context, out| {
+                let beyond = |load: f64| load - load.clamp(-900.0, 900.0);
+                out.push((0, Change::Deflection(own, context.of_load(own, beyond))));
+            })
+        }
+    }
+    let plain = load_robot("kuka-kr270").expect("bundled").model;
+    let mut spoiled = Model { catalogue: Arc::new(Catalogue::standard().with(DeadZone)), ..plain.clone() };
+    super::support::switch_on(&mut spoiled, "dead-zone", "joint:3", &[("gives", 8e-7)]);
+    let mut random = generator(4);
+    let truth = spoiled.completed(&plain.registry.nominal());
+    let geometry = Geometry::new(&plain, &truth).expect("assembled");
+    let plan = Plan {
+        conditions: false,
+        configurations: draw_configurations(&geometry, 60, 0.8, &mut random).expect("drawn"),
+        markers: (0..plain.markers.len()).map(Some).collect(),
+        repeats: 1,
+        wrenches: vec![[500.0, 0.0, -1500.0, 0.0, 0.0, 0.0], [0.0, 900.0, 800.0, 0.0, 0.0, 0.0]],
+        observes: DEFLECTION,
+        sigma: SIGMA,
+        sigma_orientation: 0.0,
+        estimate: [false, false],
+    };
+    let campaign = simulate(&spoiled, &truth, &plan, &mut random).expect("simulated");
+    let diagnosis = found(&plain, &campaign);
+    let named: Vec<(&str, &str, Level)> =
+        diagnosis.causes.iter().map(|cause| (cause.effect.as_str(), cause.site.as_str(), cause.level)).collect();
+    assert!(!named.is_empty(), "something gives");
+    assert!(named.iter().all(|(effect, ..)| *effect != "joint-stiffening"), "{named:?}");
+    assert!(named.iter().any(|(_, site, _)| *site == "joint:3"), "{named:?}");
 }
 
 /// Friction keeps a joint behind: a positive half width is on the side from which it came.

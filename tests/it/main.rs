@@ -12,6 +12,7 @@ mod compensate_equilibrium;
 mod compensation;
 mod compensator;
 mod compensator_deflections;
+mod confident;
 mod configurations;
 mod contacts;
 mod controller_terms;

@@ -5,7 +5,6 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::blind::causes::{Drawing, known};
-use crate::blind::loads::joint_of;
 use crate::blind::odd::Odd;
 use crate::blind::shapes::Shape;
 use crate::model::Model;
@@ -21,7 +20,7 @@ pub fn of_catalogue(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng)
     if !is_deflection && random.random::<f64>() < OF_MOVES {
         let variable = random.random_range(0..model.variables.len());
         let less = 0.15 * random.random::<f64>();
-        let site = format!("joint:{}", model.frames[joint_of(model, variable)].name);
+        let site = format!("joint:{}", model.frames[model.joint_of(variable)?].name);
         return Some(("settling", site, Shape::Odd(Odd::StopsShort { variable, less })));
     }
     known(model, is_deflection, random)
@@ -38,7 +37,7 @@ pub fn off_catalogue(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng
     let other = (variable + 1 + within(0.0, (count - 1) as f64) as usize) % count;
     let by_load = is_deflection;
     let turn = std::f64::consts::TAU;
-    let joint = format!("joint:{}", model.frames[joint_of(model, variable)].name);
+    let joint = format!("joint:{}", model.frames[model.joint_of(variable)?].name);
     let kinds = if is_deflection { 6 } else { 12 };
     let (name, site, shape) = match within(0.0, f64::from(kinds)) as usize {
         0 => ("product of two joints", joint, Shape::Product { variable, of: [variable, other], by_load }),

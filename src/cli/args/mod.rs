@@ -157,7 +157,7 @@ pub enum Command {
     Report(Report),
     /// Campaigns of one robot over time: what changed and when, what happened, the next check (track.html, or --output).
     #[command(
-        after_help = "Examples:\n  elastogeo track my-robot/robot.yaml january february march\n  elastogeo track calibrated.yaml january february --dates 2026-01-12,2026-02-09 --alarm\n  elastogeo track calibrated.yaml january february --change 3.theta=0.02\n\nExit status with --alarm: 0 nothing changed, 1 something has, 2 bad input."
+        after_help = "Examples:\n  elastogeo track my-robot/robot.yaml january february march\n  elastogeo track calibrated.yaml january february --dates 2026-01-12,2026-02-09 --alarm\n  elastogeo track calibrated.yaml january february --change 3.theta=0.02\n\nExit status with --alarm: 0 nothing changed, 3 something has, 2 bad input, 1 not computed."
     )]
     Track(Track),
     /// The robot itself in 3-D as one self-contained HTML file (view.html, or --output), and as SVG.

@@ -166,7 +166,7 @@ struct Asked<'a> {
 
 fn rows(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted, asked: &Asked) -> Vec<Cells> {
     let &Asked { configurations, poses, runs } = asked;
-    let (robot, units) = (&design.robot.robot, entry.units.unwrap_or(raw.units));
+    let (robot, units) = (&design.robot.robot, entry.units(raw.units));
     let kinds = kinds(entry, &design.kinds);
     let touched = touched(design, raw, entry, wanted);
     let needs_anchor = kinds.iter().any(|kind| kind.needs_anchor());

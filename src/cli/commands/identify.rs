@@ -296,7 +296,7 @@ fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) ->
     let arranged = told(
         "one base and one of each marker, and those of the campaign's sessions are not written to it",
         of_sessions(model, values),
-        "find them again with `register` and the campaign; `--table` or `--format json` holds them",
+        "find them again with `register` and the campaign; `identify --table` or `--format json` holds them",
     );
     let prefixes: Vec<_> = campaign.readings.iter().filter_map(|reading| reading.observes.by_variable()).collect();
     let sensors = campaign.targets.iter().filter(|target| prefixes.contains(&target.column));

@@ -60,7 +60,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     if page.is_some() {
         output.page("\ncontrol charts", page.as_deref(), track_page(&found)?);
     }
-    output.failed |= match command.alarm {
+    output.alarm = match command.alarm {
         Some(AlarmAt::Last) => found.last_alarms(),
         Some(AlarmAt::Any) => found.any_alarms(),
         None => false,

@@ -41,7 +41,7 @@ pub(super) fn mounts(raw: &RawCampaign, robot: &Robot, sources: &[Source]) -> Ve
         if all.iter().any(|known| known.member.0 == body) {
             continue;
         }
-        let angle = source.entry.units.unwrap_or(raw.units).angle.factor();
+        let angle = source.entry.units(raw.units).angle.factor();
         let owner = format!("{COLUMN}@{body}");
         let given = source.entry.mount.unwrap_or(OrUnknown::Known([0.0; 3]));
         let value = |(k, symbol): (usize, &str)| TargetValue {

@@ -77,7 +77,7 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
     let number = |name: &str, required| column(name, ColumnKind::Number, required);
     let text = |name: &str| column(name, ColumnKind::Text, false);
     let text_or_none = |name: &str| column(name, ColumnKind::TextOrNone, false);
-    let units = entry.units.unwrap_or(raw.units);
+    let units = entry.units(raw.units);
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);
     let mut columns = ["pose", "marker", "session", "station", "payload"].map(text).to_vec();
     for variable in &robot.variables {

@@ -54,13 +54,15 @@ impl Campaign {
         first
     }
 
-    /// Of each reading, the earlier one of which it is an exact copy: same configuration, point, load and values. Readings
+    /// Of each reading, the earlier one of which it is an exact copy: same configuration, station, point, load and values. Readings
     /// of fewer than three numbers repeat by chance, and count as copies only where at least half of all do.
     pub fn copies(&self) -> Vec<Option<usize>> {
         let configurations = self.configurations();
-        let mut first: IndexMap<(usize, Point, [u64; MOST_ROWS]), usize> = IndexMap::with_capacity(self.readings.len());
+        let mut first: IndexMap<(usize, usize, Point, [u64; MOST_ROWS]), usize> =
+            IndexMap::with_capacity(self.readings.len());
         let of_reading = |(index, reading): (usize, &Reading)| {
-            let key = (configurations[reading.pose], point_of(reading), reading.measured.map(bits));
+            let station = reading.session.station;
+            let key = (configurations[reading.pose], station, point_of(reading), reading.measured.map(bits));
             let original = *first.entry(key).or_insert(index);
             (original != index).then_some(original)
         };

@@ -8,7 +8,7 @@ use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
 use super::source::Source;
-use super::{Campaign, Payload};
+use super::{Campaign, Payload, Reading};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
@@ -39,11 +39,13 @@ pub fn doubts(
         back_in_time(campaign, &place),
         hours_apart(campaign, &place),
         copies(campaign, sources),
+        held_out_and_fitted(campaign, &place),
         two_temperatures(campaign, &place),
     ];
     diagnostics.extend(suspect.into_iter().flatten().map(|doubt| doubt.code(Code::SuspectReadings)));
     diagnostics.extend(one_side(campaign, robot, &place));
-    diagnostics.extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, locate)));
+    diagnostics
+        .extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, robot, locate)));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
@@ -59,15 +61,25 @@ const HEAVIEST: f64 = 3e3;
 /// Greatest distance of its centre of mass from the frame that carries it, m: tools are seldom longer than an arm.
 const FARTHEST: f64 = 3.0;
 
-/// A payload that no arm carries.
-fn heavy_or_far(name: &str, payload: &Payload, locate: Locate) -> Option<Diagnostic> {
-    let far = payload.com.norm();
-    let (message, key) = match payload.mass > HEAVIEST {
-        true => (format!("payload `{name}` has a mass of {:.0} kg", payload.mass), "mass"),
-        false => (format!("the centre of mass of payload `{name}` lies {far:.2} m from its frame"), "com"),
+/// A payload that no arm carries, or not this one: arms of six axes carry up to half of what they weigh.
+fn heavy_or_far(name: &str, payload: &Payload, robot: &Robot, locate: Locate) -> Option<Diagnostic> {
+    let (mass, far) = (payload.mass, payload.com.norm());
+    let own: f64 = robot.elastic.bodies.iter().map(|body| body.mass).sum();
+    let is_weighed = robot.elastic.bodies.len() >= robot.variables.len() && own > 0.0;
+    let (message, key) = if mass > HEAVIEST {
+        (format!("payload `{name}` has a mass of {mass:.0} kg"), "mass")
+    } else if is_weighed && mass > own {
+        let message = format!(
+            "payload `{name}` has a mass of {mass:.1} kg, more than all bodies of the robot together ({own:.1} kg)"
+        );
+        (message, "mass")
+    } else if far > FARTHEST {
+        (format!("the centre of mass of payload `{name}` lies {far:.2} m from its frame"), "com")
+    } else {
+        return None;
     };
-    let diagnostic = || Diagnostic::warning(message).at(locate(&["payloads", name, key]));
-    (payload.mass > HEAVIEST || far > FARTHEST).then(|| diagnostic().remedy("check the value and the unit"))
+    let diagnostic = Diagnostic::warning(message).at(locate(&["payloads", name, key]));
+    Some(diagnostic.remedy("check the value and the unit"))
 }
 
 /// The first pose whose readings have different joints, and how many more there are.
@@ -171,6 +183,22 @@ fn one_side(campaign: &Campaign, robot: &Robot, place: &impl Fn(usize, &str) -> 
             .at(place(0, first))
             .remedy("approach some configurations from the other side, or leave the column out"),
     )
+}
+
+/// Readings that are held out at configurations that are fitted as well: what they leave is no error of unseen configurations.
+fn held_out_and_fitted(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+    let first = campaign.configurations();
+    let at = |reading: &Reading| first.get(reading.pose).copied();
+    let of = |check: bool| campaign.readings.iter().filter(move |reading| reading.check == Some(check));
+    let fitted: HashSet<Option<usize>> = of(false).map(at).collect();
+    let (all, both) = (of(true).count(), of(true).filter(|reading| fitted.contains(&at(reading))).count());
+    if 2 * both <= all {
+        return None;
+    }
+    let index = campaign.readings.iter().position(|own| own.check == Some(true) && fitted.contains(&at(own)))?;
+    let message = format!("{both} of {all} readings that are held out stand at configurations that are fitted as well");
+    let told = Diagnostic::warning(message).at(place(index, "set"));
+    Some(told.remedy("hold whole configurations out: what is left of these is no error of unseen readings"))
 }
 
 /// Least share of the readings that are copies of others before it is warned of: single ones are chance, of coarse readings.

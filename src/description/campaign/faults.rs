@@ -116,7 +116,7 @@ fn instrument(
     let Some(stated) = stated else { return Vec::new() };
     let locate = |keys: &[&str]| locate(&[path, keys].concat());
     let observes = kinds(entry, known).first().copied().unwrap_or(POSITION);
-    let mut faults = impossible_noise(stated, &entry.units.unwrap_or_default(), &locate);
+    let mut faults = impossible_noise(stated, &entry.units(Units::default()), &locate);
     faults.extend(noise_by_axis(stated, observes, &locate));
     faults
 }

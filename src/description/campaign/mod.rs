@@ -28,8 +28,6 @@ mod targets;
 mod torques;
 mod write;
 
-use nalgebra::Vector3;
-
 use crate::description::robot::FrameIndex;
 use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
 use crate::parameter::Kind;
@@ -45,6 +43,7 @@ pub use targets::{Between, Constraint, Target, TargetValue};
 pub use write::{csv, csv_in, names};
 
 pub use super::columns::{LOAD_POINT, WRENCH};
+pub use super::elastic::Payload;
 
 /// Measurements of one robot. Lengths in m, angles in rad, forces in N, torques in N.m, times in s, temperatures in K or degC
 /// as given.
@@ -125,17 +124,6 @@ pub struct Reading {
     pub payload: Option<Payload>,
     /// Whether the reading is held out to check, if the file says so.
     pub check: Option<bool>,
-}
-
-/// A body that the tool carries: its weight loads the robot as a wrench does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Payload {
-    /// kg.
-    pub mass: f64,
-    /// Centre of mass in its frame, m.
-    pub com: Vector3<f64>,
-    /// The frame, one of the tool's body.
-    pub frame: FrameIndex,
 }
 
 /// Where a wrench is applied.

@@ -11,10 +11,9 @@ pub use super::raw_certificate::RawCertificate;
 pub use super::raw_files::{Format, PointField, RawCsv, RawPoints};
 pub use super::raw_instrument::{RawInstrument, RawSigma};
 pub use super::raw_measurements::{Measurements, RawEntry, RawKinds, RawSharing};
-pub use super::raw_targets::{
-    ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawPayload, RawTorque, Unknown,
-};
+pub use super::raw_targets::{ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawTorque, Unknown};
 use super::sessions::Sharing;
+use crate::description::raw::RawPayload;
 use crate::description::table::Orientation;
 use crate::description::units::Units;
 use crate::observation::Kinds;
@@ -122,8 +121,13 @@ impl RawCampaign {
     pub fn completed(&self, entry: &RawEntry) -> RawEntry {
         let mut all = entry.clone();
         all.observes = all.observes.or_else(|| self.observes.clone());
-        all.units = all.units.or(Some(self.units));
-        all.instrument = all.instrument.or_else(|| self.instrument.clone());
+        let units = all.units(self.units);
+        all.units = Some(units.into());
+        let of_campaign = self.instrument.as_ref().map(|stated| stated.in_units(&self.units, &units));
+        all.instrument = match (all.instrument, of_campaign) {
+            (Some(own), Some(others)) => Some(own.or(others)),
+            (own, others) => own.or(others),
+        };
         all.orientation = all.orientation.or(self.orientation);
         all.csv = all.csv.or_else(|| Some(self.csv.clone()));
         for (ours, theirs) in &self.columns {

@@ -4,6 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::description::units::Units;
+
 /// The instrument's noise, one sigma.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
@@ -22,6 +24,35 @@ pub struct RawInstrument {
     /// one sigma is the sum of the two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ppm: Option<f64>,
+}
+
+impl RawInstrument {
+    /// What it states, and what it does not say as others have it.
+    #[must_use]
+    pub fn or(self, others: Self) -> Self {
+        Self {
+            sigma: self.sigma.or(others.sigma),
+            orientation: self.orientation.or(others.orientation),
+            torque: self.torque.or(others.torque),
+            ppm: self.ppm.or(others.ppm),
+        }
+    }
+
+    /// The same in other units.
+    #[must_use]
+    pub fn in_units(&self, from: &Units, to: &Units) -> Self {
+        let [length, angle, torque] = [
+            from.length.factor() / to.length.factor(),
+            from.angle.factor() / to.angle.factor(),
+            from.torque.factor() / to.torque.factor(),
+        ];
+        let sigma = self.sigma.as_ref().map(|sigma| match *sigma {
+            RawSigma::All(sigma) => RawSigma::All(sigma * length),
+            RawSigma::ByAxis { x, y, z } => RawSigma::ByAxis { x: x * length, y: y * length, z: z * length },
+        });
+        let orientation = self.orientation.map(|sigma| sigma * angle);
+        Self { sigma, orientation, torque: self.torque.map(|sigma| sigma * torque), ppm: self.ppm }
+    }
 }
 
 /// Noise of a coordinate.

@@ -17,7 +17,7 @@ use super::raw_instrument::RawInstrument;
 use super::raw_targets::OrUnknown;
 use super::sessions::Sharing;
 use crate::description::table::{Join, Orientation};
-use crate::description::units::Units;
+use crate::description::units::{SomeUnits, Units};
 use crate::observation::Observes;
 
 /// A file of readings, and what differs from what the campaign says of all its files.
@@ -45,7 +45,7 @@ pub struct RawEntry {
     pub load_point: Option<String>,
     /// Units of this file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub units: Option<Units>,
+    pub units: Option<SomeUnits>,
     /// Noise of the instrument with which they were taken.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instrument: Option<RawInstrument>,
@@ -119,6 +119,11 @@ impl Measurements {
 }
 
 impl RawEntry {
+    /// Its units: those of the campaign, where it names none of its own.
+    pub fn units(&self, of_campaign: Units) -> Units {
+        self.units.map_or(of_campaign, |own| own.or(of_campaign))
+    }
+
     fn is_only_a_file(&self) -> bool {
         *self == Self { file: self.file.clone(), ..Self::default() }
     }

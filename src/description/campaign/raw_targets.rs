@@ -123,18 +123,3 @@ pub struct RawTorque {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset: Option<OrUnknown<f64>>,
 }
-
-/// A body fixed to the tool.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct RawPayload {
-    /// Its mass.
-    pub mass: f64,
-    /// Its centre of mass in the frame.
-    #[serde(default)]
-    pub com: [f64; 3],
-    /// The frame; that of the tool where absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frame: Option<String>,
-}

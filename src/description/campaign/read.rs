@@ -11,9 +11,8 @@ use super::source::Source;
 use super::stated::stated_noise;
 use super::torques;
 use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
-use nalgebra::Vector3;
 
-use crate::description::resolve::{GREATEST, Locate};
+use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
 use crate::description::table::Table;
 use crate::diagnostic::Diagnostic;
@@ -155,53 +154,17 @@ fn settle_noise(campaign: &mut Campaign) {
     }
 }
 
-/// The bodies that the tool carries.
+/// The bodies that the tool carries: those of the description, which the campaign's of the same names replace, and its own.
 fn payloads(
     raw: &RawCampaign,
     robot: &Robot,
     locate: Locate,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<(String, Payload)> {
-    let mut payloads = Vec::new();
-    for (name, payload) in &raw.payloads {
-        let mut fault = |key: &str, message: String, remedy: &str| {
-            diagnostics.push(Diagnostic::error(message).at(locate(&["payloads", name, key])).remedy(remedy));
-        };
-        let frame = match &payload.frame {
-            None => Some(robot.tool.frame),
-            Some(named) => robot.frames.iter().position(|frame| frame.name == *named),
-        };
-        let mass = payload.mass * raw.units.mass.factor();
-        let com = Vector3::from(payload.com) * raw.units.length.factor();
-        if !(0.0..=GREATEST).contains(&mass) || !(0.0..=GREATEST).contains(&com.norm()) {
-            fault(
-                "mass",
-                format!("payload `{name}`: mass and centre must be finite, the mass not negative"),
-                "correct them",
-            );
-        }
-        // A faulty one is known by its name: rows that carry it are no faults of their own.
-        payloads.push((name.clone(), Payload { mass, com, frame: frame.unwrap_or(robot.tool.frame) }));
-        match frame {
-            Some(frame) if robot.body(frame) == robot.body(robot.tool.frame) => {}
-            Some(frame) => fault(
-                "frame",
-                format!(
-                    "payload `{name}` hangs on `{}`, which is not the tool's body: what a row loads is the tool alone",
-                    robot.frames[frame].name
-                ),
-                "give a mass on another body under `bodies:` of the description, and readings without it in a campaign of \
-                 their own; or name a frame that is fixed to the tool",
-            ),
-            None => {
-                let named = payload.frame.clone().unwrap_or_default();
-                let diagnostic = Diagnostic::error(format!("payload `{name}`: unknown frame `{named}`"));
-                let frames = robot.frames.iter().map(|frame| frame.name.as_str());
-                diagnostics.push(diagnostic.at(locate(&["payloads", name, "frame"])).suggest(&named, frames));
-            }
-        }
-    }
-    payloads
+    let own = crate::description::resolve::payloads(&raw.payloads, &raw.units, robot, locate, diagnostics);
+    let is_other = |(name, _): &&(String, Payload)| own.iter().all(|(known, _)| known != name);
+    let described: Vec<(String, Payload)> = robot.payloads.iter().filter(is_other).cloned().collect();
+    described.into_iter().chain(own).collect()
 }
 
 /// Differences and absolute readings are of two models: in one own weight and the base's place drop out, in the other not.

@@ -33,7 +33,7 @@ pub struct ReferenceReading {
 /// What holds of a file of references: the campaign's units and dialect where it has none of its own.
 pub fn completed(raw: &RawCampaign, entry: &RawEntry) -> RawEntry {
     let mut all = entry.clone();
-    all.units = all.units.or(Some(raw.units));
+    all.units = Some(all.units(raw.units).into());
     all.csv = all.csv.or_else(|| Some(raw.csv.clone()));
     all
 }

@@ -52,7 +52,7 @@ impl<'a> RowReader<'a> {
         let Source { table, entry, kinds } = source;
         let file = OfFile { entry, number: campaign.files.len(), locate: self.locate };
         let before = campaign.readings.len();
-        let units = entry.units.unwrap_or(self.raw.units);
+        let units = entry.units(self.raw.units);
         let mut faults = Faults::default();
         // By reading: the row of the table.
         let mut rows = Vec::new();

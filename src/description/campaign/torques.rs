@@ -38,7 +38,7 @@ pub(super) fn torque_columns(
     kind: Observes,
 ) -> Vec<ExpectedColumn> {
     let Some(prefix) = kind.by_variable() else { return Vec::new() };
-    let [force, .., torque] = entry.units.unwrap_or(raw.units).of_wrench();
+    let [force, .., torque] = entry.units(raw.units).of_wrench();
     let expected = |variable: &Variable| ExpectedColumn {
         name: column(prefix, variable),
         kind: ColumnKind::Quantity(if variable.is_angle { torque } else { force }),

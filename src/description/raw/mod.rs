@@ -96,6 +96,9 @@ raw! {
         gravity: Option<[f64; 3]>,
         /// Mass of each body, by the frame it moves with.
         bodies: IndexMap<String, RawBody>,
+        /// Bodies that the tool can carry, by name: a column `payload` of the measurements says which it does. Campaigns can declare
+        /// more.
+        payloads: IndexMap<String, RawPayload>,
         /// Materials by name.
         materials: IndexMap<String, RawMaterial>,
         /// Beam cross-sections by name.

@@ -11,11 +11,13 @@ mod keep_out;
 mod limits;
 mod loops;
 mod motion;
+mod payload;
 mod sizes;
 mod tree;
 
 pub use crate::diagnostic::{Explained, Locate};
 pub use collector::GREATEST;
+pub use payload::payloads;
 pub use sizes::{doubtful_sizes, heaviest};
 
 use indexmap::IndexMap;
@@ -67,7 +69,7 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics.diagnostics);
     }
-    let robot = Robot {
+    let mut robot = Robot {
         name: raw.robot.clone().unwrap_or_else(|| "robot".into()),
         elastic: elastic_values::resolve(raw, &tree),
         variables: tree.variables,
@@ -81,12 +83,15 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
         tool,
         markers,
         anchors,
+        payloads: Vec::new(),
         effects: raw.effects.clone(),
         fuzzy,
         spring_rules,
         calibration,
     };
-    (Some(robot), diagnostics.diagnostics)
+    robot.payloads = payload::payloads(&raw.payloads, &raw.units, &robot, locate, &mut diagnostics.diagnostics);
+    let is_sound = !diagnostics.diagnostics.iter().any(Diagnostic::is_error);
+    (is_sound.then_some(robot), diagnostics.diagnostics)
 }
 
 /// Gear ratios as declared; those of no variable, and those that are none, are reported.

@@ -124,6 +124,7 @@ impl<'a> Writer<'a> {
             ("joint_stiffness", robot.joint_stiffness.is_empty()),
             ("base_stiffness", robot.base_stiffness.is_none()),
             ("springs", robot.springs.is_empty()),
+            ("payloads", robot.payloads.is_empty()),
             ("effects", robot.effects.is_empty()),
             ("fuzzy", robot.fuzzy.is_none()),
         ];

@@ -3,13 +3,13 @@
 /// A scalar of the reading context that a curve follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Driver {
-    /// The variable, rad or m: written by its name, `q3`.
+    /// The coordinate ([`crate::model::Model::coordinates`]), rad or m: written by its name, `q3`.
     Angle(usize),
-    /// Load on the variable's joint under own weight alone, N.m or N: `own-load.q3`.
+    /// Load on its joint under own weight alone, N.m or N: `own-load.q3`.
     OwnLoad(usize),
-    /// Load on the variable's joint under own weight and the applied wrench, N.m or N: `load.q3`.
+    /// Load on its joint under own weight and the applied wrench, N.m or N: `load.q3`.
     Load(usize),
-    /// Move of the variable from the configuration before, rad or m: `move.q3`.
+    /// Its move from the configuration before, rad or m: `move.q3`.
     LastMove(usize),
     /// s from the start: `time`.
     Time,
@@ -30,9 +30,9 @@ impl Driver {
         }
     }
 
-    /// As it is written, `variables` being the names of the actuated variables.
-    pub fn written(self, variables: &[&str]) -> String {
-        let name = |variable: usize| variables.get(variable).copied().unwrap_or("?");
+    /// As it is written, `names` being those of the coordinates.
+    pub fn written(self, names: &[impl AsRef<str>]) -> String {
+        let name = |coordinate: usize| names.get(coordinate).map_or("?", AsRef::as_ref);
         match self {
             Self::Angle(variable) => name(variable).into(),
             Self::OwnLoad(variable) => format!("own-load.{}", name(variable)),
@@ -45,17 +45,17 @@ impl Driver {
     }
 
     /// The one that is written so; `None` of what is unknown.
-    pub fn read(written: &str, variables: &[&str]) -> Option<Self> {
-        Self::every(variables.len()).find(|driver| driver.written(variables) == written)
+    pub fn read(written: &str, names: &[impl AsRef<str>]) -> Option<Self> {
+        Self::every(names.len()).find(|driver| driver.written(names) == written)
     }
 
     /// All that can be written.
-    pub fn all(variables: &[&str]) -> Vec<String> {
-        Self::every(variables.len()).map(|driver| driver.written(variables)).collect()
+    pub fn all(names: &[impl AsRef<str>]) -> Vec<String> {
+        Self::every(names.len()).map(|driver| driver.written(names)).collect()
     }
 
-    fn every(variables: usize) -> impl Iterator<Item = Self> {
-        let of = |variable| [Self::Angle, Self::OwnLoad, Self::Load, Self::LastMove].map(|driver| driver(variable));
-        (0..variables).flat_map(of).chain([Self::Time, Self::SessionTime, Self::Temperature])
+    fn every(coordinates: usize) -> impl Iterator<Item = Self> {
+        let of = |k| [Self::Angle, Self::OwnLoad, Self::Load, Self::LastMove].map(|driver| driver(k));
+        (0..coordinates).flat_map(of).chain([Self::Time, Self::SessionTime, Self::Temperature])
     }
 }

@@ -40,7 +40,7 @@ pub enum NonlinearKind {
     },
     /// A whole number from 1 to this one.
     Count(usize),
-    /// An actuated variable, by its name; or by its place among the variables, counted from 0.
+    /// A coordinate, by its name; or by its place among them, counted from 0.
     Variable,
     /// What a curve follows ([`Driver`]).
     Driver,
@@ -57,7 +57,7 @@ pub enum NonlinearValue {
     Real(f64),
     /// A whole number.
     Count(usize),
-    /// An actuated variable, by its index.
+    /// A coordinate, by its index.
     Variable(usize),
     /// What a curve follows.
     Driver(Driver),
@@ -66,11 +66,11 @@ pub enum NonlinearValue {
 }
 
 impl NonlinearParameter {
-    /// The value that an entry states, `variables` being the names of the actuated variables.
+    /// The value that an entry states, `names` being those of the coordinates ([`crate::model::Model::coordinates`]).
     ///
     /// # Errors
     /// What is accepted instead.
-    pub(in crate::model) fn read(&self, given: &RawAmount, variables: &[&str]) -> Result<NonlinearValue, String> {
+    pub(in crate::model) fn read(&self, given: &RawAmount, names: &[String]) -> Result<NonlinearValue, String> {
         let value = match (self.kind, given) {
             (NonlinearKind::Choice(words), RawAmount::Name(name)) => {
                 words.iter().find(|word| *word == name).map(|word| NonlinearValue::Choice(word))
@@ -82,12 +82,12 @@ impl NonlinearParameter {
                 (1..=most).find(|count| *count as f64 == *value).map(NonlinearValue::Count)
             }
             (NonlinearKind::Variable, RawAmount::Number(value)) => {
-                (0..variables.len()).find(|index| *index as f64 == *value).map(NonlinearValue::Variable)
+                (0..names.len()).find(|index| *index as f64 == *value).map(NonlinearValue::Variable)
             }
             (NonlinearKind::Variable, RawAmount::Name(name)) => {
-                variables.iter().position(|known| known == name).map(NonlinearValue::Variable)
+                names.iter().position(|known| known == name).map(NonlinearValue::Variable)
             }
-            (NonlinearKind::Driver, RawAmount::Name(name)) => Driver::read(name, variables).map(NonlinearValue::Driver),
+            (NonlinearKind::Driver, RawAmount::Name(name)) => Driver::read(name, names).map(NonlinearValue::Driver),
             (NonlinearKind::Knots, RawAmount::Numbers(at)) => {
                 let increases = at.len() > 1 && at.windows(2).all(|pair| pair[0] < pair[1]);
                 increases.then(|| NonlinearValue::Knots(at.as_slice().into()))
@@ -99,8 +99,8 @@ impl NonlinearParameter {
             NonlinearKind::Real { unit, is_positive: true, .. } => format!("write a number above 0 ({unit})"),
             NonlinearKind::Real { unit, .. } => format!("write a number ({unit})"),
             NonlinearKind::Count(most) => format!("write a whole number from 1 to {most}"),
-            NonlinearKind::Variable => format!("write one of the variables: {}", variables.join(", ")),
-            NonlinearKind::Driver => format!("write one of: {}", Driver::all(variables).join(", ")),
+            NonlinearKind::Variable => format!("write one of the variables: {}", names.join(", ")),
+            NonlinearKind::Driver => format!("write one of: {}", Driver::all(names).join(", ")),
             NonlinearKind::Knots => "write two or more increasing numbers, SI".into(),
         })
     }
@@ -140,21 +140,21 @@ impl Nonlinear {
         self
     }
 
-    /// Names, units and values as they are written, `variables` being the names of the actuated variables.
-    pub fn written(&self, variables: &[&str]) -> Vec<(&'static str, &'static str, RawAmount)> {
+    /// Names, units and values as they are written, `names` being those of the coordinates.
+    pub fn written(&self, names: &[impl AsRef<str>]) -> Vec<(&'static str, &'static str, RawAmount)> {
         let one = |(parameter, value): &(&'static NonlinearParameter, NonlinearValue)| {
             let unit = match parameter.kind {
                 NonlinearKind::Real { unit, .. } => unit,
                 _ => "",
             };
             let value = match *value {
-                NonlinearValue::Driver(driver) => RawAmount::Name(driver.written(variables)),
+                NonlinearValue::Driver(driver) => RawAmount::Name(driver.written(names)),
                 NonlinearValue::Knots(ref at) => RawAmount::Numbers(at.to_vec()),
                 NonlinearValue::Choice(word) => RawAmount::Name(word.into()),
                 NonlinearValue::Real(value) => RawAmount::Number(value),
                 NonlinearValue::Count(count) => RawAmount::Number(count as f64),
-                NonlinearValue::Variable(index) => match variables.get(index) {
-                    Some(name) => RawAmount::Name((*name).into()),
+                NonlinearValue::Variable(index) => match names.get(index) {
+                    Some(name) => RawAmount::Name(name.as_ref().into()),
                     None => RawAmount::Number(index as f64),
                 },
             };

@@ -11,7 +11,7 @@ use crate::parameter::Slot;
 /// What one unit of an effect's parameter changes in a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// A joint (by its variable) stands elsewhere than commanded, rad or m of the joint. Where a reading is the
+    /// A joint (by its coordinate) stands elsewhere than commanded, rad or m of the joint. Where a reading is the
     /// difference of two at one pose, it cancels.
     Joint(usize, f64),
     /// A joint deflects under load, rad or m: only what the applied wrench adds counts in a difference.
@@ -44,19 +44,19 @@ pub enum Condition {
 /// The state of the robot and its surroundings in one reading.
 #[derive(Debug, Clone)]
 pub struct ReadingContext<'a> {
-    /// Actuated variables, rad or m.
+    /// Coordinates ([`crate::model::Model::coordinates`]): actuated variables, then joints that follow them; rad or m.
     pub q: &'a [f64],
     /// Joint values by frame, rad or m.
     pub joints: &'a [f64],
-    /// Load on the joint of each variable under own weight and the applied wrench, N.m or N.
+    /// Load on the joint of each coordinate under own weight and the applied wrench, N.m or N.
     pub load: &'a [f64],
     /// The same under own weight alone.
     pub own_load: &'a [f64],
-    /// Side of approach of each variable, +1 or -1; 0 where it is not known.
+    /// Side of approach of each coordinate, +1 or -1; 0 where it is not known.
     pub side: &'a [f64],
-    /// Move of each variable from the configuration before, rad or m; 0 where that is not known.
+    /// Move of each coordinate from the configuration before, rad or m; 0 where that is not known.
     pub last_move: &'a [f64],
-    /// Moves before the last one, the later first: those of all variables one after the other, rad or m; 0 where not known.
+    /// Moves before the last one, the later first: those of all coordinates one after the other, rad or m; 0 where not known.
     pub earlier_moves: &'a [f64],
     /// s from the start, where known.
     pub time: Option<f64>,
@@ -79,13 +79,13 @@ pub struct ReadingContext<'a> {
 }
 
 impl ReadingContext<'_> {
-    /// A function of the load on the joint of a variable, as it shows in this reading: of a difference, what the applied
+    /// A function of the load on the joint of a coordinate, as it shows in this reading: of a difference, what the applied
     /// wrench adds to it.
     pub fn of_load(&self, variable: usize, law: impl Fn(f64) -> f64) -> f64 {
         law(self.load[variable]) - if self.is_difference { law(self.own_load[variable]) } else { 0.0 }
     }
 
-    /// Moves by which a variable came here, the last first, rad or m.
+    /// Moves by which a coordinate came here, the last first, rad or m.
     pub fn moves(&self, variable: usize) -> impl Iterator<Item = f64> {
         let earlier = self.earlier_moves.chunks_exact(self.last_move.len().max(1));
         std::iter::once(self.last_move).chain(earlier).filter_map(move |moves| moves.get(variable).copied())
@@ -110,21 +110,21 @@ impl ReadingContext<'_> {
 /// What a campaign offers, for effects to choose by which nonlinear values to try.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Survey {
-    /// Greatest load on the joint of each variable, N.m or N.
+    /// Greatest load on the joint of each coordinate, N.m or N.
     pub greatest_load: Vec<f64>,
-    /// Greatest load of own weight alone on the joint of each variable, N.m or N.
+    /// Greatest load of own weight alone on the joint of each coordinate, N.m or N.
     pub greatest_own_load: Vec<f64>,
     /// Times of the configurations in order, s; empty where not known.
     pub times: Vec<f64>,
     /// Mean temperature of each frame, as the campaign gives it; none where it is not known or does not vary.
     pub mean_temperatures: Vec<Option<f64>>,
-    /// Variables whose side of approach is known and not always the same.
+    /// Coordinates whose side of approach is known and not always the same.
     pub sides: Vec<bool>,
-    /// Variables whose last moves are known, by an order that the campaign gives, and not always the same.
+    /// Coordinates whose last moves are known, by an order that the campaign gives, and not always the same.
     pub moves: Vec<bool>,
-    /// Least and greatest value of each variable, rad or m.
+    /// Least and greatest value of each coordinate, rad or m.
     pub ranges: Vec<[f64; 2]>,
-    /// Greatest known move of each variable, rad or m; 0 where moves are not known or all the same.
+    /// Greatest known move of each coordinate, rad or m; 0 where moves are not known or all the same.
     pub greatest_moves: Vec<f64>,
     /// Time from the first to the last reading of the longest session, s, where known.
     pub longest_session: Option<f64>,

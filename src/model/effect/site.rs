@@ -7,7 +7,7 @@ use crate::description::robot::FrameIndex;
 pub enum SiteKind {
     /// `frame:<n>`
     Frame,
-    /// `joint:<n>`: one that an actuated variable moves; of single effects also one that follows others, or that a loop moves.
+    /// `joint:<n>`: one that has a coordinate; of single effects also one that an actuator's angle or a loop moves.
     Joint,
     /// `link:<n>`: the body that moves with frame n.
     Link,
@@ -30,10 +30,18 @@ pub struct Site {
     pub kind: SiteKind,
     /// Its frame, of a frame, joint or link; the driven joint's of an actuator.
     pub frame: FrameIndex,
-    /// The variable that moves the joint, or the actuator's.
-    pub variable: usize,
+    /// The coordinate ([`crate::model::Model::coordinates`]) that moves the joint or actuator; `None` of other sites, and of joints
+    /// that a loop moves.
+    pub coordinate: Option<usize>,
     /// The actuator, by index in [`crate::model::Model::actuators`]; of sites that are actuators.
     pub actuator: Option<usize>,
+}
+
+impl Site {
+    /// What belongs to its coordinate, in a list by coordinates.
+    pub fn of<'a, T>(&self, by_coordinate: &'a [T]) -> Option<&'a T> {
+        by_coordinate.get(self.coordinate?)
+    }
 }
 
 impl SiteKind {

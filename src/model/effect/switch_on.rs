@@ -18,7 +18,7 @@ impl EffectEntry {
     /// As it is written into a description.
     pub fn raw(&self, model: &Model) -> RawEffect {
         let amounts = self.amounts.iter().map(|(symbol, value)| (symbol.clone(), RawAmount::Number(*value)));
-        let nonlinear = self.nonlinear.written(&model.variable_names());
+        let nonlinear = self.nonlinear.written(&model.coordinate_names());
         as_curve(RawEffect {
             effect: Some(self.effect.name().into()),
             site: Some(self.site.name.clone()),
@@ -52,12 +52,14 @@ impl EffectEntry {
 impl Model {
     /// Sites of a kind on this robot.
     pub fn sites(&self, kind: SiteKind) -> Vec<Site> {
-        let site = |name: String, frame: FrameIndex| Site { name, kind, frame, variable: 0, actuator: None };
+        let site = |name: String, frame: FrameIndex| Site { name, kind, frame, coordinate: None, actuator: None };
         let frames = || self.frames.iter().enumerate().skip(1);
         match kind {
             SiteKind::Frame => frames().map(|(index, frame)| site(format!("frame:{}", frame.name), index)).collect(),
             SiteKind::Joint => {
-                self.joints_moved_by(|motion| matches!(motion, Motion::Variable { .. } | Motion::Actuator(_)))
+                let mut sites = self.joints_moved_by(|_| true);
+                sites.retain(|site| site.coordinate.is_some());
+                sites
             }
             SiteKind::Link => frames()
                 .filter(|(_, frame)| frame.joint != JointKind::Fixed)
@@ -65,7 +67,7 @@ impl Model {
                 .collect(),
             SiteKind::Actuator => {
                 let of = |(k, actuator): (usize, &Actuator)| Site {
-                    variable: actuator.variable,
+                    coordinate: Some(actuator.variable),
                     actuator: Some(k),
                     ..site(format!("actuator:{}", actuator.name), actuator.joint)
                 };
@@ -77,7 +79,7 @@ impl Model {
         }
     }
 
-    /// Sites at the joints that move in a way which is accepted; those that a loop moves have no variable, and say 0.
+    /// Sites at the joints that move in a way which is accepted.
     pub fn joints_moved_by(&self, accepted: impl Fn(Motion) -> bool) -> Vec<Site> {
         let joints = self.frames.iter().enumerate().skip(1);
         let joints = joints.filter(|(_, frame)| frame.moves() && accepted(frame.motion));
@@ -85,20 +87,10 @@ impl Model {
             name: format!("joint:{}", frame.name),
             kind: SiteKind::Joint,
             frame: index,
-            variable: self.variable_of(index).unwrap_or(0),
+            coordinate: self.coordinate_of(index),
             actuator: None,
         };
         joints.map(site).collect()
-    }
-
-    /// The variable that moves a joint, itself or the first of those that it follows.
-    fn variable_of(&self, joint: FrameIndex) -> Option<usize> {
-        match self.frames[joint].motion {
-            Motion::Variable { index, .. } => Some(index),
-            Motion::Actuator(_) => self.actuators.iter().find(|actuator| actuator.joint == joint).map(|of| of.variable),
-            Motion::Coupling(which) => self.couplings[which].iter().find_map(|term| self.variable_of(term.1)),
-            Motion::Fixed | Motion::Passive => None,
-        }
     }
 
     /// The sites at which this robot has the constants of an effect; of joints, those that a variable moves.
@@ -191,7 +183,7 @@ impl Model {
                 continue;
             }
             let value = match (given.get(parameter.name), &parameter.default) {
-                (Some(stated), _) => parameter.read(stated, &self.variable_names()).map_err(|remedy| {
+                (Some(stated), _) => parameter.read(stated, &self.coordinate_names()).map_err(|remedy| {
                     let message = format!("`{}: {stated}` of `{name}`", parameter.name);
                     Fault::new(&["parameters", parameter.name], Diagnostic::error(message).remedy(remedy))
                 })?,

@@ -79,7 +79,7 @@ pub fn run(command: &Simulate, session: &Session) -> Result<Output, Error> {
     let markers: Vec<String> = design.robot.model.markers.iter().map(|marker| marker.name.clone()).collect();
     let file = |entry: &RawEntry| {
         let own = campaign.select(|_, reading| campaign.file(reading) == Some(entry.file.as_str()));
-        Ok((entry.file.clone(), csv_in(&own, &model.variables, &markers, &entry.units.unwrap_or_default())?))
+        Ok((entry.file.clone(), csv_in(&own, &model.variables, &markers, &entry.units(Units::default()))?))
     };
     let files = entries.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
     let simulated = Simulated { campaign: &campaign, header: &raw, files, points: None };
@@ -173,9 +173,10 @@ fn stated(mut raw: RawCampaign, command: &Simulate, known: &Kinds) -> RawCampaig
         let entries = raw.measurements.iter_mut().flat_map(|all| &mut all.0);
         for (entry, whole) in entries.zip(completed) {
             let has_lengths = kinds(&whole, known).iter().any(|kind| kind.length_rows() > 0 || kind.touches());
+            let units = whole.units(raw.units);
             let instrument = whole.instrument.unwrap_or_default();
             if has_lengths && instrument.sigma.is_none() && command.noise > 0.0 {
-                let unit = whole.units.unwrap_or(raw.units).length.factor() / 1e-3;
+                let unit = units.length.factor() / 1e-3;
                 entry.instrument =
                     Some(RawInstrument { sigma: Some(RawSigma::All(command.noise / unit)), ..instrument });
             }

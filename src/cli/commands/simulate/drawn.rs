@@ -9,7 +9,8 @@ use crate::cli::session::Session;
 use crate::cli::values::ranges;
 use crate::diagnostic::Diagnostic;
 use crate::files::LoadedRobot;
-use crate::kinematics::Geometry;
+use crate::kinematics::{Geometry, Placements};
+use crate::model::Model;
 use crate::simulation::{draw_configurations_in, joint_box};
 
 /// Configurations, with loads of the rows where they come from a file that has loads, and warnings.
@@ -40,8 +41,22 @@ pub fn configurations(
         Err(_) => {
             let (rows, warnings) = loaded_configurations(session, loaded, std::path::Path::new(&command.poses))?;
             let (configurations, loads): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+            placed_as_described(command, &loaded.model, &configurations)?;
             let is_loaded = loads.iter().any(|load| *load != [0.0; 6]);
             Ok((configurations, if is_loaded { loads } else { Vec::new() }, warnings))
         }
     }
+}
+
+/// Refuses configurations in which the described robot cannot stand: one with errors may pass to another assembly there.
+fn placed_as_described(command: &Simulate, model: &Model, configurations: &[Vec<f64>]) -> Result<(), Error> {
+    let geometry = Geometry::nominal(model)?;
+    let mut placements = Placements::default();
+    for (row, q) in configurations.iter().enumerate() {
+        if let Err(error) = geometry.place(q, &mut placements) {
+            let message = format!("`{}`, configuration {}: {error}", command.poses, row + 1);
+            return Err(Error::input(message, "leave the row out: the robot as described cannot stand there"));
+        }
+    }
+    Ok(())
 }
