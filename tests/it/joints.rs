@@ -383,9 +383,13 @@ fn a_gear_error_of_a_coupled_joint_is_found() {
     let causes = json["causes"].as_array().expect("a list");
     let [cause] = &causes[..] else { panic!("{causes:?}") };
     assert_eq!((&cause["effect"], &cause["site"]), (&"transmission-error".into(), &"joint:3".into()), "{cause}");
-    let amount = cause["parameters"].as_array().expect("a list").iter().find(|own| own["name"] == "cos");
-    let [amount, width] = ["value", "ci95"].map(|key| amount.expect("an amount")[key].as_f64().expect("a number"));
-    assert!((amount - 8e-4).abs() < 2.0 * width && width < 2e-4, "{amount} +- {width}");
+    // Within less than a turn the order and the size go together.
+    let of = |name: &str| {
+        let own = cause["parameters"].as_array().expect("a list").iter().find(|own| own["name"] == name);
+        own.expect("a parameter")["value"].as_f64().expect("a number")
+    };
+    let (amount, order) = (of("cos"), of("order"));
+    assert!((amount / 8e-4 - 1.0).abs() < 0.2 && (order - 2.0).abs() < 0.3, "{amount} {order}");
 }
 
 /// A compensator's rate is identified against a length that is held: said, and no more once the length is free.
