@@ -83,8 +83,8 @@ pub struct Limits {
     /// it is doubted (a tolerance of a known robot is seldom half of what it should be, and four standard deviations of that are no chance),
     /// beyond the second refused.
     pub scale: [f64; 2],
-    /// Estimated scale of an instrument from which it is doubted, and refused: trackers and photogrammetry with a scale bar are within
-    /// 1e-4, draw wires and cameras that were calibrated within 1e-3; between inches, feet and their neighbours lie more than 1e-2.
+    /// Estimated scale of an instrument from which it is doubted, and refused. A judgement: no unit is that near to another, and what an
+    /// instrument is calibrated for is far below.
     pub instrument_scale: [f64; 2],
     /// Least stiffness of an arm at its tool over the square of the sum of its lengths, N/m3. The bundled descriptions, from a
     /// small arm with a rail to a hexapod, have 4.8e3 to 7.4e5; a thousandth of most of them is below.
@@ -107,7 +107,7 @@ pub struct Limits {
     /// 36 times it, all others less than 20 times. A judgement.
     pub noise_hopeless: f64,
     /// Where every spring that the readings tell came out softer, or every one stiffer, by more than this factor, masses or stiffnesses are
-    /// doubted: guesses of single joints are off by less, and to both sides.
+    /// doubted. A judgement: single guesses are seldom off by 30 (see `stiffness_factor`), and not all to one side.
     pub all_springs: f64,
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.

@@ -15,6 +15,17 @@ fn starter() -> tempfile::TempDir {
     folder
 }
 
+/// The starter's arm whose joint 3 follows joints 2 and 4, as `coupled.yaml`.
+pub(super) fn coupled() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &["init", "arm"]).status, 0);
+    let text = std::fs::read_to_string(folder.path().join("arm/robot.yaml")).expect("a description");
+    let text = text.replace("variable: q3, d: 600, limits: [-70, 120]", "d: 600");
+    let text = text.replace("\ntool:", "\ncouplings: [3 = 0.8 * 2 - 0.3 * 4]\ntool:");
+    std::fs::write(folder.path().join("coupled.yaml"), text).expect("written");
+    folder
+}
+
 /// Simulates with one zero off by 0.3 deg and nothing else, and identifies: the error left (mm), and the zero's change (deg).
 fn found(folder: &std::path::Path, robot: &str, zero: &str, observes: &str) -> (f64, f64) {
     let set = format!("{zero}=0.3");
@@ -368,12 +379,7 @@ fn effects_sit_at_joints_that_follow_others() {
 /// A diagnosis finds an effect at a joint that follows others, and says what it is.
 #[test]
 fn a_gear_error_of_a_coupled_joint_is_found() {
-    let folder = tempfile::tempdir().expect("a folder");
-    assert_eq!(run(folder.path(), &["init", "arm"]).status, 0);
-    let text = std::fs::read_to_string(folder.path().join("arm/robot.yaml")).expect("a description");
-    let text = text.replace("variable: q3, d: 600, limits: [-70, 120]", "d: 600");
-    let text = text.replace("\ntool:", "\ncouplings: [3 = 0.8 * 2 - 0.3 * 4]\ntool:");
-    std::fs::write(folder.path().join("coupled.yaml"), text).expect("written");
+    let folder = coupled();
     let effect = "transmission-error@joint:3:cos=8e-4,order=2";
     let simulate = ["simulate", "coupled.yaml", "--poses", "80", "--noise", "0.05", "--effect", effect, "--seed", "3"];
     let made = run(folder.path(), &[&simulate[..], &["--into", "s"]].concat());

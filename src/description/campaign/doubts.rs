@@ -61,7 +61,7 @@ const HEAVIEST: f64 = 3e3;
 /// Greatest distance of its centre of mass from the frame that carries it, m: tools are seldom longer than an arm.
 const FARTHEST: f64 = 3.0;
 
-/// A payload that no arm carries, or not this one: arms of six axes carry up to half of what they weigh.
+/// A payload that no arm carries, or that is heavier than all bodies of this one together.
 fn heavy_or_far(name: &str, payload: &Payload, robot: &Robot, locate: Locate) -> Option<Diagnostic> {
     let (mass, far) = (payload.mass, payload.com.norm());
     let own: f64 = robot.elastic.bodies.iter().map(|body| body.mass).sum();
