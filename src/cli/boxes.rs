@@ -1,12 +1,10 @@
 //! Boxes on the command line: where points stay, and where no link may be.
 
 use crate::Error;
-use crate::description::limits::READINGS;
 use crate::description::resolve::GREATEST;
 use crate::description::robot::KeepOut;
-use crate::diagnostic::Diagnostic;
 use crate::files::LoadedRobot;
-use crate::kinematics::{Geometry, Placements, always_entered, entered};
+use crate::kinematics::{Geometry, Placements, always_entered};
 
 /// From and to along x, y, z, in units of `length` (m); an end that is left out is open. Commas or colons separate them.
 pub fn space(flag: &str, text: &str, length: f64) -> Result<[[f64; 2]; 3], Error> {
@@ -50,46 +48,4 @@ pub fn keep_out(texts: &[String], loaded: &mut LoadedRobot) -> Result<(), Error>
         )),
         None => Ok(()),
     }
-}
-
-/// One warning a box that links pass through at some of the `configurations` (rad, m): how many, and the first.
-/// `of` says what they are.
-pub fn beyond<'a>(loaded: &LoadedRobot, of: &str, configurations: impl Iterator<Item = &'a [f64]>) -> Vec<Diagnostic> {
-    let model = &loaded.model;
-    let Some(geometry) = Geometry::nominal(model).ok().filter(|_| !model.keep_out.is_empty()) else {
-        return Vec::new();
-    };
-    let mut placements = Placements::default();
-    // Of each box: how many configurations, and what is said of the first.
-    let mut found: Vec<Option<(usize, usize, String)>> = vec![None; model.keep_out.len()];
-    let mut all = 0;
-    for (row, q) in configurations.enumerate() {
-        all += 1;
-        // What cannot be placed is refused where it is.
-        if geometry.place(q, &mut placements).is_err() {
-            continue;
-        }
-        for (keep_out, found) in model.keep_out.iter().zip(&mut found) {
-            let Some(entered) = entered(&geometry, &placements).find(|own| own.keep_out == keep_out.name) else {
-                continue;
-            };
-            match found {
-                Some((count, ..)) => *count += 1,
-                None => *found = Some((1, row, entered.link.to_string())),
-            }
-        }
-    }
-    let found = model.keep_out.iter().zip(found).filter_map(|(keep_out, found)| Some((keep_out, found?)));
-    found
-        .map(|(keep_out, (count, row, link))| {
-            let name = &keep_out.name;
-            let message = match all {
-                1 => format!("{link} passes through `{name}`"),
-                _ => format!("`{name}` is entered in {count} of {all} {of}; the first: {link} in row {}", row + 1),
-            };
-            let remedy =
-                if of == READINGS { "check the campaign's joints, or" } else { "choose other joints, or check" };
-            Diagnostic::warning(message).remedy(format!("{remedy} `keep_out` of the description"))
-        })
-        .collect()
 }

@@ -122,8 +122,8 @@ pub struct Loop {
     pub branch: Vec<(FrameIndex, f64)>,
     /// Values of actuated variables at which `branch` was read.
     pub at: Vec<(usize, f64)>,
-    /// Gap allowed in an over-constrained loop, m.
-    pub gap: f64,
+    /// Gap allowed in an over-constrained loop, m; `None` where nothing is declared.
+    pub gap: Option<f64>,
 }
 
 /// A linear actuator turning a joint through a triangle; see [`super::raw::RawActuator`] for the law.

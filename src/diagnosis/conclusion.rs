@@ -60,21 +60,18 @@ pub fn conclude(
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let set_aside = || inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r);
     let outliers = outliers::cause(inputs, competition, members, set_aside().count(), [gap.rms, rms_after])?;
-    let verdict = match verdict {
-        Verdict::NoGap if outliers.is_some() => Verdict::Explained,
-        other => other,
-    };
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
+    let is_open = verdict != Verdict::NoGap || outliers.is_some();
     causes.splice(0..0, outliers.map(|(cause, _)| cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
     let mut proposed = Vec::new();
-    if settings.propose && verdict != Verdict::NoGap {
+    if settings.propose && is_open {
         progress("proposing configurations");
         proposed = next_poses(inputs, competition, members, &rivals);
     }
     let evidence = evidence(competition);
     let verdict = match verdict {
-        Verdict::NoGap if settings.verdict.is_thin(evidence) || problem.hypotheses.is_empty() => Verdict::Undecided,
+        Verdict::NoGap => without_causes(inputs, competition, &gap, evidence, is_open),
         other => other,
     };
     Ok(Diagnosis {
@@ -110,6 +107,24 @@ pub fn conclude(
 fn evidence(competition: &Competition) -> (Amount, usize) {
     let is_fitted = |index: usize| !competition.held_out.get(index).copied().unwrap_or(false);
     (competition.campaign.select(|index, _| is_fitted(index)).amount(), competition.kept.len())
+}
+
+/// The verdict where no effect is called for: outliers explain what there is; too little evidence, or readings that were not seen
+/// and are far off, leave it undecided.
+fn without_causes(
+    inputs: &Inputs,
+    competition: &Competition,
+    gap: &Gap,
+    evidence: (Amount, usize),
+    has_outliers: bool,
+) -> Verdict {
+    let settings = &inputs.settings.verdict;
+    let is_thin = settings.is_thin(evidence) || competition.problem.hypotheses.is_empty();
+    match has_outliers {
+        true => Verdict::Explained,
+        false if is_thin || settings.is_beyond_noise(gap.rms, gap.noise) => Verdict::Undecided,
+        false => Verdict::NoGap,
+    }
 }
 
 /// What the causes leave above the noise (m), and the free curve that would take most of it away.

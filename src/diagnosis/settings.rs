@@ -261,7 +261,7 @@ impl Default for OutlierSettings {
 pub struct VerdictSettings {
     /// Share of the excess up to which the rest of a gap counts as explained.
     pub explained: f64,
-    /// Excess beyond which nothing counts as explained: 1.5 times the noise.
+    /// Excess beyond which nothing counts as explained, nor readings that were not seen as noise: 1.5 times the noise.
     pub near: f64,
     /// Standard deviations of the excess (sqrt(2 / freedom)) that are taken for noise.
     pub excess_sigmas: f64,
@@ -283,6 +283,11 @@ impl VerdictSettings {
     pub fn is_thin(&self, (amount, fitted): (Amount, usize)) -> bool {
         amount.configurations < self.fewest_configurations
             || (amount.rows as f64) < self.rows_per_parameter * fitted as f64
+    }
+
+    /// Whether an error (rms) of readings that were not seen is more than noise, whatever the fitted ones leave.
+    pub fn is_beyond_noise(&self, rms: f64, noise: f64) -> bool {
+        rms > (1.0 + self.near).sqrt() * noise
     }
 }
 

@@ -3,7 +3,7 @@
 use super::hypothesis::Hypothesis;
 use super::result::{EffectAtSite, Excluded, NotTried};
 use crate::description::campaign::Campaign;
-use crate::effects::{Condition, Family, SiteKind, Survey};
+use crate::effects::{Condition, Effect, Family, Nonlinear, Site, SiteKind, Survey};
 use crate::model::Model;
 use crate::noise::reference_noise;
 
@@ -19,7 +19,7 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
             || hypotheses.iter().any(|hypothesis| hypothesis.effect.name() == name)
     };
     let untried = model.catalogue.iter().filter(|effect| !is_tried(effect.name()) && !effect.is_free_form());
-    let of = |effect: &std::sync::Arc<dyn crate::effects::Effect>| {
+    let of = |effect: &std::sync::Arc<dyn Effect>| {
         let needs = match effect.reads().first() {
             _ if survey.is_difference && !effect.reads().is_empty() => "absolute readings",
             Some(Condition::Time) => "a column `time`",
@@ -28,7 +28,7 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
             Some(Condition::LastMove) => "a column `order`",
             Some(Condition::GearRatio) => "`gear_ratios` in the description",
             None if effect.sites(model).is_empty() => "a site of its kind on this robot",
-            None if effect.family(&crate::effects::Nonlinear::default()) == Family::Elastic => {
+            None if effect.family(&Nonlinear::default()) == Family::Elastic => {
                 let has_weight = survey.greatest_own_load.iter().any(|load| *load > 0.0);
                 match (has_weight, survey.loaded) {
                     (false, false) => "masses of the bodies, or an applied wrench",
@@ -39,7 +39,23 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
         };
         NotTried { effect: effect.name().into(), needs: needs.into() }
     };
-    untried.map(of).collect()
+    let mut all: Vec<NotTried> = untried.map(of).collect();
+    all.extend(model.catalogue.iter().filter_map(|effect| of_passive_joints(model, effect.as_ref())));
+    all
+}
+
+/// What an effect of joints needs to be tried at joints that loops and actuators move; `None` where it sits at none.
+fn of_passive_joints(model: &Model, effect: &dyn Effect) -> Option<NotTried> {
+    let has_constants = |site: &Site| !effect.constants(model, site, &Nonlinear::default()).is_empty();
+    let is_passive = |site: &Site| site.kind == SiteKind::Joint && site.coordinate.is_none();
+    let sites = effect.sites(model);
+    let passive = sites.iter().filter(|site| is_passive(site) && has_constants(site));
+    let names: Vec<String> = passive.map(|site| format!("`{}`", site.name)).collect();
+    (!names.is_empty()).then(|| {
+        let needs =
+            format!("to be declared under `effects:` at joints that a loop or an actuator moves, {}", names.join(", "));
+        NotTried { effect: effect.name().into(), needs }
+    })
 }
 
 /// Takes out the hypotheses that the base moved in time, where fixed reflectors moved by much less than a gap (m).

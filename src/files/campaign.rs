@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::allowed::not_allowed;
 use super::place::{CAMPAIGNS, Place, inside, open};
 use super::reader::Reader;
 use super::readings::{Asked, faults, read};
@@ -9,6 +10,7 @@ use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
 use crate::description::campaign::raw::{RawCampaign, RawCsv, RawEntry};
 use crate::description::campaign::{self, Campaign, References};
+use crate::description::limits::READINGS;
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
@@ -140,7 +142,9 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     }
     let references = references(reader, &raw, &place, &document, &mut diagnostics);
     let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
+    let at = document.place_of_value(&["references"]);
     let mut loaded = resolved(&reader.kinds, raw, &document, robot, &read, diagnostics)?;
+    loaded.diagnostics.extend(references.of_another_campaign(&loaded.campaign.poses).map(|found| found.at(at)));
     loaded.campaign.references = references;
     Ok(loaded)
 }
@@ -162,6 +166,8 @@ pub(super) fn resolved(
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
             // What cannot be assembled here is reported by the command that predicts it.
             let _ = fill_holding_loads(&robot.model, &mut campaign);
+            let rows = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));
+            diagnostics.extend(not_allowed(&robot.model, &raw.units, READINGS, rows, |_, _| None));
             Ok(LoadedCampaign { raw, campaign, robot, diagnostics })
         }
         Ok((_, mut reported)) | Err(mut reported) => {

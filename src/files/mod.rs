@@ -1,5 +1,6 @@
 //! Robots, campaigns, paths and processes from disk or from the bundled set: the one place that opens files.
 
+mod allowed;
 mod campaign;
 mod change;
 mod design;
@@ -16,6 +17,7 @@ mod start;
 #[cfg(feature = "cli")]
 mod write;
 
+pub use allowed::not_allowed;
 pub use campaign::{LoadedCampaign, load_campaign};
 pub use design::Design;
 pub use journal::settle;

@@ -330,11 +330,31 @@ fn finish(
         let located = contradicted.into_iter().map(|fault| texts.located(fault, |_| true));
         return Err(diagnostics.into_iter().chain(located).collect());
     }
-    if let Err(error) = Geometry::nominal(&model) {
-        diagnostics.push(unassembled(&error, texts));
-        return Err(diagnostics);
+    match Geometry::nominal(&model) {
+        Ok(geometry) => diagnostics.extend(open_loops(&raw, &geometry, texts)),
+        Err(error) => {
+            diagnostics.push(unassembled(&error, texts));
+            return Err(diagnostics);
+        }
     }
     Ok(LoadedRobot { raw, robot, model, diagnostics })
+}
+
+/// Gap (m or rad) of a description by round numbers.
+const ROUNDED: f64 = 1e-4;
+
+/// A warning on each over-constrained loop that does not close where its branch is declared and whose description does not say so;
+/// calibrated constants leave such gaps.
+fn open_loops(raw: &RawRobot, geometry: &Geometry, texts: &Located) -> Vec<Diagnostic> {
+    let is_said = |name: &str| raw.loops.get(name).is_some_and(|own| own.gap.is_some());
+    let open = geometry.open_loops().filter(|(name, gap)| *gap > ROUNDED && !is_said(name));
+    let warning = |(name, gap): (&str, f64)| {
+        let message =
+            format!("loop `{name}` stays {gap:.1e} m (or rad) open, and is closed in the least-squares sense");
+        let remedy = "check lengths and constants of the loop; declare `gap` where that is meant";
+        Diagnostic::warning(message).at(texts.key(&["loops", name])).remedy(remedy)
+    };
+    if raw.calibration.fit.is_some() { Vec::new() } else { open.map(warning).collect() }
 }
 
 /// What to look at in a description that cannot be assembled.

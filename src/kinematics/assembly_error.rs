@@ -20,7 +20,7 @@ pub enum AssemblyError {
     },
     /// A closed loop's declared assembly branch does not lead there: two assemblies meet on the way.
     #[error(
-        "loop {} comes to a singular position, where two of its assemblies meet, on the way there from where its branch is \
+        "loop {} comes to a singular position, or close to one, where two of its assemblies meet, on the way there from where its branch is \
          declared: at {} (passive joints {}); on which assembly it goes on is not known",
         quoted(name, others),
         joints(inputs),

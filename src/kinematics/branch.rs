@@ -14,8 +14,10 @@ use crate::description::raw::JointKind;
 use crate::description::robot::FrameIndex;
 
 /// Determinant, as a share of that where the branch is declared, below which a position counts as singular: of a pair of
-/// links about 1 deg short of flat. There, errors of 2e-4 of a length decide on which branch the linkage goes on.
-const NEAR: f64 = 0.02;
+/// links about 6 deg short of flat. Nearer, errors of 0.5 % of a length decide on which branch the linkage goes on: a
+/// parallelogram with one side longer by 0.2 % passes its flat position smoothly, 4 deg short of it, and comes out crossed.
+/// Designers keep 30 deg and more.
+const NEAR: f64 = 0.1;
 /// Shares of a stride at which it is checked. At three, a kink anywhere in it shows at one.
 const CHECKED: [f64; 3] = [0.25, 0.5, 0.75];
 /// How far the unknowns may be from the curve through a stride's ends and their rates, as a share of what they move: a kink
@@ -253,10 +255,18 @@ impl ClosedLoops {
         let Err(lost) = self.walk(constants, &[target.to_vec()], joints, scratch) else { return Ok(()) };
         // From where the branch ends, the gap that stays for the joints asked for.
         self.set(&self.group.inputs, target, joints);
-        self.set(&self.group.unknowns, &lost.unknowns, joints);
-        match self.newton(constants, joints, ANYHOW, scratch) {
-            Err(gap) if gap > OPEN => return Err(self.failure(gap, "")),
-            _ => {}
+        let beyond: Vec<f64> =
+            lost.unknowns.iter().zip(&self.reference).map(|(lost, from)| 2.0 * lost - from).collect();
+        let mut least = f64::INFINITY;
+        for start in [&lost.unknowns, &beyond, &self.reference] {
+            self.set(&self.group.unknowns, start, joints);
+            least = least.min(self.newton(constants, joints, ANYHOW, scratch).err().unwrap_or(0.0));
+            if least <= OPEN {
+                break;
+            }
+        }
+        if least > OPEN {
+            return Err(self.failure(least, ""));
         }
         let moving: Vec<usize> = (0..target.len()).filter(|&k| target[k] != self.inputs[k]).collect();
         let ways = [self.one_by_one(target, moving.iter()), self.one_by_one(target, moving.iter().rev())];

@@ -72,6 +72,8 @@ pub struct ClosedLoops {
     jacobian: Vec<f64>,
     /// Change of the unknowns at the reference by each input, row-major: unknowns x inputs.
     pub(super) rates: Vec<f64>,
+    /// Gap that stays at the reference, m (or rad).
+    open: f64,
 }
 
 /// Most steps of Newton's method, and how often one is halved: as many as may help from afar.
@@ -95,6 +97,7 @@ impl ClosedLoops {
             determinant: 1.0,
             jacobian: Vec::new(),
             rates: Vec::new(),
+            open: 0.0,
         };
         let mut joints = Vec::new();
         constants.direct_joints(&group.at, &mut joints);
@@ -119,7 +122,7 @@ impl ClosedLoops {
             Ok(determinant) => {
                 closed.determinant = determinant;
                 closed.reference = group.unknowns.iter().map(|&frame| joints[frame]).collect();
-                closed.evaluate(constants, &joints, &mut scratch);
+                closed.open = closed.evaluate(constants, &joints, &mut scratch);
                 if group.equations > group.unknowns.len() {
                     closed.jacobian.clone_from(&scratch.matrix);
                     closed.determinant = 1.0;
@@ -135,6 +138,11 @@ impl ClosedLoops {
     pub(super) fn failure(&self, gap: f64, branch: &'static str) -> AssemblyError {
         let mut names = self.group.loops.iter().map(|plan| plan.name.clone());
         AssemblyError::Loop { name: names.next().unwrap_or_default(), others: names.collect(), gap, branch }
+    }
+
+    /// The gap that stays where the branch is declared, m (or rad), with the name of the (first) loop.
+    pub fn open(&self) -> (&str, f64) {
+        (self.group.loops.first().map_or("", |plan| &plan.name), self.open)
     }
 
     /// The loops' plan.
@@ -197,7 +205,8 @@ impl ClosedLoops {
                     };
                 }
                 gap = self.evaluate(constants, joints, scratch);
-                if gap < best || gap < CLOSED {
+                // What no unknown moves stays, and hides how much closer the rest is.
+                if gap < best || gap < CLOSED || gap <= self.group.gap {
                     break;
                 }
                 factor *= 0.5;

@@ -55,6 +55,12 @@ impl<'m> Geometry<'m> {
         Self::new(model, &model.registry.nominal())
     }
 
+    /// The gap (m or rad) that each loop keeps where its branch is declared, with its name: over-constrained loops are closed
+    /// in the least-squares sense.
+    pub fn open_loops(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.loops.iter().map(ClosedLoops::open)
+    }
+
     /// Values by slot.
     pub fn values(&self) -> &[f64] {
         &self.constants.values

@@ -30,7 +30,7 @@ pub struct LoopGroup {
     pub guess: Vec<f64>,
     /// Values of all variables at which the branch was read.
     pub at: Vec<f64>,
-    /// Closing in the least-squares sense is allowed up to this gap, m; 0 otherwise.
+    /// Loops with more equations than unknowns are closed in the least-squares sense, up to this gap, m; 0 otherwise.
     pub gap: f64,
     /// Number of closure equations.
     pub equations: usize,
@@ -108,6 +108,10 @@ pub fn stages(model: &Model, robot: &Robot) -> Result<Vec<Stage>, Vec<Fault>> {
     if faults.is_empty() { Ok(ordered) } else { Err(faults) }
 }
 
+/// Gap of an over-constrained loop whose description says nothing of it, m (or rad): constants off by their tolerances leave
+/// some, and what is described wrongly mostly more.
+const OVER_CONSTRAINED: f64 = 0.01;
+
 /// Loops joined wherever they share a passive joint.
 fn groups(robot: &Robot) -> Vec<Vec<&Loop>> {
     let passive = |closed: &Loop| -> Vec<FrameIndex> {
@@ -151,7 +155,8 @@ fn plan_group(model: &Model, robot: &Robot, loops: &[&Loop], faults: &mut Vec<Fa
     members.retain(|&i| model.frames[i].moves());
     let (unknowns, inputs): (Vec<FrameIndex>, Vec<FrameIndex>) =
         members.into_iter().partition(|&i| model.frames[i].motion == Motion::Passive);
-    let gap = loops.iter().map(|closed| closed.gap).fold(0.0, f64::max);
+    let declared = loops.iter().filter_map(|closed| closed.gap).reduce(f64::max);
+    let gap = declared.unwrap_or(if equations > unknowns.len() { OVER_CONSTRAINED } else { 0.0 });
     if unknowns.len() > equations {
         let names: Vec<&str> = unknowns.iter().map(|&i| model.frames[i].name.as_str()).collect();
         let of: Vec<&str> = loops.iter().map(|closed| closed.name.as_str()).collect();

@@ -151,6 +151,15 @@ fn searched(
     }
     let bound = AS_GOOD * least(&found);
     found.retain(|trial| trial.1 <= bound);
+    // The same ways in another order are the same.
+    let mut distinct: Vec<Trial> = Vec::new();
+    for trial in found {
+        let is_same = |(ways, _): &Trial| ways.len() == trial.0.len() && trial.0.iter().all(|way| ways.contains(way));
+        if !distinct.iter().any(is_same) {
+            distinct.push(trial);
+        }
+    }
+    let mut found = distinct;
     found.truncate(SAID);
     (count, found)
 }

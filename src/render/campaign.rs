@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::table::Screen;
-use crate::results::{CampaignCheck, IN_BOTH_READINGS, JointRange, NoiseFigure};
+use crate::results::{CampaignCheck, JointRange, NoiseFigure};
 
 /// Text of `check` of a campaign.
 pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
@@ -37,7 +37,7 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
             let _ = writeln!(out, "{what}: {}", names.join(", "));
         }
     }
-    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
+    let _ = writeln!(out, "{}", found.own_weight.of_readings());
     out + &estimated(found)
 }
 

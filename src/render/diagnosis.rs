@@ -190,7 +190,7 @@ fn open(found: &Diagnosis) -> String {
     if found.noise.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
     }
-    out
+    out + &found.own_weight.of_readings() + "\n"
 }
 
 fn location(found: &Location, screen: Screen) -> String {

@@ -8,9 +8,9 @@ use super::table::{Screen, number};
 use crate::estimation::Together;
 use crate::results::units::{deg, mm};
 use crate::results::{
-    CombinedParameter, DescriptionResiduals, Dropped, ElasticSensitivity, IN_BOTH_READINGS, Identification,
-    MovedParameter, ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since,
-    SpringGroup, WeightSource, WorstReading,
+    CombinedParameter, DescriptionResiduals, Dropped, ElasticSensitivity, Identification, MovedParameter,
+    ParameterEstimate, PartErrors, ReadingErrors, Reduction, SchemeComparison, Sensitivities, Since, SpringGroup,
+    WeightSource, WorstReading,
 };
 
 /// Factors below this are not shown.
@@ -23,6 +23,9 @@ pub fn reduction(found: &Reduction, screen: Screen) -> String {
     let limit = found.tolerance.map_or("at the noise".into(), |tolerance| format!("at tolerance {tolerance:.1e}"));
     let mut out = format!("{} columns, rank {} (exact), {} kept {limit}\n", found.columns, found.rank, found.kept);
     out += &conditioning(found);
+    if let Some(own_weight) = found.own_weight {
+        let _ = writeln!(out, "{}", own_weight.of_readings());
+    }
     if found.dropped.is_empty() {
         return out;
     }
@@ -72,7 +75,7 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
     // What moves nothing here is left out.
     let mut elastic: Vec<&ElasticSensitivity> = found.elastic.iter().filter(|s| s.position.max > 0.0).collect();
     if elastic.is_empty() {
-        return out;
+        return out + "\n" + &found.own_weight.of_readings() + "\n";
     }
     elastic.sort_by(|a, b| b.of_value.mean.total_cmp(&a.of_value.mean));
     let rows = elastic.into_iter().map(|s| {
@@ -91,7 +94,7 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
     let header =
         ["elastic parameter", "value", "mu_P mean", "mu_Phi mean", "10 %: mean", "10 %: max", "10 %: rotation mean"];
     out += &screen.table(&header, rows);
-    out
+    out + "\n" + &found.own_weight.of_readings() + "\n"
 }
 
 /// A table of errors, one row a set of readings; sets of no readings are left out.
@@ -156,7 +159,7 @@ pub fn identification(found: &Identification, screen: Screen) -> String {
         let _ = writeln!(out, "strongest correlations: {}", strongest.join(", "));
     }
     let converged = if found.converged { "" } else { " (NOT converged)" };
-    let _ = writeln!(out, "{}", found.own_weight.words(IN_BOTH_READINGS));
+    let _ = writeln!(out, "{}", found.own_weight.of_readings());
     let _ = writeln!(out, "{} iterations; ended by: {}{converged}", found.iterations, found.ending);
     out
 }
@@ -262,7 +265,8 @@ fn worst(readings: &[WorstReading]) -> String {
             (None, Some(error)) => format!("{error:.4} deg"),
             (None, None) => format!("{:.1} sigma", worst.sigmas),
         };
-        format!("worst reading: {}, pose {}, {}: {error}\n", worst.at, worst.pose, worst.marker)
+        let of = worst.target.as_ref().map_or(String::new(), |target| format!(", {target}"));
+        format!("worst reading: {}, pose {}, {}{of}: {error}\n", worst.at, worst.pose, worst.marker)
     };
     readings.iter().take(3).map(shown).collect()
 }
@@ -420,7 +424,7 @@ pub fn residuals(found: &DescriptionResiduals, screen: Screen) -> String {
             "standard uncertainty of the predicted positions {rms:.4} mm rms, by the fit that the description states"
         );
     }
-    out + &found.own_weight.words(IN_BOTH_READINGS) + "\n"
+    out + &found.own_weight.of_readings() + "\n"
 }
 
 /// Names of parameters by what they belong to: `base@monday (x y z)`.

@@ -60,7 +60,7 @@ pub fn placement(found: &Placement, screen: Screen) -> String {
     if found.held.len() < 6 {
         let _ = writeln!(out, "held {}; the rest is chosen", found.held.join(", "));
     }
-    let _ = writeln!(out, "{}", found.own_weight.words(""));
+    let _ = writeln!(out, "{}", found.own_weight.words("--weight counts it"));
     let _ = writeln!(out, "{} ways through the path tried", found.tried);
     out
 }

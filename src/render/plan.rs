@@ -39,7 +39,7 @@ pub fn plan(found: &Plan, screen: Screen) -> String {
         found.parameters.iter().map(|p| vec![p.name.clone(), p.unit.into(), number(p.unit, p.ci95)]),
     );
     out += &conditioning(&found.identifiability);
-    out
+    out + &found.own_weight.of_readings() + "\n"
 }
 
 fn poses(found: &Plan, screen: Screen) -> String {

@@ -19,6 +19,9 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
     sheet.column("row", |row| readings[row].row.to_string());
     sheet.texts("pose", |row| readings[row].pose.clone());
     sheet.texts("marker", |row| readings[row].marker.clone());
+    if readings.iter().any(|reading| reading.target.is_some()) {
+        sheet.texts("target", |row| readings[row].target.clone().unwrap_or_default());
+    }
     if campaign.files.len() > 1 {
         sheet.texts("file", |row| campaign.file(&campaign.readings[row]).unwrap_or_default().to_string());
     }

@@ -26,6 +26,7 @@ pub fn track(found: &Track, screen: Screen) -> String {
         100.0 * found.level,
         found.checks_a_year
     );
+    let _ = writeln!(out, "{}\n", found.own_weight.of_readings());
     for check in &found.checks {
         out += &event(check, screen);
     }

@@ -41,5 +41,5 @@ fn element(out: &mut String, name: &str, value: &Value, depth: usize) {
 
 fn escaped(text: &str) -> String {
     let text: String = text.chars().map(|c| if is_active(c) { '\u{fffd}' } else { c }).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    crate::description::urdf::escaped(&text)
 }

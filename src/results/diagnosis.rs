@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::identification::{NoiseSources, WeightSource};
+use super::own_weight::OwnWeight;
 use super::units::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnosis::{
@@ -200,6 +201,8 @@ pub struct Diagnosis {
     pub hypotheses: usize,
     pub notes: Notes,
     pub seconds: f64,
+    /// Whether the readings are predicted with own weight.
+    pub own_weight: OwnWeight,
     /// The campaign's name.
     #[serde(skip)]
     pub campaign: String,
@@ -268,6 +271,7 @@ impl Diagnosis {
             hypotheses: found.hypotheses,
             notes: Notes { noise: NoiseFrom::from(found.noise_source).words() },
             seconds,
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
             campaign: campaign.name.clone(),
         }
     }

@@ -3,7 +3,9 @@
 use indexmap::IndexMap;
 use serde::{Serialize, Serializer};
 
+use super::own_weight::OwnWeight;
 use super::units::unit;
+use crate::description::campaign::Campaign;
 use crate::identifiability::{Identifiability, Sensitivity, Why};
 use crate::model::Model;
 use crate::parameter::Slot;
@@ -65,6 +67,9 @@ pub struct Reduction {
     /// Of the scaled observation matrix.
     pub singular_values: Vec<f64>,
     pub kept_parameters: Vec<String>,
+    /// Whether the readings are predicted with own weight; `None` within a result that says so itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_weight: Option<OwnWeight>,
 }
 
 fn tolerance_or_noise<S: Serializer>(tolerance: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -96,6 +101,7 @@ impl Reduction {
             observability: found.observability.map(|[o1, o2, o3, o4, o5]| Observability { o1, o2, o3, o4, o5 }),
             singular_values: found.singular_values.clone(),
             kept_parameters: found.kept.iter().map(|&column| name(column)).collect(),
+            own_weight: None,
         }
     }
 }
@@ -149,6 +155,8 @@ pub struct Sensitivities {
     pub parameters: Vec<ParameterSensitivity>,
     /// Springs, sections and masses under the campaign's loads, m or rad per SI unit of each.
     pub elastic: Vec<ElasticSensitivity>,
+    /// Whether the loads hold own weight.
+    pub own_weight: OwnWeight,
 }
 
 /// What an elastic parameter does to the tool's deflection, SI.
@@ -174,7 +182,7 @@ pub struct ElasticSensitivity {
 
 impl Sensitivities {
     /// Of geometric and of elastic parameters, with the names of a model.
-    pub fn new(model: &Model, found: &[Sensitivity], elastic: &[Sensitivity]) -> Self {
+    pub fn new(model: &Model, campaign: &Campaign, found: &[Sensitivity], elastic: &[Sensitivity]) -> Self {
         let pair = |[mean, max]: [f64; 2]| MeanMax { mean, max };
         let of_elastic = |s: &Sensitivity| {
             let parameter = &model.registry[s.slot];
@@ -199,6 +207,7 @@ impl Sensitivities {
             unit: "m or rad per m or rad",
             parameters: found.iter().map(one).collect(),
             elastic: elastic.iter().map(of_elastic).collect(),
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
         }
     }
 }

@@ -68,7 +68,7 @@ pub use identifiability::{
 pub use identification::{
     Identification, NoiseSources, ParameterEstimate, PredictedError, Residuals, SchemeComparison, WeightSource,
 };
-pub use own_weight::{IN_BOTH_READINGS, OwnWeight};
+pub use own_weight::OwnWeight;
 pub use parts::{PartErrors, WorstReading};
 pub use place::{Deflections, PlacedPoint, Placement, WorkpieceMove};
 pub use plan::{Bought, ParameterWidth, Plan, PlannedError, PlannedPose};

@@ -39,6 +39,11 @@ impl OwnWeight {
         Self::new(model, values, !campaign.observes.is_difference())
     }
 
+    /// Of what a campaign's readings are predicted with, in words.
+    pub fn of_readings(self) -> String {
+        self.words("deflections hold only what the wrench adds")
+    }
+
     /// In words, `why` where it is left out.
     pub fn words(self, why: &str) -> String {
         match self {
@@ -48,6 +53,3 @@ impl OwnWeight {
         }
     }
 }
-
-/// Why readings that are differences do without it.
-pub const IN_BOTH_READINGS: &str = "deflections hold only what the wrench adds";

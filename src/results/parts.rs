@@ -1,4 +1,4 @@
-//! Errors by session, station, file, kind and marker, and the worst readings. Lengths in mm, angles in deg.
+//! Errors by session, station, file, kind, marker and target, and the worst readings. Lengths in mm, angles in deg.
 
 use indexmap::IndexSet;
 use serde::Serialize;
@@ -12,28 +12,30 @@ use crate::model::Model;
 /// Errors of a part of the readings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PartErrors {
-    /// `session`, `station`, `file`, `kind` or `marker`.
+    /// `session`, `station`, `file`, `kind`, `marker` or `target`.
     pub part: &'static str,
     pub name: String,
     #[serde(flatten)]
     pub errors: ReadingErrors,
 }
 
-/// Errors of the readings `among` (by index) by session, station, file, kind and marker, where there are several.
+/// Errors of the readings `among` (by index) by session, station, file, kind, marker and target, where there
+/// are several.
 pub fn parts(model: &Model, campaign: &Campaign, residual: &[f64], among: impl Fn(usize) -> bool) -> Vec<PartErrors> {
     type Name<'a> = Box<dyn Fn(&Reading) -> String + 'a>;
     let sessions = &campaign.sessions;
-    let by: [(&'static str, Name); 5] = [
+    let by: [(&'static str, Name); 6] = [
         ("session", Box::new(|reading| sessions.names.get(reading.session.session).cloned().unwrap_or_default())),
         ("station", Box::new(|reading| sessions.stations.get(reading.session.station).cloned().unwrap_or_default())),
         ("file", Box::new(|reading| campaign.file(reading).unwrap_or_default().to_string())),
         ("kind", Box::new(|reading| reading.observes.name().to_string())),
         ("marker", Box::new(|reading| marker(model, reading).to_string())),
+        ("target", Box::new(|reading| target(campaign, reading).unwrap_or_default())),
     ];
     let mut parts = Vec::new();
     for (part, name) in by {
         let names: IndexSet<String> = campaign.readings.iter().map(&name).collect();
-        for own in names.iter().filter(|_| names.len() > 1) {
+        for own in names.iter().filter(|name| names.len() > 1 && !name.is_empty()) {
             let is_own = |index: usize| among(index) && name(&campaign.readings[index]) == *own;
             let errors = ReadingErrors::new(&errors_of(campaign, residual, is_own));
             parts.extend(errors.map(|errors| PartErrors { part, name: own.clone(), errors }));
@@ -47,6 +49,11 @@ fn marker<'a>(model: &'a Model, reading: &Reading) -> &'a str {
     reading.marker.map_or("TCP", |marker| model.markers.get(marker).map_or("", |marker| &marker.name))
 }
 
+/// What a reading refers to: a socket, an anchor, the sensor of a joint.
+pub fn target(campaign: &Campaign, reading: &Reading) -> Option<String> {
+    campaign.target_of(reading).map(|target| target.name.clone())
+}
+
 /// A reading with a great error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WorstReading {
@@ -55,6 +62,9 @@ pub struct WorstReading {
     pub pose: String,
     /// `TCP` is the tool centre point.
     pub marker: String,
+    /// What it refers to, as a socket or the sensor of a joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
     /// Whether it was held out.
     pub held_out: bool,
     /// Residual over its noise: by this they are in order.
@@ -83,6 +93,7 @@ pub fn worst(model: &Model, campaign: &Campaign, residual: &[f64], held_out: &[b
                 at: campaign.address(reading),
                 pose: campaign.poses[reading.pose].clone(),
                 marker: marker(model, reading).to_string(),
+                target: target(campaign, reading),
                 held_out: held_out.get(index) == Some(&true),
                 sigmas: norm(&weighted),
                 error: (!lengths.is_empty()).then(|| mm(norm(lengths))),

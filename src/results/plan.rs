@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::identifiability::Reduction;
+use super::own_weight::OwnWeight;
 use super::units::{half_width_95, mm, unit};
 use crate::description::campaign::names;
 use crate::model::Model;
@@ -64,6 +65,8 @@ pub struct Plan {
     pub candidates: usize,
     pub parameters: Vec<ParameterWidth>,
     pub identifiability: Reduction,
+    /// Whether the readings are predicted with own weight.
+    pub own_weight: OwnWeight,
     pub seconds: f64,
     /// The robot's name.
     #[serde(skip)]
@@ -111,6 +114,7 @@ impl Plan {
             candidates: planned.candidates,
             parameters: planned.deviations.iter().map(width).collect(),
             identifiability: Reduction::new(model, &planned.slots, &planned.identifiability),
+            own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), &planned.campaign),
             seconds,
             robot: model.name.clone(),
             random_sets: request.settings.random_sets,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::diagnosis::Diagnosis;
 use super::identifiability::Sensitivities;
 use super::identification::Identification;
+use super::own_weight::OwnWeight;
 use super::units::{mm, shown, shown_unit};
 use crate::description::campaign::Campaign;
 use crate::diagnostic::Diagnostic;
@@ -32,6 +33,8 @@ pub struct CampaignSummary {
     pub without: Vec<String>,
     pub estimate_base: bool,
     pub estimate_tool: bool,
+    /// Whether the readings are predicted with own weight.
+    pub own_weight: OwnWeight,
 }
 
 /// Commands that find the same.
@@ -226,7 +229,7 @@ impl Report {
                 own_loads: shares.map(|found| found.own_loads),
                 readings: shares.map(|found| found.readings),
             },
-            sensitivity: Sensitivities::new(model, &review.sensitivity[0], &review.sensitivity[1]),
+            sensitivity: Sensitivities::new(model, campaign, &review.sensitivity[0], &review.sensitivity[1]),
             readings: (0..campaign.readings.len()).map(|index| ReadingReview::new(review, index)).collect(),
             answer: None,
             diagnostics: Vec::new(),
@@ -256,6 +259,7 @@ impl CampaignSummary {
             without: campaign.without.clone(),
             estimate_base: campaign.estimate_base,
             estimate_tool: campaign.estimate_tool,
+            own_weight: OwnWeight::of_campaign(review.model, &review.model.registry.nominal(), campaign),
         }
     }
 }

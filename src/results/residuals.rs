@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::configurations::ConfigurationResidual;
 use super::errors::ReadingErrors;
 use super::own_weight::OwnWeight;
-use super::parts::{PartErrors, WorstReading, parts, worst};
+use super::parts::{PartErrors, WorstReading, parts, target, worst};
 use super::units::{deg, mm};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::errors_of;
@@ -21,6 +21,9 @@ pub struct ReadingResidual {
     pub pose: String,
     /// `TCP` is the tool centre point.
     pub marker: String,
+    /// What it refers to, as a socket or the sensor of a joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
     /// Of x, y, z, or of the distance.
     pub error: Vec<f64>,
     /// Standard uncertainty of the predicted position along x, y, z of the base, where the description says how it was fitted;
@@ -97,6 +100,7 @@ impl DescriptionResiduals {
                     row: reading.row,
                     pose: campaign.poses[reading.pose].clone(),
                     marker: marker(index).to_string(),
+                    target: target(campaign, reading),
                     standard_uncertainty: None,
                     error: residual[..lengths(reading)].iter().map(|v| mm(*v)).collect(),
                     orientation_error_deg: residual

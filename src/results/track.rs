@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::own_weight::OwnWeight;
 use super::units::{half_width_95, mm, unit};
 use crate::math::quantiles::t95;
 use crate::model::Model;
@@ -144,6 +145,8 @@ pub struct Track {
     pub checks_a_year: f64,
     /// Level of each test of a check.
     pub level_of_test: f64,
+    /// Whether the readings of the first campaign are predicted with own weight.
+    pub own_weight: OwnWeight,
     /// `month` or `check`.
     pub unit_of_time: &'static str,
     pub checks: Vec<TrackedCheck>,
@@ -162,6 +165,8 @@ pub struct About {
     pub dates: Vec<Option<String>>,
     /// `month` or `check`.
     pub unit_of_time: &'static str,
+    /// Whether the readings of the first campaign are predicted with own weight.
+    pub own_weight: OwnWeight,
 }
 
 impl Track {
@@ -192,6 +197,7 @@ impl Track {
             level: settings.level,
             checks_a_year: settings.checks_a_year,
             level_of_test: settings.of_test(names.len()),
+            own_weight: about.own_weight,
             unit_of_time: about.unit_of_time,
             parameters: (0..names.len()).filter_map(|k| shown.parameter(k, history)).collect(),
             checks,

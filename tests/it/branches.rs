@@ -44,33 +44,35 @@ fn a_parallelogram_is_followed_to_its_flat_position() {
         match passive(&geometry, q) {
             Ok([a2, b1]) => {
                 assert!((a2 + q).abs() < 1e-9 && (b1 - q).abs() < 1e-9, "{k} deg: {a2} {b1}");
-                assert!((2..=178).contains(&k), "{k} deg is flat, or behind it");
+                assert!((6..=174).contains(&k), "{k} deg is nearly flat, or behind it");
                 followed += 1;
             }
             Err(AssemblyError::Singular { name, inputs, passive, .. }) => {
-                assert!(!(2..=178).contains(&k), "{k} deg is refused");
+                assert!(!(6..=174).contains(&k), "{k} deg is refused");
                 assert_eq!((name.as_str(), inputs[0].joint.as_str(), passive.len()), ("linkage", "a1", 2));
-                let flat = if k < 2 { 0.0 } else { 180.0 };
-                assert!((inputs[0].value.to_degrees() - flat).abs() < 2.0, "{inputs:?}");
+                let flat = if k < 6 { 0.0 } else { 180.0 };
+                assert!((inputs[0].value.to_degrees() - flat).abs() < 6.0, "{inputs:?}");
                 refused += 1;
             }
             Err(other) => panic!("{k} deg: {other}"),
         }
     }
-    assert_eq!(followed, 177);
+    assert_eq!(followed, 169);
     assert!(refused > 80);
 }
 
-/// Links that are a hair off a parallelogram's turn into its mirror image within a fraction of a degree: nobody knows whether
-/// the real ones do.
+/// Links that are a hair, or 0.2 %, off a parallelogram's turn into its mirror image within a few degrees: nobody knows whether the
+/// real ones do.
 #[test]
 fn a_sharp_turn_next_to_flat_is_refused_as_well() {
-    for follower in [0.39997, 0.40003] {
+    for follower in [0.39997, 0.40003, 0.3992, 0.4008] {
         let model = linkage([0.4, 1.0, follower], 1.2, [-1.2, 1.2]);
         let geometry = Geometry::nominal(&model).expect("assembled");
-        for k in [-60.0, -30.0, -5.0, -1.0] {
+        for k in [-60.0, -30.0, -8.0, -1.0] {
             let found = passive(&geometry, f64::to_radians(k));
-            assert!(matches!(found, Err(AssemblyError::Singular { .. })), "{follower} {k}: {found:?}");
+            // Next to flat a follower that is too short does not reach.
+            let is_singular = matches!(found, Err(AssemblyError::Singular { .. }));
+            assert!(if k < -1.0 { is_singular } else { found.is_err() }, "{follower} {k}: {found:?}");
         }
     }
 }
@@ -112,11 +114,11 @@ fn flat_starter() -> tempfile::TempDir {
 fn every_command_stays_on_the_declared_branch() {
     let folder = flat_starter();
     let pose = |q: &str| run(folder.path(), &["pose", "flat.yaml", "--joints", &format!("q2={q},q3=-{q}")]);
-    assert_eq!(pose("44").status, 0);
-    for q in ["45", "46", "50", "60"] {
+    assert_eq!(pose("42").status, 0);
+    for q in ["43", "45", "46", "50", "60"] {
         let ran = pose(q);
         assert_eq!((ran.status, ran.out.as_str()), (1, ""), "{q}");
-        for word in ["loop `parallelogram`", "singular position", "`2` = 44.", "`6` = -44.", "`3` ="] {
+        for word in ["loop `parallelogram`", "singular position", "`2` = 42.", "`6` = -42.", "`3` ="] {
             assert!(ran.err.contains(word), "{word}: {}", ran.err);
         }
     }
@@ -135,7 +137,7 @@ fn every_command_stays_on_the_declared_branch() {
     let made = run(folder.path(), &simulate);
     assert_eq!(made.status, 0, "{}", made.err);
     let drawn = apart("c/measurements.csv");
-    assert!(drawn.len() >= 60 && drawn.iter().all(|apart| apart.abs() < 89.0), "{drawn:?}");
+    assert!(drawn.len() >= 60 && drawn.iter().all(|apart| apart.abs() < 84.5), "{drawn:?}");
     assert!(drawn.iter().any(|apart| apart.abs() > 60.0), "the box holds the flat position");
     let model =
         elastogeo::files::load_robot(&folder.path().join("flat.yaml").display().to_string()).expect("read").model;
@@ -152,7 +154,7 @@ fn every_command_stays_on_the_declared_branch() {
         let settings = InverseSettings { restarts: 24, ..InverseSettings::default() };
         match solve(&geometry, &target, &settings) {
             Ok(found) => {
-                assert!(found.iter().all(|one| (one.joints[1] - one.joints[2]).to_degrees().abs() < 89.0), "{found:?}");
+                assert!(found.iter().all(|one| (one.joints[1] - one.joints[2]).to_degrees().abs() < 84.5), "{found:?}");
             }
             Err(error) => assert!(!matches!(error, InverseError::Assembly(_)), "{error}"),
         }

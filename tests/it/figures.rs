@@ -29,7 +29,7 @@ fn record(name: &str) -> PathBuf {
 pub fn recorded(name: &str, command: &str, lines: &[String]) {
     let now = format!("$ {command}\n{}\n", lines.join("\n"));
     let path = record(&format!("{name}.txt"));
-    if std::env::var("ELASTOGEO_FIGURES").is_ok_and(|value| value == "write") {
+    if writes() {
         return std::fs::write(&path, now).expect("written");
     }
     let then = text(&path);
@@ -42,6 +42,16 @@ pub fn recorded(name: &str, command: &str, lines: &[String]) {
         "{}:\n{then}but found\n{now}If that is meant, run `ELASTOGEO_FIGURES=write {command}`",
         path.display()
     );
+}
+
+/// How many seeds a test takes: `full` where it writes its record, `each` in every other run.
+pub fn seeds(full: u64, each: u64) -> u64 {
+    if writes() { full } else { each }
+}
+
+/// Whether records are written.
+pub fn writes() -> bool {
+    std::env::var("ELASTOGEO_FIGURES").is_ok_and(|value| value == "write")
 }
 
 /// A number as it is written.

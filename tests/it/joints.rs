@@ -417,3 +417,74 @@ fn a_held_free_length_is_said() {
     assert_eq!(ran.status, 0, "{}", ran.err);
     assert!(!ran.err.contains("is held at") && ran.out.contains("compensator.free_length"), "{}{}", ran.err, ran.out);
 }
+
+/// Readings at which a sum of joints or a passive joint is beyond its limits are told by whatever reads the campaign.
+#[test]
+fn campaigns_beyond_limits_of_sums_and_passive_joints_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |file: &str, text: &str| std::fs::write(folder.path().join(file), text).expect("written");
+    write("free.yaml", FIVE_BAR);
+    let limited = FIVE_BAR.replace("passive: true, d: 300}\n  p:", "passive: true, d: 300, limits: [-80, -60]}\n  p:")
+        + "limits: {q1 - q2: [50, 70]}\n";
+    write("limited.yaml", &limited);
+    let made = run(folder.path(), &["simulate", "free.yaml", "--poses", "40", "--errors", "0", "--into", "c"]);
+    assert_eq!(made.status, 0, "{}", made.err);
+    for command in [&["check", "c"][..], &["identify", "c"], &["diagnose", "c"]] {
+        assert!(!run(folder.path(), command).err.contains("beyond its limits"), "{command:?}");
+    }
+    let text = std::fs::read_to_string(folder.path().join("c/campaign.yaml")).expect("a campaign");
+    write("c/limited.yaml", &text.replace("free.yaml", "limited.yaml"));
+    let of = "c/limited.yaml";
+    for command in [&["check", of][..], &["identify", of], &["diagnose", of], &["residuals", "limited.yaml", "c"]] {
+        let said = run(folder.path(), command);
+        for what in ["`q1 - q2` is beyond its limits 50 .. 70 deg", "`a2` is beyond its limits -80 .. -60 deg"] {
+            assert!(said.err.contains(what), "{command:?} {what}: {}", said.err);
+        }
+    }
+}
+
+/// A cylinder that turns an arm: its loop has three equations and two passive joints, and closes in the least-squares sense
+/// whatever its constants are off by, so that they are calibrated.
+#[test]
+fn a_loop_with_a_cylinder_is_calibrated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = "robot: cylinder arm
+units: {length: mm, angle: deg}
+frames:
+  arm: {antecedent: 0, joint: revolute, passive: true}
+  fore: {antecedent: arm, joint: revolute, variable: q2, d: 700, limits: [-100, 100]}
+  E: {antecedent: fore, d: 500}
+  lug: {antecedent: arm, d: 300}
+  pivot: {antecedent: 0, joint: revolute, passive: true, gamma: -36.869898, d: 500}
+  rod: {antecedent: pivot, joint: prismatic, variable: s, alpha: -90, limits: [480, 720]}
+  rodend: {antecedent: rod, alpha: 90}
+loops:
+  l: {frames: [lug, rodend], kind: spatial, meet: origin, branch: {arm: 60, pivot: 61}, at: {s: 613, q2: 0}}
+tool: {frame: E}
+";
+    std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
+    let (rms, change) = found(folder.path(), "arm.yaml", "fore.theta", "pose");
+    assert!(rms < 0.06, "{rms} mm left");
+    assert!((change - 0.3).abs() < 0.03, "{change} deg");
+    // A description whose loop is off by more than its constants may be is told, or refused.
+    for (length, status) in [("alpha: 90, r: 3}", 0), ("alpha: 90, r: 30}", 2)] {
+        let open =
+            text.replace("rodend: {antecedent: rod, alpha: 90}", &format!("rodend: {{antecedent: rod, {length}"));
+        std::fs::write(folder.path().join("open.yaml"), open).expect("written");
+        let said = run(folder.path(), &["check", "open.yaml"]);
+        assert_eq!(said.status, status, "{}", said.err);
+        assert!(said.err.contains("loop `l`"), "{}", said.err);
+    }
+}
+
+/// What `diagnose` does not try at joints that a loop moves, it says.
+#[test]
+fn bearings_of_passive_joints_are_not_tried_and_that_is_said() {
+    let folder = starter();
+    let simulate = ["simulate", "pg/robot.yaml", "--poses", "40", "--errors", "0", "--into", "c"];
+    assert_eq!(run(folder.path(), &simulate).status, 0);
+    let said = run(folder.path(), &["diagnose", "c"]);
+    let what =
+        "bearing-compliance (to be declared under `effects:` at joints that a loop or an actuator moves, `joint:3`";
+    assert!(said.out.contains(what), "{}", said.out);
+}

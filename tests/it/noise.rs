@@ -30,7 +30,7 @@ fn drawn(seed: u64, drift: Vector3<f64>, turn: f64) -> References {
             readings.push(ReferenceReading { epoch, reflector, position });
         }
     }
-    References { reflectors: ["a", "b", "c", "d"].map(String::from).to_vec(), epochs: 30, readings }
+    References { reflectors: ["a", "b", "c", "d"].map(String::from).to_vec(), epochs: 30, readings, poses: Vec::new() }
 }
 
 fn found(references: &References) -> ReferenceNoise {
@@ -98,6 +98,11 @@ fn a_campaign_says_what_its_reflectors_show() {
             assert!((sigma / 5e-3 - 1.0).abs() < 0.15, "{sigma}");
         }
     }
+    // References of another campaign.
+    std::fs::write(at("c/references.csv"), table.replace("\np", "\nother")).expect("written");
+    let said = run(folder.path(), &["check", "c"]);
+    assert!(said.status == 0 && said.err.contains("references of another campaign?"), "{}", said.err);
+    std::fs::write(at("c/references.csv"), &table).expect("written");
     let stated = text.replace("sigma: 0.03", "sigma: 0.001") + "references: references.csv\n";
     std::fs::write(at("c/campaign.yaml"), stated).expect("written");
     let said = run(folder.path(), &["check", "c"]);

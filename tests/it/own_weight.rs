@@ -108,7 +108,7 @@ fn a_target_is_met_as_own_weight_deflects_the_tool() {
 #[test]
 fn every_command_that_predicts_says_whether_own_weight_is_in() {
     let folder = tempfile::tempdir().expect("a folder");
-    let commands: [(&[&str], &str); 9] = [
+    let commands: [(&[&str], &str); 15] = [
         (&["pose", "kuka-ir663", "--joints", ""], "left_out"),
         (&["pose", "universal-ur5", "--joints", "", "--weight"], "none"),
         (&["solve", "kuka-ir663", "--target", "1900,0,900", "--from", ""], "left_out"),
@@ -119,6 +119,12 @@ fn every_command_that_predicts_says_whether_own_weight_is_in() {
         ),
         (&["residuals", "kuka-ir663", "positions"], "included"),
         (&["residuals", "kuka-ir663", "d"], "left_out"),
+        (&["identifiability", "kuka-ir663", "positions"], "included"),
+        (&["sensitivity", "kuka-ir663", "d"], "left_out"),
+        (&["diagnose", "kr270-simulated"], "included"),
+        (&["diagnose", "ir663-simulated"], "included"),
+        (&["plan", "kuka-ir663", "--poses", "12", "--observes", "deflection", "--wrench=0,0,-100"], "left_out"),
+        (&["track", "kuka-ir663", "ir663-simulated", "ir663-axial-screws"], "included"),
         (&["stiffness", "kuka-ir663", "--joints", "", "--wrench=0,0,-100", "--weight"], "included"),
         (&["view", "kuka-ir663"], "left_out"),
     ];

@@ -12,11 +12,12 @@ use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, s
 use rand::RngExt;
 use rayon::prelude::*;
 
-use crate::figures::recorded;
+use crate::figures::{recorded, seeds, writes};
 use crate::identifiability::paper_poses;
 use crate::support::bundled;
 
-const SEEDS: u64 = 200;
+/// Seeds of the records, and of every other run.
+const SEEDS: [u64; 2] = [200, 60];
 
 /// What one seed shows.
 struct Trial {
@@ -86,7 +87,9 @@ fn summary(arm: &str, trials: &[Trial]) -> (f64, f64, f64, [f64; 2]) {
         "{arm}: {:.2} % of the intervals hold the truth, {mean:.4} +- {deviation:.4} over {n} seeds",
         100.0 * mean
     );
-    recorded(&format!("coverage-{arm}"), "cargo test recovery", &[found]);
+    if writes() {
+        recorded(&format!("coverage-{arm}"), "cargo test recovery", &[found]);
+    }
     (mean, deviation, noise, errors)
 }
 
@@ -105,7 +108,7 @@ fn ir663_intervals_hold_the_truth() {
         sigma_orientation: 50e-6,
         estimate: [false, false],
     };
-    let trials: Vec<Trial> = (0..SEEDS)
+    let trials: Vec<Trial> = (0..seeds(SEEDS[0], SEEDS[1]))
         .into_par_iter()
         .map(|seed| {
             let mut random = generator(seed);
@@ -117,7 +120,7 @@ fn ir663_intervals_hold_the_truth() {
     assert!(trials.iter().all(|trial| trial.converged));
     let (coverage, error, noise, [before, after]) = summary("IR663", &trials);
     assert!((noise - 1.0).abs() < 0.02, "{noise}");
-    assert!((coverage - 0.95).abs() < 3.0 * error && error < 0.005, "coverage {coverage} +- {error}");
+    assert!((coverage - 0.95).abs() < 3.0 * error && error < 0.01, "coverage {coverage} +- {error}");
     assert!(after / before < 0.25, "0.96 mm became 0.24 mm in the paper: {before} became {after}");
 }
 
@@ -136,7 +139,7 @@ fn kr270_intervals_hold_the_truth() {
         sigma_orientation: 0.0,
         estimate: [true, true],
     };
-    let trials: Vec<Trial> = (0..SEEDS)
+    let trials: Vec<Trial> = (0..seeds(SEEDS[0], SEEDS[1]))
         .into_par_iter()
         .map(|seed| {
             let mut random = generator(seed);
@@ -159,7 +162,7 @@ fn kr270_intervals_hold_the_truth() {
     assert!(trials.iter().all(|trial| trial.converged));
     let (coverage, error, noise, [before, after]) = summary("KR-270", &trials);
     assert!((noise - 1.0).abs() < 0.02, "{noise}");
-    assert!((coverage - 0.95).abs() < 3.0 * error && error < 0.005, "coverage {coverage} +- {error}");
+    assert!((coverage - 0.95).abs() < 3.0 * error && error < 0.01, "coverage {coverage} +- {error}");
     assert!(after / before < 0.38, "0.90 mm became 0.34 mm in the paper: {before} became {after}");
 }
 

@@ -17,6 +17,8 @@ use crate::literature_stiffness::grid_63;
 use crate::support::bundled;
 
 const SEEDS: u64 = 60;
+/// Of the KR-270, whose campaigns take ten times as long.
+const KR270_SEEDS: u64 = 24;
 
 fn fitted(model: &Model, campaign: &Campaign) -> Calibration {
     let held_out = vec![false; campaign.readings.len()];
@@ -140,7 +142,7 @@ fn kr270_springs_and_compensator_are_recovered_whatever_the_start() {
         [[0.0, 0.0, -2500.0], [0.0, 2500.0, 0.0], [2500.0, 0.0, 0.0]].map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0]);
     let plan = deflections(configurations, markers, wrenches.to_vec(), 30e-6);
     let again = Plan { configurations: fresh, ..plan.clone() };
-    let held: Vec<Vec<bool>> = (0..SEEDS)
+    let held: Vec<Vec<bool>> = (0..KR270_SEEDS)
         .into_par_iter()
         .map(|seed| {
             let mut random = generator(seed);

@@ -51,6 +51,7 @@ fn predicted_errors_are_of_lengths_and_found_sensors_are_told() {
     for reading in found["readings"].as_array().expect("a list") {
         let is_torque = !reading["load_error"].is_null();
         assert!(!(is_torque && reading.get("standard_uncertainty").is_some()), "{reading}");
+        assert_eq!(reading["target"] == "torque.q2", is_torque, "{reading}");
     }
 }
 

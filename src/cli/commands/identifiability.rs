@@ -8,7 +8,7 @@ use crate::cli::values::known_parameters;
 use crate::estimation::{What, observe};
 use crate::identifiability::{Criterion, Scaling};
 use crate::render::identification as render;
-use crate::results::Reduction;
+use crate::results::{OwnWeight, Reduction};
 
 pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error> {
     let (scaling, criterion) = reduction(&command.reduction)?;
@@ -16,7 +16,9 @@ pub fn run(command: &Identifiability, session: &Session) -> Result<Output, Error
     let model = &loaded.robot.model;
     known_parameters(model, command.reduction.hold.iter().map(String::as_str))?;
     let found = observe(model, &loaded.campaign, &command.reduction.hold, scaling, criterion, what(&command.what)?)?;
-    let found = Reduction::new(model, &found.slots, &found.identifiability);
+    let own_weight = OwnWeight::of_campaign(model, &model.registry.nominal(), &loaded.campaign);
+    let reduction = Reduction::new(model, &found.slots, &found.identifiability);
+    let found = Reduction { own_weight: Some(own_weight), ..reduction };
     let mut output = Output::new(render::reduction(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)

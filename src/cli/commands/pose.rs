@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 
 use crate::Error;
 use crate::cli::args::Pose;
-use crate::cli::boxes;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{joints, wrench};
@@ -16,8 +15,8 @@ use crate::description::limits::beyond;
 use crate::description::table::{ColumnKind, Dialect, ExpectedColumn, read_table};
 use crate::description::validity::State;
 use crate::diagnostic::{Diagnostic, Place};
-use crate::files::LoadedRobot;
-use crate::kinematics::{Geometry, Limited, Placements, Transform, limited};
+use crate::files::{LoadedRobot, not_allowed};
+use crate::kinematics::{Geometry, Placements, Transform};
 use crate::model::Model;
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 use crate::render::pose as render;
@@ -188,24 +187,10 @@ fn beyond_all(
     configurations: &[&[f64]],
     place: impl Fn(usize, &str) -> Option<Place>,
 ) -> Vec<Diagnostic> {
-    let model = &loaded.model;
-    let geometry = Geometry::nominal(model).ok();
-    let mut placements = Placements::default();
-    let mut variables = model.variables.clone();
-    let mut all: Vec<Vec<f64>> = configurations.iter().map(|q| q.to_vec()).collect();
-    for values in &mut all {
-        let q = values.clone();
-        // What cannot be placed is refused where it is.
-        if geometry.as_ref().is_some_and(|geometry| geometry.place(&q, &mut placements).is_ok()) {
-            let also: Vec<_> = limited(model, &q, &placements).collect();
-            values.extend(also.iter().map(|limited| limited.value));
-            if variables.len() == model.variables.len() {
-                variables.extend(also.iter().map(Limited::variable));
-            }
-        }
-    }
-    let mut diagnostics = beyond(&variables, &loaded.raw.units, of, all.iter().map(Vec::as_slice), place);
-    diagnostics.extend(boxes::beyond(loaded, of, configurations.iter().copied()));
+    let (model, units) = (&loaded.model, &loaded.raw.units);
+    let rows = configurations.iter().copied();
+    let mut diagnostics = beyond(&model.variables, units, of, rows.clone(), &place);
+    diagnostics.extend(not_allowed(model, units, of, rows, place));
     diagnostics
 }
 

@@ -15,7 +15,7 @@ pub fn run(command: &OnCampaign, session: &Session) -> Result<Output, Error> {
     let geometry = Geometry::nominal(model)?;
     let found = sensitivities(&geometry, &loaded.campaign, &model.free_slots())?;
     let elastic = elastic_sensitivities(model, &loaded.campaign, &elastic_parameters(model))?;
-    let found = Sensitivities::new(model, &found, &elastic);
+    let found = Sensitivities::new(model, &loaded.campaign, &found, &elastic);
     let mut output = Output::new(render::sensitivities(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     Ok(output)

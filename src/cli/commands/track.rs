@@ -19,7 +19,7 @@ use crate::plausibility::{Evidence, Limits, judge};
 use crate::render::diagnosis::finding;
 use crate::render::html::track_page;
 use crate::render::track as render;
-use crate::results::{self, About, Track};
+use crate::results::{self, About, OwnWeight, Track};
 use crate::tracking::{
     Calibrated, EventKind, Measured, NextCheck, Settings, TrackingError, calibrated, monitor, next_check, usual_changes,
 };
@@ -47,7 +47,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
         dates.insert(0, None);
     }
     let unit_of_time = if days.is_empty() { "check" } else { "month" };
-    let about = About { robot: command.robot.clone(), dates, unit_of_time };
+    let own_weight = OwnWeight::of_campaign(model, &model.registry.nominal(), &first.campaign);
+    let about = About { robot: command.robot.clone(), dates, unit_of_time, own_weight };
     let mut found = Track::new(model, &all, &history, &next, &about, &settings);
     explain(&mut found, &all, &measured, session, &mut progress);
     drop(bar);
@@ -80,7 +81,9 @@ fn refused(error: TrackingError) -> Error {
             let remedy = format!("see what `identify {campaign}` says, or leave it out");
             return Diagnostic::error(message).code(Code::NotConverged).remedy(remedy).into();
         }
-        TrackingError::NothingCommon => "compare campaigns that observe the same, at enough poses",
+        TrackingError::NothingCommon => {
+            "compare campaigns that observe the same, at enough poses, and state the noise of the instrument: beside a great one no constant shows"
+        }
         TrackingError::Singular { .. } => "compare campaigns with noise, and more readings than parameters",
     };
     Diagnostic::error(error.to_string()).code(Code::NotComputed).remedy(remedy).into()

@@ -1,11 +1,14 @@
 //! Fixed reflectors on base or pedestal, measured again and again while the robot is: evidence of the instrument's noise, and for
 //! or against motion of the base. No joints, no robot.
 
+use std::collections::HashSet;
+
 use nalgebra::Vector3;
 
 use super::raw::{RawCampaign, RawEntry};
 use crate::description::table::{ColumnKind, ExpectedColumn, Table};
 use crate::description::units::Units;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::parameter::Kind;
 
 /// Readings of fixed reflectors.
@@ -17,6 +20,8 @@ pub struct References {
     pub epochs: usize,
     /// All readings.
     pub readings: Vec<ReferenceReading>,
+    /// Configurations that the rows name, each once.
+    pub poses: Vec<String>,
 }
 
 /// A reading of a fixed reflector.
@@ -50,6 +55,19 @@ pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
 }
 
 impl References {
+    /// A warning where rows name configurations, and none of them is one of a campaign's.
+    pub fn of_another_campaign(&self, poses: &[String]) -> Option<Diagnostic> {
+        let first = self.poses.first()?;
+        let known: HashSet<&str> = poses.iter().map(String::as_str).collect();
+        self.poses.iter().all(|pose| !known.contains(pose.as_str())).then(|| {
+            let message = format!(
+                "fixed reflectors were measured at configurations `{first}` .., none of which the campaign has: references of another campaign?"
+            );
+            let remedy = "name the file of references that belongs to these readings, or leave its column `pose` out";
+            Diagnostic::warning(message).code(Code::SuspectReadings).remedy(remedy)
+        })
+    }
+
     /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
     /// reading of a reflector begins a new time where that reflector was read before.
     pub fn append(&mut self, table: &Table, units: &Units) {
@@ -64,8 +82,12 @@ impl References {
                 self.reflectors.push(name.into());
                 self.reflectors.len() - 1
             });
+            let named = pose.and_then(|all| all.get(row)).filter(|name| !name.is_empty());
+            if let Some(name) = named.filter(|name| self.poses.last().is_none_or(|last| last != name)) {
+                self.poses.push(name.to_owned());
+            }
             let numbered = order.and_then(|all| all.get(row)).map(|number| format!("order {number}"));
-            let key = numbered.or_else(|| pose.and_then(|all| all.get(row)).map(|pose| format!("pose {pose}")));
+            let key = numbered.or_else(|| named.map(|pose| format!("pose {pose}")));
             let epoch = match key {
                 Some(key) => *by_key.entry(key).or_insert_with(|| {
                     self.epochs += 1;

@@ -105,8 +105,8 @@ raw! {
         branch: IndexMap<String, f64>,
         /// Values of the actuated variables at which `branch` was read; middle of the limits, or zero, where absent.
         at: IndexMap<String, f64>,
-        /// Gap up to which an over-constrained spatial loop counts as closed (it is then closed in the least-squares
-        /// sense). Zero where absent: the loop must close.
+        /// Gap up to which an over-constrained spatial loop counts as closed: it is closed in the least-squares sense, since
+        /// errors of its constants cannot all be taken up by its passive joints. 10 mm (0.01 rad) where absent.
         gap: Option<f64>,
     }
 }

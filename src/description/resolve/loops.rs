@@ -41,7 +41,8 @@ pub fn loops(raw: &RawRobot, frames: &[Frame], variables: &[Variable], diagnosti
         }
         let branch = branch(raw, name, given, &members, frames, diagnostics);
         let at = at(raw, name, given, variables, diagnostics);
-        let gap = diagnostics.finite(&["loops", name, "gap"], given.gap, raw.units.length.factor()).max(0.0);
+        let declared = diagnostics.finite(&["loops", name, "gap"], given.gap, raw.units.length.factor());
+        let gap = given.gap.map(|_| declared.max(0.0));
         let meet = given.meet.unwrap_or(Meet::Frame);
         loops.push(Loop { name: name.clone(), frames: [a, b], kind, meet, branch, at, gap });
     }

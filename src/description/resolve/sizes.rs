@@ -16,17 +16,17 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let cure = "lengths here are in m and angles in rad; if they are not, declare them: \
                 `units: {length: mm, angle: deg}`";
     let mut diagnostics = Vec::new();
-    if raw.units.length == Length::Metre {
-        let lengths = raw.frames.iter().flat_map(|(name, frame)| {
-            let of = [("b", frame.b), ("d", frame.d), ("r", frame.r)];
-            of.into_iter().filter_map(move |(key, value)| Some((name, key, value?.abs())))
-        });
-        let sum: f64 = lengths.clone().map(|(_, _, length)| length).sum();
-        let longest = lengths.max_by(|a, b| a.2.total_cmp(&b.2));
-        if let Some((name, key, _)) = longest.filter(|_| sum > LONGEST && sum.is_finite()) {
-            let diagnostic = Diagnostic::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
-            diagnostics.push(diagnostic.at(locate(&["frames", name, key])).remedy(cure));
-        }
+    let (sum, longest) = lengths(raw);
+    let sum = sum * raw.units.length.factor();
+    if let Some((name, key)) = longest.filter(|_| sum > LONGEST && sum.is_finite()) {
+        let diagnostic = Diagnostic::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
+        let cure = match raw.units.length {
+            Length::Metre => cure.to_owned(),
+            other => {
+                format!("lengths here are in {}, those of a URDF in m: check the units of the file", other.symbol())
+            }
+        };
+        diagnostics.push(diagnostic.at(locate(&["frames", name, key])).remedy(cure));
     }
     if raw.units.angle == Angle::Radian {
         let wide = raw.frames.iter().find_map(|(name, frame)| {

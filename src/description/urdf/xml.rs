@@ -24,8 +24,8 @@ pub(super) fn allowed(c: char) -> bool {
     matches!(c, '\t' | '\n' | '\r') || (c >= ' ' && !matches!(c, '\u{fffe}' | '\u{ffff}'))
 }
 
-/// Text as it stands within a quoted attribute.
-pub(super) fn escaped(text: &str) -> String {
+/// Text as it stands in XML or HTML, within a quoted attribute too.
+pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -6,6 +6,8 @@ use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
 use kuva::render::theme::Theme;
 
+use crate::description::urdf::escaped;
+
 /// Colours of the page.
 pub const BLUE: &str = "var(--blue)";
 /// The suspected pattern.
@@ -64,7 +66,7 @@ pub fn chart(
 fn inline(svg: &str, frame: &Frame) -> String {
     let body = svg.find('>').map_or(svg, |end| &svg[end + 1..]);
     let [width, height] = frame.size;
-    let alt = escape(frame.alt);
+    let alt = escaped(frame.alt);
     let body = dots(&shortened(body));
     // Narrower than this it would not be read on a screen: its figure scrolls.
     let least = width.min((0.62 * width).max(320.0));
@@ -73,11 +75,6 @@ fn inline(svg: &str, frame: &Frame) -> String {
     format!(
         "<svg class=\"chart\" viewBox=\"0 0 {full} {height}\" style=\"max-width:{width}px;--least:{least:.0}px\" role=\"img\" aria-label=\"{alt}\" fill=\"var(--ink)\">{body}"
     )
-}
-
-/// Text as it stands in HTML or an attribute.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The same with at most two decimals in each number, comments left out.

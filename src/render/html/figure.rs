@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 
-use super::charts::escape;
 use super::page::inert;
+use crate::description::urdf::escaped;
 use crate::scene::{Drive, Part, PartKind, Scene, Shot};
 
 const WIDTH: f64 = 900.0;
@@ -152,13 +152,13 @@ pub fn figure(scene: &Scene, shot: &Shot, look: Look, magnified: f64, names: boo
     sheet.strokes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"14\">\n<title>{}</title>\n<style>{STYLE}</style>\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n",
-        escape(caption)
+        escaped(caption)
     );
     for (_, stroke) in &sheet.strokes {
         let _ = writeln!(svg, "{stroke}");
     }
     for ([x, y], name) in &sheet.names {
-        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(name));
+        let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(name));
     }
     svg += &bar(&sheet.camera);
     svg += &triad(&sheet.camera);

@@ -6,7 +6,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value as Shown};
 use serde_json::Value;
 
-use super::charts::escape;
+use crate::description::urdf::escaped;
 use crate::render::diagnostics::is_active;
 
 /// Templates by name; the ending says that what is put in is escaped.
@@ -84,8 +84,8 @@ impl Page {
         environment.add_filter("step", |name: String| name.replace('~', "~0").replace('/', "~1"));
         environment.add_filter("ticks", |text: String| {
             let parts = text.split('`').enumerate();
-            let marked =
-                parts.map(|(k, part)| if k % 2 == 1 { format!("<code>{}</code>", escape(part)) } else { escape(part) });
+            let marked = parts
+                .map(|(k, part)| if k % 2 == 1 { format!("<code>{}</code>", escaped(part)) } else { escaped(part) });
             safe(marked.collect::<String>())
         });
         let mut shown = json.clone();
@@ -102,7 +102,7 @@ impl Page {
     /// Renders a template. What goes wrong in it stands in its place: a report is never lost over one sentence.
     pub fn render(&self, template: &str, context: Shown) -> String {
         let rendered = self.environment.get_template(template).and_then(|template| template.render(context));
-        rendered.unwrap_or_else(|error| format!("<p class=\"fault\">{}</p>", escape(&format!("{error:#}"))))
+        rendered.unwrap_or_else(|error| format!("<p class=\"fault\">{}</p>", escaped(&format!("{error:#}"))))
     }
 }
 
@@ -137,7 +137,7 @@ fn number(json: &Value, pointer: &str) -> Result<Option<f64>, minijinja::Error> 
 fn figure(json: &Value, pointer: &str, digits: usize, scale: f64) -> Result<Shown, minijinja::Error> {
     let Some(value) = number(json, pointer)? else { return Ok(safe("&ndash;")) };
     let text = format!("{:.digits$}", value * scale).replace('-', "\u{2212}");
-    let path = escape(pointer);
+    let path = escaped(pointer);
     Ok(safe(format!(
         "<data class=\"figure\" value=\"{value}\" data-path=\"{path}\" data-digits=\"{digits}\" data-scale=\"{scale}\">{text}</data>"
     )))
@@ -145,7 +145,7 @@ fn figure(json: &Value, pointer: &str, digits: usize, scale: f64) -> Result<Show
 
 fn scientific(json: &Value, pointer: &str) -> Result<Shown, minijinja::Error> {
     let Some(value) = number(json, pointer)? else { return Ok(safe("&ndash;")) };
-    let path = escape(pointer);
+    let path = escaped(pointer);
     let text = match value.abs() {
         size if size == 0.0 || (1e-3..1e5).contains(&size) => {
             let digits = if size == 0.0 { 0 } else { (4 - size.log10().floor() as i32).clamp(0, 6) as usize };

@@ -3,10 +3,10 @@
 use minijinja::context;
 use nalgebra::Vector3;
 
-use super::charts::escape;
 use super::drawing::{Drawing, DrawnShot};
 use super::page::{Page, embedded, inert, plain, safe};
 use crate::Error;
+use crate::description::urdf::escaped;
 use crate::results::View;
 use crate::scene::{Scene, Shot};
 
@@ -37,7 +37,7 @@ pub fn magnification(shot: &Shot) -> f64 {
 pub fn view_page(view: &View, scene: &Scene, shot: &Shot) -> Result<(String, String), Error> {
     let page = Page::new(&serde_json::to_value(view)?);
     let title = view.robot.as_str();
-    let answer = format!("<p>{} at {}.</p>", escape(title), escape(&view.at.join(", ")));
+    let answer = format!("<p>{} at {}.</p>", escaped(title), escaped(&view.at.join(", ")));
     let caption = "The robot as its description declares it: grey bodies along their Khalil-Kleinfinger lengths, joints blue where driven, grey where a loop moves them, violet where coupled.";
     let body = page.render("view.html", context! { title, caption });
     let data = embedded(&Drawing {

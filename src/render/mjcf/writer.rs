@@ -68,5 +68,5 @@ pub(super) fn placed(at: &Isometry) -> String {
 /// Text as it stands within an attribute; what XML cannot hold is replaced.
 pub(super) fn escaped(text: &str) -> String {
     let text: String = text.chars().map(|c| if is_active(c) { '_' } else { c }).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    crate::description::urdf::escaped(&text)
 }

@@ -156,8 +156,9 @@ fn hold_doubt<'r>(
 ) -> Option<Diagnostic> {
     let axes = model.variables.len();
     let is_few = axes < 6 && command.hold.is_empty();
-    (is_few && refused.any(|why| matches!(why, Refusal::Unreachable(_)))).then(|| {
-        let text = format!("points are out of reach, and a robot of {axes} axes cannot turn its tool as it likes");
+    (is_few && refused.any(|why| matches!(why, Refusal::Unreachable(_) | Refusal::Singular { .. }))).then(|| {
+        let text =
+            format!("points are out of reach or singular, and a robot of {axes} axes cannot turn its tool as it likes");
         Diagnostic::warning(text).remedy(
             "say what it is to hold with --hold, as `--hold x,y,z,rz` of a SCARA: the rest is let go, and reported",
         )

@@ -16,7 +16,7 @@ use crate::description::campaign::{self, Campaign};
 use crate::description::units::{Angle, Force, Length, Torque, Units};
 use crate::description::yaml;
 use crate::files::{LoadedRobot, schema_line};
-use crate::results::{IN_BOTH_READINGS, OwnWeight, PathPoint, Simulation, Truth};
+use crate::results::{OwnWeight, PathPoint, Simulation, Truth};
 use crate::simulation::Plan;
 
 /// What a campaign was made with.
@@ -88,7 +88,7 @@ pub fn written(
     let text = format!(
         "{readings} readings at {poses} configurations: {}\n{}\n",
         header_file.display(),
-        own_weight.words(IN_BOTH_READINGS)
+        own_weight.of_readings()
     );
     let made = Simulation { campaign: header_file.display().to_string(), readings, own_weight, truth, points };
     let mut output = Output::new(text, &made)?;

@@ -5,14 +5,13 @@ use rand_chacha::ChaCha8Rng;
 use super::campaign::{Made, delivered};
 use crate::Error;
 use crate::cli::args::{FrameName, Simulate};
-use crate::cli::boxes;
 use crate::cli::commands::compensate::ControllerFile;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::compensation::{Balance, Desired, Hold, Refusal, Settings, predict_path};
 use crate::description::campaign::Campaign;
 use crate::description::limits::beyond;
-use crate::files::LoadedRobot;
+use crate::files::{LoadedRobot, not_allowed};
 use crate::observation::POSITION;
 use crate::render::compensation::strip_left;
 use crate::results::units::mm;
@@ -35,8 +34,9 @@ pub fn run(scene: &Scene, file: &str, session: &Session, random: &mut ChaCha8Rng
     let mut path = session.reader.commands(&command.poses, loaded, loaded.raw.units)?;
     if path.joints {
         let rows = (0..path.campaign.readings.len()).map(|row| path.campaign.configuration(row));
-        diagnostics.extend(boxes::beyond(loaded, "rows", rows.clone()));
-        diagnostics.extend(beyond(&loaded.model.variables, &loaded.raw.units, "rows", rows, |_, _| None));
+        let (model, units) = (&loaded.model, &loaded.raw.units);
+        diagnostics.extend(not_allowed(model, units, "rows", rows.clone(), |_, _| None));
+        diagnostics.extend(beyond(&model.variables, units, "rows", rows, |_, _| None));
     }
     if marker.is_some() {
         path.campaign.readings.iter_mut().for_each(|reading| reading.marker = marker);
