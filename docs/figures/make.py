@@ -4,9 +4,11 @@
 Each record is a text, docs/figures/RECORD.txt, whose first line is the command that made it; tests/it/figures.rs holds the
 docs against it. Records that a test makes are rewritten by `ELASTOGEO_FIGURES=write cargo test`.
 
+docs/figures/make.py campaigns FOLDER writes the campaign files of the measured data, to be used by hand.
+
   planning    what plans of 18 configurations buy, docs/planning.md (3 minutes)
   real-data   `diagnose` on measured data in $ELASTOGEO_DATA or ../shared/data, docs/real-data.md (5 minutes)
-  evidence    sockets, sessions, torques, reflectors and the order of measured data, docs/real-data.md (5 minutes)
+  evidence    `identify` on measured data, sockets, sessions, torques, reflectors and the order, docs/real-data.md (5 minutes)
   benches     what `cargo bench` prints, docs/accuracy.md (10 minutes, the machine otherwise idle)
   python      what `python/benches/calls.py` prints, docs/python.md (half a minute, with the Python package and Pinocchio)
   fleet       what a campaign of a fleet takes, docs/fleet.md (2 minutes; with the Python package of `pip install '.[fleet]'`)
@@ -15,7 +17,6 @@ docs against it. Records that a test makes are rewritten by `ELASTOGEO_FIGURES=w
 import os
 import re
 import resource
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -38,9 +39,11 @@ CENTRES = {
 REGIONS = {"joint box": 0, "working region": 2, "workpiece": 1}
 DATA = {"UR5": "ur5-jacobi", "UR10": "ur10-landgraf", "WAM": "wam-jacobi"}
 CALIBRATED = {
-    "as described": None,
-    "geometry": "calibrate: [geometry, joint-offset]\n",
+    "-as-described": "",
+    "-geometry": "calibrate: [geometry, joint-offset]\n",
 }
+# Descriptions of the iiwa 7: rigid; with joint springs; with the tilt of the base; with the wind-up of joints 2 and 4.
+ARMS_OF_RUNS = {"-rigid": 0, "": 1, "-tilting": 2, "-winding": 3}
 
 
 def run(program, *arguments):
@@ -68,17 +71,13 @@ def planning(program):
 
 def real_data(program):
     root = os.environ.get("ELASTOGEO_DATA", os.path.join(ROOT, "..", "shared", "data"))
-    for arm, name in DATA.items():
-        for what, line in CALIBRATED.items():
-            with tempfile.TemporaryDirectory() as folder:
-                campaign = os.path.join(folder, name)
-                shutil.copytree(os.path.join(root, name), campaign)
-                with open(os.path.join(campaign, "campaign.yaml"), "a", encoding="utf-8") as file:
-                    file.write(line or "")
-                found = run(program, "diagnose", campaign)
-            added = f" with `{line.strip()}`" if line else ""
-            write(f"diagnose-{name}-{what.replace(' ', '-')}", f"elastogeo diagnose {name}{added}", found.splitlines())
-            print(arm, what, found.splitlines()[2])
+    with tempfile.TemporaryDirectory() as folder:
+        campaigns(folder, root)
+        for name in DATA.values():
+            for what in CALIBRATED:
+                found = run(program, "diagnose", os.path.join(folder, f"{name}{what}.yaml"))
+                write(f"diagnose-{name}{what}", f"elastogeo diagnose {name}{what}.yaml", found.splitlines())
+                print(name, what, found.splitlines()[2])
 
 
 ARM = "robot: arm\nurdf: {{file: {data}/panda-socket/{urdf}, to: ball_link}}\n"
@@ -128,63 +127,91 @@ references: {data}/irb120-faro/base-reflectors.csv
 """
 
 
+def campaigns(folder, data):
+    """Writes a campaign file for each table of docs/real-data.md into `folder`; `data` holds the measured files."""
+    data = os.path.abspath(data)
+    os.makedirs(folder, exist_ok=True)
+
+    def save(name, text, **values):
+        with open(os.path.join(folder, f"{name}.yaml"), "w", encoding="utf-8") as file:
+            file.write(text.format(data=data, **values))
+
+    for name in DATA.values():
+        with open(os.path.join(data, name, "campaign.yaml"), encoding="utf-8") as file:
+            text = file.read().replace("measurements: ", f"measurements: {data}/{name}/")
+        for what, line in CALIBRATED.items():
+            with open(os.path.join(folder, f"{name}{what}.yaml"), "w", encoding="utf-8") as file:
+                file.write(text + line)
+    for arm, urdf, file in [("panda_1", "panda.urdf", "panda_1.csv"), ("kuka_14", "iiwa14.urdf", "kuka_14.csv")]:
+        save(f"{arm}-arm", ARM, urdf=urdf)
+        save(arm, SOCKETS, arm=arm, file=file)
+        free = SOCKETS.replace("socket0-socket1: 0.05", "socket0-socket1: unknown")
+        save(f"{arm}-free", free, arm=arm, file=file)
+        # With masses and springs, of the joints that carry weight.
+        with open(os.path.join(ROOT, "tests", "data", "sockets", urdf.replace("urdf", "yaml")), encoding="utf-8") as masses:
+            save(f"{arm}-weight-arm", ARM + masses.read().replace("{", "{{").replace("}", "}}"), urdf=urdf)
+        for name, text in [("weight", SOCKETS), ("weight-free", free)]:
+            save(f"{arm}-{name}", text, arm=f"{arm}-weight", file=file)
+    with open(os.path.join(data, "iiwa7-payload", "robot.yaml"), encoding="utf-8") as file:
+        description = file.read().replace("{", "{{").replace("}", "}}")
+    springs = "".join(f"  {k}: {{{{kar: {{{{compliance: 5.0e-5, identifiable: true}}}}}}}}\n" for k in range(2, 7))
+    springs = "joint_stiffness:\n" + springs
+    # The tilt of the base that `diagnose` names in the three runs, then the wind-up of joint 4 that it names next, and that of
+    # joint 2, from which it cannot tell it.
+    tilt = "base_stiffness: {{krx: {{compliance: 1.0e-5, identifiable: true}}, kry: {{compliance: 1.0e-5, identifiable: true}}}}\n"
+    wind_up = "- {{{{effect: joint-stiffening, site: 'joint:{}', parameters: {{{{wind_up: 1.0e-4, wound_up_at: 11.28}}}}}}}}\n"
+    wind_up = "effects:\n" + "".join(wind_up.format(k) for k in (2, 4))
+    alone = RUNS[: RUNS.index("measurements:")].replace("per-session", "true")
+    ignored = RUNS[RUNS.index("ignore:") :]
+    for kind, more in ARMS_OF_RUNS.items():
+        arm = f"{kind or '-springs'}"[1:]
+        save(arm, description + (springs if more else "") + (tilt if more > 1 else "") + (wind_up if more > 2 else ""))
+        save(f"iiwa7-runs{kind}", RUNS.replace("springs.yaml", f"{arm}.yaml"))
+        for run_, load in [("unloaded", ""), ("payload-0kg", ""), ("payload-5kg", ", payload: five")]:
+            entry = f"measurements: {{{{file: {{data}}/iiwa7-payload/{run_}.csv{load}}}}}\n"
+            save(f"iiwa7-{run_}{kind}", (alone + entry + ignored).replace("springs.yaml", f"{arm}.yaml"))
+    save("iiwa7-torques", TORQUES)
+    save("irb120", TRACKER)
+    rigid = TRACKER.replace(", joint-compliance]", "]")
+    with open(os.path.join(data, "irb120-faro", "robot.yaml"), encoding="utf-8") as file:
+        save("irb120-springs", file.read().replace("{", "{{").replace("}", "}}") + springs)
+    for kind, more in {"": "", "-commanded": "joints: commanded\n"}.items():
+        save(f"irb120{kind}-geometry", rigid + more)
+        save(f"irb120{kind}-compliant", rigid.replace("{data}/irb120-faro/robot.yaml", "irb120-springs.yaml") + more)
+
+
 def evidence(program):
     data = os.path.abspath(os.environ.get("ELASTOGEO_DATA", os.path.join(ROOT, "..", "shared", "data")))
     with tempfile.TemporaryDirectory() as folder:
-
-        def save(name, text, **values):
-            with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
-                file.write(text.format(data=data, **values))
-            return os.path.join(folder, name)
+        campaigns(folder, data)
 
         def record(name, *command):
+            command = [os.path.join(folder, part) if part.endswith(".yaml") else part for part in command]
             found = run(program, *command).replace(folder + "/", "").replace(data + "/", "")
             told = " ".join(command).replace(folder + "/", "")
             write(name, "elastogeo " + told, [line.rstrip() for line in found.splitlines()])
             print(name, found.splitlines()[2])
 
-        for arm, urdf, file in [("panda_1", "panda.urdf", "panda_1.csv"), ("kuka_14", "iiwa14.urdf", "kuka_14.csv")]:
-            save(f"{arm}-arm.yaml", ARM, urdf=urdf)
-            campaign = save(f"{arm}.yaml", SOCKETS, arm=arm, file=file)
-            record(f"sockets-{arm}", "identify", campaign)
-            free = SOCKETS.replace("socket0-socket1: 0.05", "socket0-socket1: unknown")
-            record(f"sockets-{arm}-free", "identify", save(f"{arm}-free.yaml", free, arm=arm, file=file), "--tolerance", "noise")
-            # With masses and springs, of the joints that carry weight.
-            with open(os.path.join(ROOT, "tests", "data", "sockets", urdf.replace("urdf", "yaml")), encoding="utf-8") as masses:
-                save(f"{arm}-weight-arm.yaml", ARM + masses.read().replace("{", "{{").replace("}", "}}"), urdf=urdf)
-            for name, text in [("weight", SOCKETS), ("weight-free", free)]:
-                campaign = save(f"{arm}-{name}.yaml", text, arm=f"{arm}-weight", file=file)
-                record(f"sockets-{arm}-{name}", "identify", campaign, "--what", "geometric,elastic")
-        with open(os.path.join(data, "iiwa7-payload", "robot.yaml"), encoding="utf-8") as file:
-            description = file.read() + "joint_stiffness:\n"
-        springs = "".join(f"  {k}: {{kar: {{compliance: 5.0e-5, identifiable: true}}}}\n" for k in range(2, 7))
-        with open(os.path.join(folder, "springs.yaml"), "w", encoding="utf-8") as file:
-            file.write(description + springs)
+        for name in DATA.values():
+            record(f"identify-{name}", "identify", f"{name}-geometry.yaml")
+        for arm in ["panda_1", "kuka_14"]:
+            record(f"sockets-{arm}", "identify", f"{arm}.yaml")
+            record(f"sockets-{arm}-free", "identify", f"{arm}-free.yaml", "--tolerance", "noise")
+            for name in ["weight", "weight-free"]:
+                record(f"sockets-{arm}-{name}", "identify", f"{arm}-{name}.yaml", "--what", "geometric,elastic")
         fit = ["--what", "geometric,elastic", "--tolerance", "noise"]
-        record("sessions-iiwa7", "identify", save("runs.yaml", RUNS), *fit)
-        # With the tilt of the base that `diagnose` names in the three runs.
-        tilt = "base_stiffness: {krx: {compliance: 1.0e-5, identifiable: true}, kry: {compliance: 1.0e-5, identifiable: true}}\n"
-        with open(os.path.join(folder, "tilting.yaml"), "w", encoding="utf-8") as file:
-            file.write(description + springs + tilt)
-        record("sessions-iiwa7-tilting", "identify", save("tilting-runs.yaml", RUNS.replace("springs.yaml", "tilting.yaml")), *fit)
-        # With the wind-up of joint 4 that it names next, and that of joint 2, from which it cannot tell it.
-        wind_up = "- {{effect: joint-stiffening, site: 'joint:{}', parameters: {{wind_up: 1.0e-4, wound_up_at: 11.28}}}}\n"
-        with open(os.path.join(folder, "winding.yaml"), "w", encoding="utf-8") as file:
-            file.write(description + springs + tilt + "effects:\n" + "".join(wind_up.format(k) for k in (2, 4)))
-        record("sessions-iiwa7-winding", "identify", save("winding-runs.yaml", RUNS.replace("springs.yaml", "winding.yaml")), *fit)
-        alone = RUNS[: RUNS.index("measurements:")].replace("per-session", "true")
-        ignored = RUNS[RUNS.index("ignore:") :]
-        for run_, more in [("unloaded", ""), ("payload-0kg", ""), ("payload-5kg", ", payload: five")]:
-            entry = f"measurements: {{{{file: {{data}}/iiwa7-payload/{run_}.csv{more}}}}}\n"
-            text = alone + entry + ignored
-            record(f"alone-iiwa7-{run_}", "identify", save(f"{run_}.yaml", text), *fit)
-            for more in ["tilting", "winding"]:
-                own = text.replace("springs.yaml", f"{more}.yaml")
-                record(f"alone-iiwa7-{run_}-{more}", "identify", save(f"{run_}-{more}.yaml", own), *fit)
-        record("torques-iiwa7", "identify", save("torques.yaml", TORQUES))
-        tracker = save("irb120.yaml", TRACKER)
-        record("reflectors-irb120", "check", tracker)
-        record("order-irb120", "diagnose", tracker)
+        for run_ in ["unloaded", "payload-0kg", "payload-5kg"]:
+            record(f"alone-iiwa7-{run_}-rigid", "identify", f"iiwa7-{run_}-rigid.yaml", "--tolerance", "noise")
+        for kind in ["", "-tilting", "-winding"]:
+            record(f"sessions-iiwa7{kind}", "identify", f"iiwa7-runs{kind}.yaml", *fit)
+            for run_ in ["unloaded", "payload-0kg", "payload-5kg"]:
+                record(f"alone-iiwa7-{run_}{kind}", "identify", f"iiwa7-{run_}{kind}.yaml", *fit)
+        record("torques-iiwa7", "identify", "iiwa7-torques.yaml")
+        record("reflectors-irb120", "check", "irb120.yaml")
+        for kind in ["", "-commanded"]:
+            record(f"irb120{kind}-geometry", "identify", f"irb120{kind}-geometry.yaml")
+            record(f"irb120{kind}-compliant", "identify", f"irb120{kind}-compliant.yaml", "--what", "geometric,elastic")
+        record("order-irb120", "diagnose", "irb120.yaml")
 
 
 def benches(_program):
@@ -226,6 +253,8 @@ def fleet(program):
 
 
 def main():
+    if sys.argv[1] == "campaigns":
+        return campaigns(sys.argv[2], os.environ.get("ELASTOGEO_DATA", os.path.join(ROOT, "..", "shared", "data")))
     program = os.path.abspath(sys.argv[1])
     for name in sys.argv[2:]:
         makers = {"planning": planning, "real-data": real_data, "evidence": evidence, "benches": benches}

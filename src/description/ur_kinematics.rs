@@ -160,7 +160,7 @@ pub fn write(robot: &Robot, hash: Option<&str>) -> Result<(String, Vec<Diagnosti
         let turn = roll_pitch_yaw(&pose.rotation);
         let values = [("x", at.x), ("y", at.y), ("z", at.z), ("roll", turn.x), ("pitch", turn.y), ("yaw", turn.z)];
         text.push_str(&format!("  {link}:\n"));
-        values.iter().for_each(|(key, value)| text.push_str(&format!("    {key}: {:?}\n", value + 0.0)));
+        values.iter().for_each(|(key, value)| text.push_str(&format!("    {key}: {}\n", with_point(value + 0.0))));
     }
     match hash {
         // Quoted where it would be no text in YAML.
@@ -213,5 +213,14 @@ fn origins(robot: &Robot) -> Result<(Vec<Isometry>, Isometry), Diagnostic> {
     match origins.len() {
         6 => Ok((origins, pose)),
         count => Err(refused(format!("{count} joints carry its tool"))),
+    }
+}
+
+/// A number with a decimal point, without which readers of YAML 1.1 take `1e-5` for text.
+fn with_point(value: f64) -> String {
+    let text = format!("{value:?}");
+    match text.split_once('e') {
+        Some((digits, exponent)) if !digits.contains('.') => format!("{digits}.0e{exponent}"),
+        _ => text,
     }
 }

@@ -1,10 +1,11 @@
 //! Configurations that a description does not allow: passive joints, followers and sums of joints beyond their limits, and links
 //! in boxes kept out of.
 
+use crate::description::campaign::Campaign;
 use crate::description::limits::{READINGS, beyond};
 use crate::description::robot::Motion;
 use crate::description::units::Units;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::kinematics::{Geometry, Limited, Placements, entered, limited};
 use crate::model::Model;
 
@@ -56,6 +57,35 @@ fn beyond_limits<'a>(
         all.push(values);
     }
     beyond(&joints, units, of, all.iter().map(Vec::as_slice), place)
+}
+
+/// A warning where the robot as described cannot stand at some configurations of a campaign: how many, and why at the first.
+pub fn cannot_stand(model: &Model, campaign: &Campaign) -> Option<Diagnostic> {
+    let geometry = Geometry::nominal(model).ok()?;
+    let mut placements = Placements::default();
+    let mut last: Option<(&[f64], bool)> = None;
+    let (mut count, mut first) = (0, None);
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let q = campaign.configuration(index);
+        // Readings of one configuration follow one another.
+        let stands = match last {
+            Some((known, stands)) if known == q => stands,
+            _ => match geometry.place(q, &mut placements) {
+                Ok(()) => true,
+                Err(error) => {
+                    first.get_or_insert_with(|| (campaign.address(reading), error));
+                    false
+                }
+            },
+        };
+        count += usize::from(!stands);
+        last = Some((q, stands));
+    }
+    let (at, error) = first?;
+    let all = campaign.readings.len();
+    let message = format!("the robot as described cannot stand at {count} of {all} readings; the first, {at}: {error}");
+    let remedy = "look at the joints of that row (signs, columns, units) and at the lengths of the loop; no fit takes such readings";
+    Some(Diagnostic::warning(message).code(Code::NotComputed).remedy(remedy))
 }
 
 /// One warning a box that links pass through at some of the `configurations` (rad, m): how many, and the first.

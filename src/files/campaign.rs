@@ -9,7 +9,7 @@ use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
 use crate::description::campaign::raw::{RawCampaign, RawCsv, RawEntry};
-use crate::description::campaign::{self, Campaign, References};
+use crate::description::campaign::{self, Campaign, References, Sharing};
 use crate::description::limits::READINGS;
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
@@ -290,6 +290,7 @@ fn references(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> References {
     let mut found = References::default();
+    let apart = matches!(raw.estimate.base.0, Some(Sharing::PerSession));
     for (k, entry) in raw.references.iter().flat_map(|all| &all.0).enumerate() {
         let number = k.to_string();
         let paths = [&["references", &number, "file"][..], &["references", "file"], &["references", &number]];
@@ -308,7 +309,7 @@ fn references(
             Err(diagnostic) => Err(vec![unopened(diagnostic, document.place_of_value(path))]),
         };
         match table {
-            Ok(table) => found.append(&table, &units),
+            Ok(table) => found.append(&table, &units, entry.session.as_deref(), apart),
             Err(mut faults) => diagnostics.append(&mut faults),
         }
     }

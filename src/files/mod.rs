@@ -17,7 +17,7 @@ mod start;
 #[cfg(feature = "cli")]
 mod write;
 
-pub use allowed::not_allowed;
+pub use allowed::{cannot_stand, not_allowed};
 pub use campaign::{LoadedCampaign, load_campaign};
 pub use design::Design;
 pub use journal::settle;

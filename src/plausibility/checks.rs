@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, common_factor, deflections, instrument, midway, numerics, outlying, parameters, placement, points,
-    readings, sessions, stated_noise,
+    amount, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters, placement,
+    points, readings, sessions, stated_noise,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
@@ -100,6 +100,18 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "with base or tool estimated as well calibration leaves what it does without: they are where the description says",
         find: placement::as_placed,
+    },
+    Check {
+        codes: &[Code::SessionsDiffer],
+        of_result: true,
+        about: "with a base or a tool of its own for each session calibration leaves as much as without",
+        find: sessions::agree_calibrated,
+    },
+    Check {
+        codes: &[Code::OtherJoints],
+        of_result: true,
+        about: "with the other column of each joint (commanded beside recorded) calibration leaves as much",
+        find: other_joints::as_declared,
     },
     Check {
         codes: &[Code::UnlikeDescription],

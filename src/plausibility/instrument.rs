@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::evidence::{Evidence, Limits};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::math::quantiles::f_tail;
-use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
+use crate::noise::{NoiseEstimate, Repeated, reference_noise, repeats, rigid_markers};
 
 /// A scale that no instrument has: readings or lengths of the description are in another unit, or off by a factor.
 pub(super) fn scale(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
@@ -47,6 +47,7 @@ pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic
     }
     let shown = [
         ("distances between rigid markers", rigid_markers(model, campaign)),
+        ("readings repeated in place", repeats(campaign, Repeated::InPlace, |_, _| 1.0)),
         ("fixed reflectors", references.map(|seen| seen.noise)),
     ];
     let stated = campaign.sigma.map(|sigma| (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt());

@@ -18,6 +18,7 @@ mod hypothesis;
 mod instrument;
 mod midway;
 mod numerics;
+mod other_joints;
 mod outlying;
 mod parameters;
 mod placement;

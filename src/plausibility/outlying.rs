@@ -190,6 +190,10 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
             size[reading] = error;
         }
     }
+    // Rows may state a noise of their own.
+    let stated: Vec<f64> = campaign.readings.iter().map(stated_noise).collect();
+    let usual = median(&mut stated.clone())?;
+    let allowance = |k: usize| if usual > 0.0 { (stated[k] / usual).max(1.0) } else { 1.0 };
     // What a fit of hardly more rows than parameters leaves says nothing of readings that it did not see.
     let tells_others = 2.0 * fit.freedom() >= fit.residual.len() as f64;
     let far = |size: &[f64], among: &[usize], is_last: bool| -> Option<(Vec<usize>, f64)> {
@@ -202,7 +206,8 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         }
         let floor = factor * middle.max(least);
         let is_far = |&k: &usize| {
-            size[k] > floor && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
+            size[k] > floor * allowance(k)
+                && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
         };
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
         (!far.is_empty()).then_some((far, middle))
@@ -217,6 +222,15 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
         Some(size) => far(&size, &wrong, true).map(|(wrong, middle)| (wrong, size, middle))?,
     };
     (wrong.len() < most.max(2)).then_some((wrong, size, middle))
+}
+
+/// Noise (m) that a reading's row states of lengths; zero where it has none.
+fn stated_noise(reading: &Reading) -> f64 {
+    let lengths = reading.observes.length_rows();
+    if !reading.noise.is_stated[0] || lengths == 0 {
+        return 0.0;
+    }
+    reading.observes.sigmas(&reading.noise).into_iter().take(lengths).map(|sigma| sigma * sigma).sum::<f64>().sqrt()
 }
 
 /// Errors (m) of all readings, the same parameters fitted without some; `None` where that cannot be done.

@@ -7,7 +7,7 @@ use super::trial::typical;
 use super::words::mm;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::estimation::{RegistrationSettings, registered};
+use crate::estimation::{Calibration, RegistrationSettings, Settings, calibrate, registered};
 use crate::kinematics::Geometry;
 use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
@@ -113,14 +113,41 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
     let is_plainly = |both: &Tried| shared >= fall * both.error && least >= limits.sessions_fall * both.error;
     let found = both.filter(is_plainly).or(one)?;
     let is_apart = found.apart.greatest() >= limits.sessions_apart * noise;
-    (shared >= limits.sessions_fall * found.error && is_apart).then(|| told(&found, shared, &parts))
+    (shared >= limits.sessions_fall * found.error && is_apart).then(|| told(&found, shared, &parts, "registration"))
 }
 
-fn told(found: &Tried, shared: f64, parts: &Parts) -> Diagnostic {
+/// The same after a calibration: the robot's own errors hide from a registration what they do not hide from it.
+pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let is_noise = |found: &Calibration| campaign.sigma.is_some() && found.noise_ratio < limits.sessions_fall;
+    let Some(found) = evidence.found.filter(|found| found.converged() && !is_noise(found)) else { return Vec::new() };
+    let Some(parts) = parts(campaign).filter(|_| !campaign.is_difference() && campaign.estimate_base) else {
+        return Vec::new();
+    };
+    let tried = |part: Part| {
+        let own = separated(campaign, &parts, part)?;
+        let arranged = model.arranged(&own);
+        let slots = found.slots.iter().filter_map(|&slot| arranged.registry.slot(&model.registry[slot].name));
+        let settings = Settings { only: Some(slots.collect()), second_order: false, ..Settings::default() };
+        let again = calibrate(&arranged, &own, &found.held_out, &settings, &mut |_| {}).ok()?;
+        let apart = apart(&arranged, &own, &again.values, &parts, part)?;
+        again.converged().then(|| Tried { part, error: again.after.fit.distance[1], apart })
+    };
+    let noise = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
+    let shared = found.after.fit.distance[1];
+    let best = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
+    let is_told = |best: &Tried| {
+        shared >= limits.sessions_fall * best.error && best.apart.greatest() >= limits.sessions_apart * noise
+    };
+    let told = |best: Tried| told(&best, shared, &parts, "calibration");
+    best.filter(is_told).filter(|_| differ(evidence, limits).is_none()).map(told).into_iter().collect()
+}
+
+fn told(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic {
     let ([what, key], apart) = (found.part.words(), &found.apart);
     let [one, other] = apart.parts.map(|part| parts.names.get(part).map_or("", String::as_str));
     let message = format!(
-        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, registration leaves {} instead of {} mm: estimate {what} per session?",
+        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, {fit} leaves {} instead of {} mm: estimate {what} per session?",
         parts.noun,
         apart.words(),
         mm(found.error),

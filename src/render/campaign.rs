@@ -68,9 +68,11 @@ fn noise(found: &CampaignCheck) -> String {
         None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
     };
     let seen = &found.without_robot;
-    for (what, figure) in
-        [("distances between rigid markers", seen.rigid_markers), ("fixed reflectors", seen.references)]
-    {
+    for (what, figure) in [
+        ("distances between rigid markers", seen.rigid_markers),
+        ("readings repeated in place", seen.repeats),
+        ("fixed reflectors", seen.references),
+    ] {
         if let Some(NoiseFigure { sigma, degrees_of_freedom }) = figure {
             let _ = writeln!(
                 out,

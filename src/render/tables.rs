@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::description::campaign::{Campaign, InSession};
 use crate::description::table::Sheet;
+use crate::observation::{Observes, ValueColumn};
 use crate::parameter::Kind;
 use crate::results::{ConfigurationResidual, DescriptionResiduals, Identification};
 
@@ -36,16 +37,14 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
     }
     let set = |check| if check { "check" } else { "fit" };
     sheet.texts("set", move |row| campaign.readings[row].check.map_or(String::new(), |check| set(check).into()));
-    let (mut lengths, mut angles) = (0.., 0..);
-    for column in campaign.observes.columns() {
-        let (is_angle, at) = match column.kind {
-            Kind::Angle => (true, angles.next()),
-            _ => (false, lengths.next()),
-        };
-        sheet.column(format!("error.{}", column.name), move |row| {
+    for ErrorColumn { name, is_angle, at, kinds } in error_columns(campaign) {
+        sheet.column(format!("error.{name}"), move |row| {
             let reading = &readings[row];
+            if !kinds.contains(&campaign.readings[row].observes) {
+                return String::new();
+            }
             let all = if is_angle { reading.orientation_error_deg.as_deref() } else { Some(reading.error.as_slice()) };
-            let error = at.and_then(|at: usize| all?.get(at));
+            let error = all.and_then(|all| all.get(at));
             error.map_or_else(String::new, |error| format!("{error:.9}"))
         });
     }
@@ -54,7 +53,10 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
             readings[row].load_error.map_or_else(String::new, |error| format!("{error:.9}"))
         });
     }
-    sheet.column("error", |row| format!("{:.9}", readings[row].error.iter().map(|e| e * e).sum::<f64>().sqrt()));
+    sheet.column("error", |row| match readings[row].error.as_slice() {
+        [] => String::new(),
+        error => format!("{:.9}", error.iter().map(|e| e * e).sum::<f64>().sqrt()),
+    });
     if found.predicted_uncertainty.is_some() {
         for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
             sheet.column(format!("uncertainty.{name}"), move |row| {
@@ -63,6 +65,46 @@ pub fn residuals(found: &DescriptionResiduals, campaign: &Campaign, file: &Path)
         }
     }
     sheet.file(file, 0..readings.len())
+}
+
+/// A column of errors: its name, whether it is an angle, its number among the lengths or angles of a reading, and the kinds of
+/// readings that have it.
+struct ErrorColumn {
+    name: &'static str,
+    is_angle: bool,
+    at: usize,
+    kinds: Vec<Observes>,
+}
+
+fn error_columns(campaign: &Campaign) -> Vec<ErrorColumn> {
+    let mut all: Vec<ErrorColumn> = Vec::new();
+    let mut kinds: Vec<Observes> = Vec::new();
+    for reading in &campaign.readings {
+        if kinds.contains(&reading.observes) {
+            continue;
+        }
+        let kind = reading.observes;
+        kinds.push(kind);
+        for (is_angle, rows, usual) in
+            [(false, kind.length_rows(), ["x", "y", "z"]), (true, kind.angle_rows(), ["rx", "ry", "rz"])]
+        {
+            let of_kind = |column: &&ValueColumn| (column.kind == Kind::Angle) == is_angle && is_measured(column.kind);
+            let mut named = kind.columns().iter().filter(of_kind).map(|column| column.name);
+            for (at, usual) in (0..rows).zip(usual) {
+                let name = named.next().unwrap_or(usual);
+                match all.iter_mut().find(|known| known.name == name) {
+                    Some(known) => known.kinds.push(kind),
+                    None => all.push(ErrorColumn { name, is_angle, at, kinds: vec![kind] }),
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Whether a column holds what its errors are of: components of a direction do not, whose errors are angles.
+fn is_measured(kind: Kind) -> bool {
+    matches!(kind, Kind::Length | Kind::Angle)
 }
 
 /// Table of the parameters that `identify` finds, to be written to a file of that name: each in its unit.

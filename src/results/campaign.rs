@@ -12,7 +12,7 @@ use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
 use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
-use crate::noise::{NoiseEstimate, reference_noise, rigid_markers};
+use crate::noise::{NoiseEstimate, Repeated, reference_noise, repeats, rigid_markers};
 use crate::observation::Observes;
 use crate::parameter::Group;
 
@@ -127,6 +127,9 @@ pub struct InstrumentNoise {
     /// From distances between markers of one body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rigid_markers: Option<NoiseFigure>,
+    /// From readings repeated one after the other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<NoiseFigure>,
     /// From fixed reflectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub references: Option<NoiseFigure>,
@@ -148,6 +151,7 @@ impl InstrumentNoise {
         });
         Self {
             rigid_markers: rigid_markers(model, campaign).map(figure),
+            repeats: repeats(campaign, Repeated::InPlace, |_, _| 1.0).map(figure),
             references: references.map(|found| figure(found.noise)),
             motion,
         }
@@ -155,7 +159,7 @@ impl InstrumentNoise {
 
     /// Whether nothing was found.
     pub fn is_empty(&self) -> bool {
-        self.rigid_markers.is_none() && self.references.is_none()
+        self.rigid_markers.is_none() && self.repeats.is_none() && self.references.is_none()
     }
 }
 

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::description::campaign::{Campaign, Reading, Target};
+use crate::description::campaign::{Campaign, LoadPoint, Reading, Target};
 use crate::description::robot::Motion;
 use crate::effects::Condition;
 use crate::kinematics::{AssemblyError, Geometry, Placements, beyond_limits, entered};
@@ -215,7 +215,9 @@ pub fn all_points(model: &Model) -> Campaign {
         sigma_orientation: 0.0,
         estimate: [false, false],
     };
-    unmeasured(model, &plan)
+    let mut campaign = unmeasured(model, &plan);
+    campaign.readings.iter_mut().for_each(|reading| reading.load_point = LoadPoint::Marker(None));
+    campaign
 }
 
 /// The campaign that a robot of these `values` would give; effects that the model has switched on are in it.

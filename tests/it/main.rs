@@ -47,6 +47,7 @@ mod init;
 mod inverse;
 mod joints;
 mod keep_out;
+mod lab_files;
 mod laws;
 mod least_squares;
 mod literature_more_garbow_hillstrom;

@@ -7,6 +7,7 @@ use crate::cli::args::Check;
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::description::units::Units;
+use crate::files::cannot_stand;
 use crate::plausibility::{Evidence, Limits, as_stiff_as_arms, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
@@ -61,6 +62,7 @@ fn campaign(command: &Check, session: &Session) -> Result<Output, Error> {
     let found = CampaignCheck::new(&loaded.robot.model, &loaded.campaign, &loaded.diagnostics);
     let mut output = Output::new(render_campaign(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(cannot_stand(&loaded.robot.model, &loaded.campaign));
     let judged = judge(&Evidence::of(&loaded.robot.model, &loaded.campaign), &Limits::default());
     output.judged(judged, session.arguments.force)
 }

@@ -258,6 +258,12 @@ fn carry_out(
     let bar = session.terminal.bar(Some(100), "{spinner} choosing configurations {bar:30} {percent} %");
     let mut planned = plan(model, request, &mut |share| bar.set_position((100.0 * share) as u64)).map_err(refused)?;
     drop(bar);
+    if request.criterion == Optimality::TestError && !planned.error.is_finite() {
+        return Err(Error::input(
+            "these readings do not determine where the tool is: the position error after compensation is unbounded",
+            "choose configurations by the parameters themselves: `--criterion D`; or add readings of lengths",
+        ));
+    }
     if let Some(measured) = &request.measured {
         rename(&mut planned, &measured.poses);
     }
@@ -266,7 +272,10 @@ fn carry_out(
     let mut output = Output::new(assumed.to_string() + &render::plan(&result, session.terminal.screen), &result)?;
     if let Some(path) = &command.table {
         let table = match planned_for {
-            Some(own) => table_of(&design::rows(own, &planned)).file(path, 0..planned.stations.len())?,
+            Some(own) => {
+                let rows = design::rows(own, &planned);
+                table_of(&rows).file(path, 0..rows.len())?
+            }
             None => table(loaded, &planned, path)?,
         };
         output.table("configurations to measure", path, table);

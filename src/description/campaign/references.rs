@@ -47,11 +47,11 @@ pub fn completed(raw: &RawCampaign, entry: &RawEntry) -> RawEntry {
 pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
     let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
     let length = units.unit(Kind::Length).map_or(ColumnKind::Number, ColumnKind::Quantity);
-    let [pose, reflector] =
-        [("pose", false), ("reflector", true)].map(|(name, required)| column(name, ColumnKind::Text, required));
+    let [pose, session, reflector] = [("pose", false), ("session", false), ("reflector", true)]
+        .map(|(name, required)| column(name, ColumnKind::Text, required));
     let order = column("order", ColumnKind::Number, false);
     let coordinates = ["x", "y", "z"].map(|name| column(name, length, true));
-    [pose, order, reflector].into_iter().chain(coordinates).collect()
+    [pose, session, order, reflector].into_iter().chain(coordinates).collect()
 }
 
 impl References {
@@ -69,25 +69,31 @@ impl References {
     }
 
     /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
-    /// reading of a reflector begins a new time where that reflector was read before.
-    pub fn append(&mut self, table: &Table, units: &Units) {
+    /// reading of a reflector begins a new time where that reflector was read before. Where the base is one of each session
+    /// (`apart`), reflectors of two sessions are not compared: those of the column `session`, or of a file of one `session`.
+    pub fn append(&mut self, table: &Table, units: &Units, session: Option<&str>, apart: bool) {
         let factor = units.length.factor();
         let (order, pose, names) = (table.numbers("order"), table.texts("pose"), table.texts("reflector"));
+        let sessions = table.texts("session");
         let coordinates = ["x", "y", "z"].map(|name| table.numbers(name));
         let mut by_key: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
         let mut seen: Vec<usize> = Vec::new();
         for row in 0..table.row_count() {
             let name = names.and_then(|names| names.get(row)).unwrap_or_default();
-            let reflector = self.reflectors.iter().position(|own| own == name).unwrap_or_else(|| {
-                self.reflectors.push(name.into());
+            let of_row = sessions.and_then(|all| all.get(row)).or(session).filter(|_| apart);
+            let name = of_row.map_or_else(|| name.to_owned(), |session| format!("{name}@{session}"));
+            let reflector = self.reflectors.iter().position(|own| *own == name).unwrap_or_else(|| {
+                self.reflectors.push(name);
                 self.reflectors.len() - 1
             });
             let named = pose.and_then(|all| all.get(row)).filter(|name| !name.is_empty());
             if let Some(name) = named.filter(|name| self.poses.last().is_none_or(|last| last != name)) {
                 self.poses.push(name.to_owned());
             }
-            let numbered = order.and_then(|all| all.get(row)).map(|number| format!("order {number}"));
-            let key = numbered.or_else(|| named.map(|pose| format!("pose {pose}")));
+            let numbered = order
+                .and_then(|all| all.get(row))
+                .map(|number| format!("order {number} {}", of_row.unwrap_or_default()));
+            let key = numbered.or_else(|| named.map(|pose| format!("pose {pose} {}", of_row.unwrap_or_default())));
             let epoch = match key {
                 Some(key) => *by_key.entry(key).or_insert_with(|| {
                     self.epochs += 1;

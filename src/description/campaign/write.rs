@@ -166,6 +166,10 @@ pub fn names(campaign: &Campaign, readings: &[Reading]) -> IndexMap<String, Stri
         if let Some(name) = session {
             cells.insert("session".into(), name.clone());
         }
+        let station = campaign.sessions.stations.get(reading.session.station).filter(|name| !name.is_empty());
+        if let Some(name) = station {
+            cells.insert("station".into(), name.clone());
+        }
         if !campaign.payloads.is_empty() {
             let own = campaign.payloads.iter().find(|(_, known)| Some(*known) == reading.payload);
             cells.insert("payload".into(), own.map_or_else(|| "none".into(), |(name, _)| name.clone()));

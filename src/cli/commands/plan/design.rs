@@ -169,8 +169,8 @@ fn placement(command: &Plan, campaign: &Campaign) -> Result<Option<String>, Erro
 /// What is read together at one configuration: of the configurations whose readings are all as asked, each set once, without
 /// those that are part of another.
 fn ways(campaign: &Campaign, is_own: impl Fn(&Reading) -> bool) -> Vec<Vec<Reading>> {
-    type Key = (&'static str, Option<usize>, Option<usize>);
-    let key = |reading: &Reading| -> Key { (reading.observes.name(), reading.marker, reading.target) };
+    type Key = (&'static str, Option<usize>, Option<usize>, InSession);
+    let key = |reading: &Reading| -> Key { (reading.observes.name(), reading.marker, reading.target, reading.session) };
     let mut all: Vec<Vec<Reading>> = Vec::new();
     for pose in 0..campaign.poses.len() {
         let mut way: Vec<Reading> = Vec::new();
@@ -216,16 +216,28 @@ fn places(model: &Model, campaign: &Campaign, values: &[f64], robot: &LoadedRobo
     assumed
 }
 
-/// Cells of a row of the campaign's file for each station: its names, and its joints in the campaign's units.
+/// Cells of the rows of the campaign's file for each station: its names, and its joints in the campaign's units. What a row cannot
+/// name together, as two anchors, has a row each.
 pub fn rows(campaigned: &Campaigned, planned: &Planned) -> Vec<Cells> {
     let (campaign, model, units) = (&campaigned.design.campaign, &campaigned.robot.model, campaigned.raw.units);
-    let row = |(k, station): (usize, &crate::planning::Station)| {
+    let rows = |(k, station): (usize, &crate::planning::Station)| {
         let mut cells = Cells::from([("pose".to_string(), planned.campaign.poses[k].clone())]);
         for (variable, q) in model.variables.iter().zip(&station.q) {
             cells.insert(variable.name.clone(), format!("{:.4}", q / units.of(variable.kind())));
         }
-        cells.extend(names(campaign, &campaigned.design.ways[station.way]));
-        cells
+        let mut named: Vec<Cells> = Vec::new();
+        for reading in &campaigned.design.ways[station.way] {
+            let own = names(campaign, std::slice::from_ref(reading));
+            let agrees = |row: &Cells| own.iter().all(|(name, value)| row.get(name).is_none_or(|known| known == value));
+            match named.iter_mut().find(|row| agrees(row)) {
+                Some(row) => row.extend(own),
+                None => named.push(own),
+            }
+        }
+        named
+            .into_iter()
+            .map(|own| cells.iter().map(|(a, b)| (a.clone(), b.clone())).chain(own).collect::<Cells>())
+            .collect::<Vec<_>>()
     };
-    planned.stations.iter().enumerate().map(row).collect()
+    planned.stations.iter().enumerate().flat_map(rows).collect()
 }

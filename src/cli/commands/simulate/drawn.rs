@@ -33,7 +33,14 @@ pub fn configurations(
         Ok(count) => {
             let (within, warnings) =
                 ranges("--range", loaded, joint_box(&loaded.model, command.share), &command.range)?;
-            Ok((draw_configurations_in(geometry, &within, count, random)?, Vec::new(), warnings))
+            let drawn = draw_configurations_in(geometry, &within, count, random)?;
+            if drawn.is_empty() {
+                return Err(Error::input(
+                    "no configuration in these ranges keeps the limits of joints, of sums of joints and of boxes kept out of",
+                    "widen --range, or look at `limits` and `keep_out` of the description",
+                ));
+            }
+            Ok((drawn, Vec::new(), warnings))
         }
         Err(_) if !command.range.is_empty() => {
             Err(Error::input("--range and a file of configurations", "leave --range out, or give --poses a number"))
