@@ -14,10 +14,10 @@ use crate::description::raw::JointKind;
 use crate::description::robot::FrameIndex;
 
 /// Determinant, as a share of that where the branch is declared, below which a position counts as singular: of a pair of
-/// links about 6 deg short of flat. Nearer, errors of 0.5 % of a length decide on which branch the linkage goes on: a
-/// parallelogram with one side longer by 0.2 % passes its flat position smoothly, 4 deg short of it, and comes out crossed.
+/// links about 4 deg short of flat. Nearer, errors of 0.25 % of a length decide on which branch the linkage goes on: a
+/// parallelogram with one side longer by 0.2 % passes its flat position smoothly, 3.6 deg short of it, and comes out crossed.
 /// Designers keep 30 deg and more.
-const NEAR: f64 = 0.1;
+const NEAR: f64 = 0.07;
 /// Shares of a stride at which it is checked. At three, a kink anywhere in it shows at one.
 const CHECKED: [f64; 3] = [0.25, 0.5, 0.75];
 /// How far the unknowns may be from the curve through a stride's ends and their rates, as a share of what they move: a kink

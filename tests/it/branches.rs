@@ -44,20 +44,20 @@ fn a_parallelogram_is_followed_to_its_flat_position() {
         match passive(&geometry, q) {
             Ok([a2, b1]) => {
                 assert!((a2 + q).abs() < 1e-9 && (b1 - q).abs() < 1e-9, "{k} deg: {a2} {b1}");
-                assert!((6..=174).contains(&k), "{k} deg is nearly flat, or behind it");
+                assert!((4..=176).contains(&k), "{k} deg is nearly flat, or behind it");
                 followed += 1;
             }
             Err(AssemblyError::Singular { name, inputs, passive, .. }) => {
-                assert!(!(6..=174).contains(&k), "{k} deg is refused");
+                assert!(!(4..=176).contains(&k), "{k} deg is refused");
                 assert_eq!((name.as_str(), inputs[0].joint.as_str(), passive.len()), ("linkage", "a1", 2));
-                let flat = if k < 6 { 0.0 } else { 180.0 };
-                assert!((inputs[0].value.to_degrees() - flat).abs() < 6.0, "{inputs:?}");
+                let flat = if k < 4 { 0.0 } else { 180.0 };
+                assert!((inputs[0].value.to_degrees() - flat).abs() < 4.0, "{inputs:?}");
                 refused += 1;
             }
             Err(other) => panic!("{k} deg: {other}"),
         }
     }
-    assert_eq!(followed, 169);
+    assert_eq!(followed, 173);
     assert!(refused > 80);
 }
 
@@ -118,7 +118,7 @@ fn every_command_stays_on_the_declared_branch() {
     for q in ["43", "45", "46", "50", "60"] {
         let ran = pose(q);
         assert_eq!((ran.status, ran.out.as_str()), (1, ""), "{q}");
-        for word in ["loop `parallelogram`", "singular position", "`2` = 42.", "`6` = -42.", "`3` ="] {
+        for word in ["loop `parallelogram`", "singular position", "`2` = 4", "`6` = -4", "`3` ="] {
             assert!(ran.err.contains(word), "{word}: {}", ran.err);
         }
     }
@@ -137,7 +137,7 @@ fn every_command_stays_on_the_declared_branch() {
     let made = run(folder.path(), &simulate);
     assert_eq!(made.status, 0, "{}", made.err);
     let drawn = apart("c/measurements.csv");
-    assert!(drawn.len() >= 60 && drawn.iter().all(|apart| apart.abs() < 84.5), "{drawn:?}");
+    assert!(drawn.len() >= 60 && drawn.iter().all(|apart| apart.abs() < 86.5), "{drawn:?}");
     assert!(drawn.iter().any(|apart| apart.abs() > 60.0), "the box holds the flat position");
     let model =
         elastogeo::files::load_robot(&folder.path().join("flat.yaml").display().to_string()).expect("read").model;
@@ -154,7 +154,7 @@ fn every_command_stays_on_the_declared_branch() {
         let settings = InverseSettings { restarts: 24, ..InverseSettings::default() };
         match solve(&geometry, &target, &settings) {
             Ok(found) => {
-                assert!(found.iter().all(|one| (one.joints[1] - one.joints[2]).to_degrees().abs() < 84.5), "{found:?}");
+                assert!(found.iter().all(|one| (one.joints[1] - one.joints[2]).to_degrees().abs() < 86.5), "{found:?}");
             }
             Err(error) => assert!(!matches!(error, InverseError::Assembly(_)), "{error}"),
         }
