@@ -194,27 +194,16 @@ fn a_wrench_acts_at_the_tool_for_every_marker() {
                 joint_stiffness: {1: {kar: {value: 2.0e4}}, 2: {kar: {value: 1.0e4}}}\ntool: {frame: E}\n\
                 markers: {a: {frame: E, at: [100, 0, 0]}, b: {frame: E, at: [0, 80, 200]}}\n";
     std::fs::write(folder.path().join("arm.yaml"), text).expect("written");
-    let pose = |wrench: &str| {
-        printed_json(folder.path(), &["pose", "arm.yaml", "--joints", "q1=20,q2=30", "--wrench", wrench])
-    };
-    let (free, loaded) = (pose("0,0,0,0,0,0"), pose("0,0,-300,0,0,0"));
-    let place = |found: &Value, of: &str| -> [f64; 3] {
-        std::array::from_fn(|k| match of {
-            "tool" => number(&found["tool"][k][3]),
-            marker => number(&found["markers"][marker][k]),
-        })
-    };
-    // One small rotation carries tool and markers: their distances stay.
-    let places = ["tool", "a", "b"].map(|of| {
-        let [before, after] = [&free, &loaded].map(|found| place(found, of));
-        (before, std::array::from_fn::<f64, 3, _>(|k| after[k] - before[k]))
-    });
-    for (one, other) in [(0, 1), (0, 2), (1, 2)] {
-        let along: f64 =
-            (0..3).map(|k| (places[one].0[k] - places[other].0[k]) * (places[one].1[k] - places[other].1[k])).sum();
-        assert!(along.abs() < 1e-9, "{one} {other}: {along:e} m^2");
+    let found = printed_json(folder.path(), &["pose", "arm.yaml", "--joints", "q1=20,q2=30", "--wrench", "0,0,-300"]);
+    let rotation = |of: &str| -> [f64; 3] { std::array::from_fn(|k| number(&found["deflection"][of][3 + k])) };
+    let tool = rotation("tool");
+    // 300 N at 500 mm and 30 deg from the axis of joint 2, of 1e4 N.m/rad.
+    let expected = 300.0 * 0.5 * 30f64.to_radians().cos() / 1e4;
+    assert!((tool.iter().map(|v| v * v).sum::<f64>().sqrt() / expected - 1.0).abs() < 1e-9, "{tool:?}");
+    for marker in ["marker a", "marker b"] {
+        let own = rotation(marker);
+        assert!((0..3).all(|k| (own[k] - tool[k]).abs() < 1e-12), "{marker}: {own:?} {tool:?}");
     }
-    assert!(places[0].1[2].abs() > 1e-3, "{:?}", places[0].1);
 }
 
 /// What cannot be, and where nothing can be drawn, is said by `check` and `simulate`.
