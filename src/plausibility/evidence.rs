@@ -128,6 +128,9 @@ pub struct Limits {
     /// What registration leaves falls at least by this factor where sessions with a base or tool of their own are told: a
     /// robot's own errors, differently sampled in each, are taken up by bases of their own to a lesser part.
     pub sessions_fall: f64,
+    /// What calibration leaves falls at least by this factor where the other column of each joint is told. A judgement: a wrong
+    /// column leaves more than twice the variance.
+    pub joints_fall: f64,
     /// Such sessions are at least so many standard deviations of the noise apart.
     pub sessions_apart: f64,
     /// While readings that are simply wrong are sought before a calibration, those whose error is so many times the median are
@@ -182,6 +185,7 @@ impl Default for Limits {
             fewest_configurations: 8,
             rows_per_parameter: 1.5,
             sessions_fall: 1.5,
+            joints_fall: 1.5,
             sessions_apart: 5.0,
             trimmed: 5.0,
             outlying: 2.65,

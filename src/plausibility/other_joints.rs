@@ -16,7 +16,7 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
     let Ok(again) = calibrate(model, &other, &found.held_out, &settings, &mut |_| {}) else { return Vec::new() };
     let [here, there] = [found, &again].map(|of| of.after.fit.distance[1]);
-    if !again.converged() || here < limits.sessions_fall * there {
+    if !again.converged() || here < limits.joints_fall * there {
         return Vec::new();
     }
     let message = format!(

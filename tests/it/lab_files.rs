@@ -225,3 +225,22 @@ fn impossible_rows_and_empty_ranges_are_told() {
         run(folder.path(), &[&["simulate", "arm.yaml", "--poses", "10"][..], &ranges, &["--into", "d"]].concat());
     assert!(refused.status == 2 && refused.err.contains("no configuration in these ranges"), "{}", refused.err);
 }
+
+/// A URDF whose lengths are written in mm describes a robot of kilometres.
+#[test]
+fn a_urdf_in_millimetres_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (unit, is_told) in [(1.0, false), (1e3, true)] {
+        let text = format!(
+            "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"t\"/>\n<joint name=\"j\" type=\"revolute\">\
+             <parent link=\"a\"/><child link=\"b\"/><origin xyz=\"0 0 {}\"/><axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" \
+             effort=\"1\" velocity=\"1\"/></joint>\n<joint name=\"f\" type=\"fixed\"><parent link=\"b\"/><child link=\"t\"/>\
+             <origin xyz=\"{} 0 0\"/></joint></robot>\n",
+            0.9 * unit,
+            0.7 * unit
+        );
+        std::fs::write(folder.path().join("r.urdf"), text).expect("written");
+        let said = run(folder.path(), &["check", "r.urdf"]);
+        assert_eq!((said.status, said.err.contains("is this one written in mm?")), (0, is_told), "{}", said.err);
+    }
+}

@@ -16,18 +16,10 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     let cure = "lengths here are in m and angles in rad; if they are not, declare them: \
                 `units: {length: mm, angle: deg}`";
     let mut diagnostics = Vec::new();
-    let (sum, longest) = lengths(raw);
-    let sum = sum * raw.units.length.factor();
-    if let Some((name, key)) = longest.filter(|_| sum > LONGEST && sum.is_finite()) {
-        let diagnostic = Diagnostic::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
-        let cure = match raw.units.length {
-            Length::Metre => cure.to_owned(),
-            other => {
-                format!("lengths here are in {}, those of a URDF in m: check the units of the file", other.symbol())
-            }
-        };
-        diagnostics.push(diagnostic.at(locate(&["frames", name, key])).remedy(cure));
-    }
+    diagnostics.extend(match raw.units.length {
+        Length::Metre => too_long(raw, locate, cure),
+        other => too_long(raw, locate, &format!("lengths here are in {}: check `units` of the file", other.symbol())),
+    });
     if raw.units.angle == Angle::Radian {
         let wide = raw.frames.iter().find_map(|(name, frame)| {
             let limits = frame.limits.filter(|_| frame.joint == Some(JointKind::Revolute))?;
@@ -46,6 +38,20 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     diagnostics.extend(centres_in_metres(raw, locate));
     diagnostics.extend(other_gravity(raw, locate));
     diagnostics
+}
+
+/// Lengths of a URDF, whose unit is the metre, that no robot has.
+pub fn urdf_in_millimetres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+    too_long(raw, locate, "lengths of a URDF are in m: is this one written in mm?")
+}
+
+/// Frames longer together than any robot.
+fn too_long(raw: &RawRobot, locate: Locate, remedy: &str) -> Option<Diagnostic> {
+    let (sum, longest) = lengths(raw);
+    let sum = sum * raw.units.length.factor();
+    let (name, key) = longest.filter(|_| sum > LONGEST && sum.is_finite())?;
+    let diagnostic = Diagnostic::warning(format!("the lengths of the frames add up to {} m", rounded(sum)));
+    Some(diagnostic.at(locate(&["frames", name, key])).remedy(remedy))
 }
 
 /// Least sum of the lengths of a robot's frames, m: the smallest arms measure 50 mm.

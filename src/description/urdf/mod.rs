@@ -25,4 +25,5 @@ pub use chain::Request;
 pub use export::export;
 pub use import::{Imported, import, import_chain};
 pub use into::export_into;
-pub use xml::escaped;
+#[cfg(feature = "cli")]
+pub(crate) use xml::escaped;

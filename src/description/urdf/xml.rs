@@ -25,7 +25,7 @@ pub(super) fn allowed(c: char) -> bool {
 }
 
 /// Text as it stands in XML or HTML, within a quoted attribute too.
-pub fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
