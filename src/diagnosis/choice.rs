@@ -65,6 +65,7 @@ pub fn choice(
     let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
     let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
     claims = without_series(&forward, claims, settings);
+    claims = without_unlikely(&forward, claims, settings);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
         match curve(&forward, &taken, None, settings) {
@@ -219,6 +220,22 @@ fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) ->
         if let Some(found) = curve(forward, &taken, Some(&law.site.name), settings) {
             kept = others.into_iter().cloned().chain([found]).collect();
         }
+    }
+    kept
+}
+
+/// The claims, or curves at the sites of laws where none of these is likely.
+fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
+    let is_likely = |claim: &Claim| claim.probability(settings.claims.odds) >= settings.claims.least_probability;
+    if claims.iter().any(|claim| is_law(claim) && is_likely(claim)) {
+        return claims;
+    }
+    let (laws, mut kept): (Vec<Claim>, Vec<Claim>) = claims.into_iter().partition(is_law);
+    for law in laws {
+        let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
+        kept.extend(curve(forward, &taken, Some(&hypotheses[law.hypothesis].site.name), settings));
     }
     kept
 }

@@ -33,6 +33,17 @@ pub struct Claim {
     pub stability: Stability,
 }
 
+impl Claim {
+    /// How often claims like this one are right, by [`super::settings::ClaimSettings::odds`]: that none of those tried is the cause is
+    /// included.
+    pub fn probability(&self, odds: [f64; 3]) -> f64 {
+        let [constant, by_stability, by_share] = odds;
+        let share = self.support.map_or(1.0, |support| support.of_gap.clamp(0.0, 1.0));
+        let odds = constant + by_stability * self.stability.of(self.level) + by_share * share;
+        1.0 / (1.0 + (-odds).exp())
+    }
+}
+
 /// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being the causes beside it.
 /// `sharp` are its rivals by the information criterion, where what is left is noise as it was stated. Empty where nothing can
 /// be claimed.

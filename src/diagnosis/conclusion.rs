@@ -53,7 +53,7 @@ pub fn conclude(
     let refit = refit(inputs, competition, members, &linear);
     let bootstrap = Bootstrap::new(problem, members, settings.draws, settings.seed);
     let last = members.len();
-    let found = Explanation::new(competition, &judgement, bootstrap, settings.claims.at_most);
+    let found = Explanation::new(competition, &judgement, bootstrap, settings.claims.odds);
     let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
@@ -195,16 +195,16 @@ struct Explanation<'a> {
     bootstrap: Bootstrap,
     /// Of each member.
     claims: Vec<&'a Claim>,
-    /// Greatest probability of a name.
-    at_most: f64,
+    /// [`super::settings::ClaimSettings::odds`].
+    odds: [f64; 3],
 }
 
 impl<'a> Explanation<'a> {
-    fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, at_most: f64) -> Self {
+    fn new(competition: &'a Competition, judgement: &'a Judgement, bootstrap: Bootstrap, odds: [f64; 3]) -> Self {
         // Every member is the hypothesis of a claim.
         let claim = |&m: &usize| competition.claims.iter().find(|claim| claim.hypothesis == m);
         let claims = judgement.members().iter().filter_map(claim).collect();
-        Self { competition, judgement, bootstrap, claims, at_most }
+        Self { competition, judgement, bootstrap, claims, odds }
     }
 
     /// Shrinkage of the error from one step to a later one.
@@ -223,14 +223,10 @@ impl<'a> Explanation<'a> {
         if claim.level == Level::Family {
             effect = format!("family:{}", family.name());
         }
-        // Of models with equal priors: exp(-loss / 2) each (Kass and Raftery 1995).
-        let weights: f64 = claim.rivals.iter().map(|rival| (-0.5 * rival.loss.max(0.0)).exp()).sum();
         Cause {
             effect,
             site,
-            // No more than how often it wins at all, and than how often such names are right: then it includes that none of
-            // them is the cause.
-            probability: Some(self.at_most * (1.0 / (1.0 + weights)).min(claim.stability.of(claim.level))),
+            probability: Some(claim.probability(self.odds)),
             entries: vec![entry(hypothesis, fitted)],
             parameters: reported(model, hypothesis, fitted),
             rms_before: self.judgement.steps[step].left.rms,
