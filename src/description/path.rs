@@ -36,7 +36,8 @@ pub fn expected_columns(robot: &Robot, units: &Units) -> Vec<ExpectedColumn> {
     columns.extend(wrench.map(|(name, unit)| column(name, ColumnKind::Quantity(unit))));
     columns.push(number("temperature"));
     columns.push(column("time", ColumnKind::Quantity(Unit::Time(units.time))));
-    columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name))));
+    let sides = robot.variables.iter().map(|variable| format!("approach.{}", variable.name));
+    columns.extend(sides.map(|side| column(&side, ColumnKind::NumberOrZero)));
     columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name))));
     columns
 }

@@ -110,7 +110,8 @@ pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, know
     columns.extend(["temperature", "order"].map(|name| number(name, false)));
     columns.push(column("time", ColumnKind::Quantity(Unit::Time(units.time)), false));
     columns.extend(NOISE_COLUMNS.map(|(name, ..)| column(name, of_kind(Kind::Length), false)));
-    columns.extend(robot.variables.iter().map(|variable| number(&format!("approach.{}", variable.name), false)));
+    let sides = robot.variables.iter().map(|variable| format!("approach.{}", variable.name));
+    columns.extend(sides.map(|side| column(&side, ColumnKind::NumberOrZero, false)));
     columns.extend(robot.frames.iter().map(|frame| number(&format!("temperature.{}", frame.name), false)));
     let mut known = std::collections::HashSet::new();
     columns.retain(|column| known.insert(column.name.clone()));

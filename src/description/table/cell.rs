@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 /// The cells of one column so far.
 pub(super) enum Data {
-    Numbers(Vec<f64>),
+    Numbers { column: Vec<f64>, or_zero: bool },
     Texts { column: TextColumn, known: HashMap<String, u32>, or_none: bool },
 }
 
@@ -81,7 +81,9 @@ impl Wrong {
 impl Data {
     pub fn of(kind: ColumnKind) -> Self {
         match kind {
-            ColumnKind::Number | ColumnKind::Quantity(_) => Self::Numbers(Vec::new()),
+            ColumnKind::Number | ColumnKind::NumberOrZero | ColumnKind::Quantity(_) => {
+                Self::Numbers { column: Vec::new(), or_zero: kind == ColumnKind::NumberOrZero }
+            }
             ColumnKind::Text | ColumnKind::TextOrNone => Self::Texts {
                 column: TextColumn::default(),
                 known: HashMap::new(),
@@ -93,14 +95,14 @@ impl Data {
     /// Checks a cell and, if asked to, keeps it. The first number with a decimal sign settles one that is open.
     pub fn push(&mut self, cell: &[u8], decimal: &mut Option<char>, keep: bool) -> Result<(), Wrong> {
         let text = unquoted(std::str::from_utf8(cell).map_err(|_| Wrong::NotText)?);
-        if text.is_empty() && !matches!(self, Self::Texts { or_none: true, .. }) {
+        if text.is_empty() && !matches!(self, Self::Texts { or_none: true, .. } | Self::Numbers { or_zero: true, .. }) {
             return Err(Wrong::Empty);
         }
         match self {
-            Self::Numbers(numbers) => {
-                let number = number(text, decimal)?;
+            Self::Numbers { column, .. } => {
+                let number = if text.is_empty() { 0.0 } else { number(text, decimal)? };
                 if keep {
-                    numbers.push(number);
+                    column.push(number);
                 }
             }
             Self::Texts { column, known, .. } if keep => {
@@ -123,7 +125,7 @@ impl Data {
     /// Drops what has been kept.
     pub fn forget(&mut self) {
         match self {
-            Self::Numbers(numbers) => *numbers = Vec::new(),
+            Self::Numbers { column, .. } => *column = Vec::new(),
             Self::Texts { column, known, .. } => (*column, *known) = (TextColumn::default(), HashMap::new()),
         }
     }

@@ -12,6 +12,8 @@ use crate::diagnostic::{Diagnostic, Place};
 pub enum ColumnKind {
     /// Finite numbers.
     Number,
+    /// The same, where an empty cell is 0: not known.
+    NumberOrZero,
     /// Finite numbers in this unit, unless a row of units below the header names another: then they are converted to this.
     Quantity(Unit),
     /// Texts, such as names; each different one is kept once.

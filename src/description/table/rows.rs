@@ -300,7 +300,7 @@ impl<R: Read> Rows<'_, R> {
         for ((column, data), factor) in self.header.columns.into_iter().zip(self.data).zip(factors) {
             table.fields.insert(column.name.clone(), column.field);
             match data {
-                Data::Numbers(mut numbers) => {
+                Data::Numbers { column: mut numbers, .. } => {
                     // Exact where the units are the same.
                     numbers.iter_mut().for_each(|number| *number *= factor);
                     table.numbers.insert(column.name, numbers);

@@ -52,11 +52,13 @@ fn of_column(column: &Column, cell: &str, row: &Row) -> Result<OfColumn, Diagnos
     let expected = match column.kind {
         ColumnKind::Quantity(expected) => expected,
         // Of a temperature, a side of approach: read as they are.
-        ColumnKind::Number if Unit::named(cell).is_some() => {
+        ColumnKind::Number | ColumnKind::NumberOrZero if Unit::named(cell).is_some() => {
             let message = format!("the column `{}` is read as it is, and cannot be in `{cell}`", column.title);
             return Err(Diagnostic::error(message).at(place).remedy("leave this cell of the row of units empty"));
         }
-        ColumnKind::Number | ColumnKind::Text | ColumnKind::TextOrNone => return Ok(as_expected),
+        ColumnKind::Number | ColumnKind::NumberOrZero | ColumnKind::Text | ColumnKind::TextOrNone => {
+            return Ok(as_expected);
+        }
     };
     if matches!(cell, "" | "-") {
         return Ok(as_expected);
