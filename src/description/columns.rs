@@ -25,6 +25,9 @@ const ABOUT: [&str; 13] = [
     "U95",
 ];
 
+/// Owners of parameters that are no element's: the base, the tool and the instrument; no element may have their names.
+pub const OWNERS: [&str; 3] = ["base", "tool", "instrument"];
+
 /// First parts of columns that name a variable, frame or coordinate after a dot.
 const PREFIXES: [&str; 6] = ["approach.", "temperature.", "commanded.", "recorded.", "torque.", "sigma."];
 

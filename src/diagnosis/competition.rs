@@ -10,7 +10,7 @@ use super::linear_problem::LinearProblem;
 use super::misfit::{Readings, first_readings};
 use super::projection::Subset;
 use super::refinement::refine;
-use super::repeatability::repeatability;
+use super::repeatability::noise;
 use super::result::{Excluded, NotTried};
 use super::selection::Selector;
 use super::untried::{excluded, not_tried};
@@ -82,7 +82,7 @@ impl Competition {
         let left = calibration.as_ref().map_or(0.0, |found| found.after.fit.distance[1]);
         let excluded = excluded(&campaign, left, &mut tried);
         let mut all = LinearProblem::new(model, inputs.campaign, &values, &kept, tried)?.pruned();
-        let noise = campaign.sigma.map(|_| 1.0).or_else(|| repeatability(&campaign, settings.least_repeats));
+        let noise = noise(&campaign, settings.least_repeats);
         progress("comparing hypotheses");
         let unused: Vec<bool> = inputs.held_out.iter().zip(outliers).map(|(held, outlier)| *held || *outlier).collect();
         let found = Selector::new(&all.without(&unused), &settings.selection).search(noise);

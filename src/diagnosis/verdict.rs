@@ -9,6 +9,7 @@ use super::projection::Subset;
 use super::result::{Autocorrelation, NoiseSource, Verdict};
 use super::selection::Selector;
 use super::settings::VerdictSettings;
+use crate::description::campaign::NoiseOrigin;
 
 /// A subset on the way to the causes, with its cross-validated error.
 pub struct Step {
@@ -70,8 +71,9 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
         steps.pop();
     }
     let [before, after] = [steps.first(), steps.last()].map(|step| step.map_or(0.0, variance));
+    let is_stated = competition.campaign.sigma.is_some() && competition.campaign.noise_origin == NoiseOrigin::Stated;
     let noise_source = match competition.noise {
-        Some(_) if competition.campaign.sigma.is_some() => NoiseSource::Stated,
+        Some(_) if is_stated => NoiseSource::Stated,
         Some(_) => NoiseSource::Repeated,
         None => NoiseSource::Residual,
     };

@@ -1,5 +1,6 @@
 //! A campaign from its files: the campaign itself, its robot and its measurements, every fault located.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::allowed::not_allowed;
@@ -14,6 +15,7 @@ use crate::description::limits::READINGS;
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::noise::fill_noise;
 use crate::observation::Kinds;
 use crate::prediction::fill_holding_loads;
 
@@ -140,12 +142,15 @@ fn read_campaign(reader: &Reader, file: &str, robot: Option<&str>) -> Result<Loa
     if !anchors_sound && diagnostics.iter().any(Diagnostic::is_error) {
         return Err(diagnostics);
     }
-    let references = references(reader, &raw, &place, &document, &mut diagnostics);
     let read: Vec<(RawEntry, &Table)> = tables.iter().map(|(entry, table)| (entry.clone(), table)).collect();
+    let is_apart = matches!(raw.estimate.base.0, Some(Sharing::PerSession));
+    let of_pose = is_apart.then(|| sessions_of_poses(&read));
+    let references = references(reader, &raw, &place, &document, of_pose.as_ref(), &mut diagnostics);
     let at = document.place_of_value(&["references"]);
     let mut loaded = resolved(&reader.kinds, raw, &document, robot, &read, diagnostics)?;
     loaded.diagnostics.extend(references.of_another_campaign(&loaded.campaign.poses).map(|found| found.at(at)));
     loaded.campaign.references = references;
+    fill_noise(&loaded.robot.model, &mut loaded.campaign);
     Ok(loaded)
 }
 
@@ -287,10 +292,10 @@ fn references(
     raw: &RawCampaign,
     place: &Place,
     document: &Document,
+    of_pose: Option<&HashMap<&str, &str>>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> References {
     let mut found = References::default();
-    let apart = matches!(raw.estimate.base.0, Some(Sharing::PerSession));
     for (k, entry) in raw.references.iter().flat_map(|all| &all.0).enumerate() {
         let number = k.to_string();
         let paths = [&["references", &number, "file"][..], &["references", "file"], &["references", &number]];
@@ -309,11 +314,26 @@ fn references(
             Err(diagnostic) => Err(vec![unopened(diagnostic, document.place_of_value(path))]),
         };
         match table {
-            Ok(table) => found.append(&table, &units, entry.session.as_deref(), apart),
+            Ok(table) => found.append(&table, &units, entry.session.as_deref(), of_pose),
             Err(mut faults) => diagnostics.append(&mut faults),
         }
     }
     found
+}
+
+/// Sessions of the configurations that tables name, of those that are of one.
+fn sessions_of_poses<'t>(tables: &'t [(RawEntry, &'t Table)]) -> HashMap<&'t str, &'t str> {
+    let mut found: HashMap<&str, Option<&str>> = HashMap::new();
+    for (entry, table) in tables {
+        let (poses, sessions) = (table.texts("pose"), table.texts("session"));
+        for row in 0..table.row_count() {
+            let of_row = sessions.and_then(|all| all.get(row)).or(entry.session.as_deref());
+            let (Some(pose), Some(session)) = (poses.and_then(|all| all.get(row)), of_row) else { continue };
+            let known = found.entry(pose).or_insert(Some(session));
+            *known = known.filter(|known| *known == session);
+        }
+    }
+    found.into_iter().filter_map(|(pose, session)| Some((pose, session?))).collect()
 }
 
 /// A file of measurements, and that of its joints where there is one; with the keys of the campaign file that name them.

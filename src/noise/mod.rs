@@ -2,13 +2,17 @@
 //! readings repeated in place.
 //! A calibration cannot fall below this noise, and what it leaves above it is the robot's.
 
+mod found;
 mod references;
 mod repeats;
 mod rigid_markers;
 
+pub use found::{LEAST_FREEDOM, fill_noise};
 pub use references::{Motion, ReferenceNoise, reference_noise};
 pub use repeats::{Repeated, repeats};
 pub use rigid_markers::rigid_markers;
+
+use crate::math::median;
 
 /// A standard deviation of a coordinate, found from readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,4 +21,25 @@ pub struct NoiseEstimate {
     pub sigma: f64,
     /// Degrees of freedom that it was found from.
     pub degrees_of_freedom: f64,
+}
+
+/// Root mean square of deviations over the same by their median, beyond which some are wrong readings and the median counts.
+/// Of Gauss's distribution it is 1, of Student's with 3 degrees of freedom 1.5.
+const WRONG: f64 = 2.0;
+/// Median of the magnitude of a standard normal variable.
+const MEDIAN: f64 = 0.6745;
+
+impl NoiseEstimate {
+    /// From deviations from their means, each of the standard deviation sought but for the share that the mean takes: with so many
+    /// degrees of freedom in all. Their root mean square, or by their median where some readings are wrong. `None` where nothing
+    /// scatters.
+    fn of(mut deviations: Vec<f64>, degrees_of_freedom: f64) -> Option<Self> {
+        let squares: f64 = deviations.iter().map(|v| v * v).sum();
+        let sigma = (squares / degrees_of_freedom).sqrt();
+        let taken = (deviations.len() as f64 / degrees_of_freedom).sqrt();
+        deviations.iter_mut().for_each(|v| *v = v.abs());
+        let robust = median(&mut deviations)? * taken / MEDIAN;
+        let sigma = if robust > 0.0 && sigma > WRONG * robust { robust } else { sigma };
+        (degrees_of_freedom > 0.0 && squares > 0.0).then_some(Self { sigma, degrees_of_freedom })
+    }
 }

@@ -32,7 +32,7 @@ pub fn repeats(campaign: &Campaign, what: Repeated, size: impl Fn(usize, usize) 
     if what == Repeated::Anywhere {
         order.sort_by_key(|&i| configuration(i));
     }
-    let (mut squares, mut freedom) = (0.0, 0.0);
+    let (mut deviations, mut freedom) = (Vec::new(), 0.0);
     for pose in order.chunk_by(|&a, &b| configuration(a) == configuration(b)) {
         let mut left = pose.to_vec();
         while let Some(first) = left.pop() {
@@ -44,11 +44,12 @@ pub fn repeats(campaign: &Campaign, what: Repeated, size: impl Fn(usize, usize) 
                 let of = |i: &usize| campaign.readings[*i].measured[k];
                 let mean = same.iter().map(of).sum::<f64>() / same.len() as f64;
                 let size = size(first, k);
-                squares += same.iter().map(|i| ((of(i) - mean) / size).powi(2)).sum::<f64>();
-                freedom += (same.len() - 1) as f64;
+                if same.len() > 1 {
+                    deviations.extend(same.iter().map(|i| (of(i) - mean) / size));
+                    freedom += (same.len() - 1) as f64;
+                }
             }
         }
     }
-    let sigma = (squares / freedom).sqrt();
-    (freedom > 0.0 && squares > 0.0).then_some(NoiseEstimate { sigma, degrees_of_freedom: freedom })
+    NoiseEstimate::of(deviations, freedom)
 }

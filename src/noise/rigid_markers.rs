@@ -1,6 +1,7 @@
 //! Noise from the distances between markers on one body, which no motion of the robot changes.
 
 use std::collections::{BTreeSet, HashMap};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::Vector3;
 
@@ -39,7 +40,7 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
     campaign.readings.iter().for_each(|of| mounted[of.pose] = of.session.part(campaign.sessions.tool));
     let mountings: BTreeSet<usize> = mounted.iter().copied().collect();
     let markers: Vec<usize> = distinct(points.keys().map(|(_, marker)| *marker));
-    let (mut squares, mut degrees_of_freedom) = (0.0, 0.0);
+    let (mut deviations, mut degrees_of_freedom) = (Vec::new(), 0.0);
     for (k, &one) in markers.iter().enumerate() {
         for &other in markers[k + 1..].iter().filter(|other| body(**other) == body(one)) {
             let distance = |pose: usize| {
@@ -54,11 +55,13 @@ pub fn rigid_markers(model: &Model, campaign: &Campaign) -> Option<NoiseEstimate
                 let found: Vec<(f64, f64)> = poses.filter_map(distance).collect();
                 let count = found.len() as f64;
                 let mean = found.iter().map(|(distance, _)| distance).sum::<f64>() / count.max(1.0);
-                squares += found.iter().map(|(distance, part)| ((distance - mean) / part).powi(2)).sum::<f64>();
-                degrees_of_freedom += (count - 1.0).max(0.0);
+                if count > 1.0 {
+                    // A difference of two points of equal noise.
+                    deviations.extend(found.iter().map(|(distance, part)| (distance - mean) / part * FRAC_1_SQRT_2));
+                    degrees_of_freedom += count - 1.0;
+                }
             }
         }
     }
-    let sigma = (0.5 * squares / degrees_of_freedom).sqrt();
-    (degrees_of_freedom > 0.0 && sigma.is_finite()).then_some(NoiseEstimate { sigma, degrees_of_freedom })
+    NoiseEstimate::of(deviations, degrees_of_freedom)
 }

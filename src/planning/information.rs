@@ -37,6 +37,7 @@ pub struct Information<'a> {
     known_rows: Vec<f64>,
     /// As in [`super::Settings`].
     seen: f64,
+    nuisance: f64,
     short_list: usize,
 }
 
@@ -94,7 +95,7 @@ impl<'a> Information<'a> {
         let all = DMatrix::from_fn(rows.len() / width, p, |i, j| rows[i * width + kept[j]]);
         let unwhiten = unwhitening(&all, pool.len()).ok_or(PlanningError::NothingSeen)?;
         let measured = all.rows(pool_rows, all.nrows() - pool_rows) * &unwhiten;
-        let (seen, short_list) = (request.settings.seen, request.settings.short_list);
+        let super::settings::Settings { seen, nuisance, short_list, .. } = request.settings;
         let mut known = measured.tr_mul(&measured) + DMatrix::identity(p, p) * request.settings.ridge;
         if request.settings.prior {
             let kept = kept.iter().map(|&column| &model.registry[slots[column]]);
@@ -112,6 +113,7 @@ impl<'a> Information<'a> {
             known,
             known_rows,
             seen,
+            nuisance,
             short_list,
         })
     }
@@ -188,7 +190,12 @@ impl<'a> Information<'a> {
         });
         let tolerances: Vec<f64> = tolerances.collect();
         match criterion {
-            Optimality::TestError => Target::Trace(tests.clone()),
+            Optimality::TestError => {
+                // What test poses do not depend on (the place of a second station, the mount of a sensor) is to be found as well.
+                let count = tests.nrows();
+                let little = self.nuisance * tests.trace() / count.max(1) as f64;
+                Target::Trace(tests + DMatrix::identity(count, count) * little)
+            }
             Optimality::D => Target::Determinant,
             Optimality::A => {
                 let scaled =

@@ -46,5 +46,9 @@ settings! {
         pub ridge: f64 = 1e-9,
         /// Least information about any combination, on the same scale, with which it counts as seen.
         pub seen: f64 = 1e-7,
+        /// Weight of the variance of every combination in the error at test poses, over the mean weight: what test poses do not
+        /// depend on (the place of a second station, the mount of a sensor) is to be found as well. Ten times [`Settings::seen`]: a
+        /// combination that is hardly seen then outweighs all test poses.
+        pub nuisance: f64 = 1e-6,
     }
 }

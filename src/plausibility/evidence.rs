@@ -66,6 +66,9 @@ pub struct Limits {
     pub chance: f64,
     /// Motion of fixed reflectors below so many times their scatter does not matter to a calibration.
     pub reference_motion: f64,
+    /// Greatest motion of fixed reflectors, over a step of the readings, below which instrument and base did not make it: the mean
+    /// lies between the places before and after, so that at least one of both is half the step away from it.
+    pub reference_step: f64,
     /// Stated and shown noise may differ by this factor: repeats of a static reading leave out what differs over the workspace.
     pub shown_noise: f64,
     /// Arm at the end of which a rotation counts as a displacement, m: that of a tool.
@@ -162,6 +165,7 @@ impl Default for Limits {
             least_configurations: 12,
             chance: 1e-3,
             reference_motion: 1.0,
+            reference_step: 0.5,
             shown_noise: 3.0,
             arm: 0.3,
             significant: 2.0,

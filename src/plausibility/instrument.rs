@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::evidence::{Evidence, Limits};
+use crate::description::campaign::{NoiseOrigin, Sharing};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::math::quantiles::f_tail;
 use crate::noise::{NoiseEstimate, Repeated, reference_noise, repeats, rigid_markers};
@@ -41,16 +42,23 @@ pub(super) fn instrument(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic
         );
         let diagnostic = Diagnostic::warning(message).code(Code::ReferencesMoved);
         let diagnostic = diagnostic.figure("rms_mm", rms).figure("greatest_mm", greatest).figure("drift_mm", drift);
-        found.push(diagnostic.remedy(
-            "calibration cannot be better than that: estimate base per session, cut the campaign where they moved, or let it warm up",
-        ));
+        found.push(diagnostic.remedy(match campaign.sessions.base {
+            Sharing::PerSession => {
+                "calibration cannot be better than that: cut the campaign where they moved, or let it warm up; where their rows are of \
+                 sessions, say of which, in a column `session` or by the configurations in a column `pose`"
+            }
+            _ => {
+                "calibration cannot be better than that: estimate base per session, cut the campaign where they moved, or let it warm up"
+            }
+        }));
     }
     let shown = [
         ("distances between rigid markers", rigid_markers(model, campaign)),
         ("readings repeated in place", repeats(campaign, Repeated::InPlace, |_, _| 1.0)),
         ("fixed reflectors", references.map(|seen| seen.noise)),
     ];
-    let stated = campaign.sigma.map(|sigma| (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt());
+    let stated = campaign.sigma.filter(|_| campaign.noise_origin == NoiseOrigin::Stated);
+    let stated = stated.map(|sigma| (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt());
     for (what, NoiseEstimate { sigma, degrees_of_freedom }) in
         shown.into_iter().filter_map(|(what, noise)| Some((what, noise?)))
     {

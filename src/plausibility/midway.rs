@@ -16,6 +16,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::kinematics::{Geometry, Placements};
 use crate::math::median;
 use crate::math::quantiles::f_tail;
+use crate::noise::reference_noise;
 
 /// Least number of readings on either side: two or three wrong ones in a row are outliers and no step, and the three values of a
 /// step are then found from 15 coordinates at least.
@@ -65,6 +66,11 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     }
     let steps = [false, true].into_iter().filter_map(|is_marker| greatest(&fit, is_marker));
     let step = steps.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    // Fixed reflectors that moved by less say that instrument and base stood still.
+    let moved = reference_noise(&campaign.references).and_then(|seen| seen.motion).map(|motion| motion.greatest);
+    if !step.is_marker && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
+        return None;
+    }
     let total = fit.residual.norm_squared();
     let freedom = fit.freedom() - 3.0;
     // Of a robust fit the residuals are not orthogonal to what was fitted, and the gain of a step is none.

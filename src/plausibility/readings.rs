@@ -8,6 +8,7 @@ use super::hypothesis::{Hypothesis, total_length};
 use super::outlying;
 use super::trial::{Trials, errors, noise, typical};
 use super::words::{Words, both, mm, unit_of, words_of};
+use crate::description::campaign::NoiseOrigin;
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::math::median;
 
@@ -309,7 +310,8 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let shown = |metres: f64| mm(scale * metres);
     let is_little = after > LITTLE * before && !campaign.is_difference();
     let allowed = || Trials::new(evidence.model, campaign, limits).allowed(&[]).filter(|allowed| after > *allowed);
-    let is_noise_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
+    let is_noise_stated = campaign.noise_origin == NoiseOrigin::Stated
+        && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
     let ratio = after / noise(campaign);
     let beyond = if is_noise_stated && ratio > limits.noise_hopeless {
         format!("{ratio:.0} times the stated noise")

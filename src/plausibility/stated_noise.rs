@@ -1,6 +1,7 @@
 //! Residuals against the noise that is stated: of lengths, of angles and of loads, each judged in its own.
 
 use super::evidence::{Evidence, Limits};
+use crate::description::campaign::NoiseOrigin;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, row_kinds, row_sigmas};
 
@@ -30,6 +31,16 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
         };
         if freedom < limits.noise_freedom || (least..=most).contains(&ratio) || !ratio.is_finite() {
             return None;
+        }
+        // What the readings themselves show is not doubted.
+        let origin = if key == "sigma" { evidence.campaign.noise_origin } else { NoiseOrigin::Stated };
+        if origin != NoiseOrigin::Stated {
+            let message = format!(
+                "residuals{of} are {ratio:.0} times {}: calibration does not describe these readings",
+                origin.words()
+            );
+            let told = Diagnostic::warning(message).remedy("`diagnose` says where the rest lies");
+            return (ratio > most).then(|| told.code(Code::NoiseUnlikeStated).figure("ratio", ratio));
         }
         let diagnostic = if ratio < least {
             let message = format!(

@@ -24,7 +24,7 @@ impl DriverValues {
         let mut drivers: Vec<Driver> = Vec::new();
         for own in 0..coordinates {
             drivers.extend([Driver::Angle(own), Driver::OwnLoad(own), Driver::Load(own)]);
-            drivers.extend(conditions.is_ordered.then_some(Driver::LastMove(own)));
+            drivers.extend(conditions.is_ordered().then_some(Driver::LastMove(own)));
         }
         drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
         drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));

@@ -70,7 +70,7 @@ fn of_conditions(survey: &mut Survey, campaign: &Campaign, variables: usize, fol
     };
     let greatest = |all: &[f64]| all.iter().filter(|v| v.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
     let moves = by_coordinate(&|variable, index| conditions.last_move.get(variable)?.get(index).copied());
-    survey.moves = moves.iter().map(|all| conditions.is_ordered && is_varied(all)).collect();
+    survey.moves = moves.iter().map(|all| conditions.is_ordered() && is_varied(all)).collect();
     let greatest_moves = moves.iter().zip(&survey.moves);
     survey.greatest_moves = greatest_moves.map(|(all, is_known)| if *is_known { greatest(all) } else { 0.0 }).collect();
     let positions = by_coordinate(&|variable, index| campaign.configuration(index).get(variable).copied());

@@ -22,6 +22,15 @@ pub fn campaign(found: &CampaignCheck, screen: Screen) -> String {
     let header = ["variable", "unit", "least", "most", "limits", "covered", "beyond"];
     out += &screen.table(&header, found.joints.iter().map(|(name, range)| row(name, range)));
     out += "\n";
+    if let (Some(source), Some(first)) = (found.evaluated_at, found.joints.keys().next()) {
+        let _ = match source {
+            "plain" => writeln!(
+                out,
+                "evaluated at the plain columns (`{first}`); `joints: commanded` or `joints: recorded` chooses the others"
+            ),
+            source => writeln!(out, "evaluated at the columns `{source}.{first}` .., as `joints: {source}` says"),
+        };
+    }
     out += &noise(found);
     if let Some(loads) = &found.loads {
         let _ = writeln!(
@@ -65,7 +74,12 @@ fn noise(found: &CampaignCheck) -> String {
             };
             writeln!(out, "noise stated, one sigma: {}{open}", stated.join(", "))
         }
-        None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
+        None => match found.without_robot.taken {
+            Some(sigma) => {
+                writeln!(out, "noise stated: none; that which the readings show counts instead, {sigma:.4} mm")
+            }
+            None => writeln!(out, "noise stated: none; intervals come from the residuals alone"),
+        },
     };
     let seen = &found.without_robot;
     for (what, figure) in [

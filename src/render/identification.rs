@@ -222,14 +222,25 @@ fn certainty(found: &Identification) -> String {
             "the error of {within} of the {all} configurations held out lies in its predicted 95 % interval"
         );
     }
-    if found.noise_sources.position != WeightSource::Stated {
-        out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
+    let shown_by = match found.noise_sources.position {
+        WeightSource::Stated => None,
+        WeightSource::Residuals => {
+            out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
+            None
+        }
+        WeightSource::Markers => Some("distances between rigid markers"),
+        WeightSource::Repeats => Some("readings repeated in place"),
+        WeightSource::References => Some("fixed reflectors"),
+    };
+    if let (Some(shown_by), Some(noise)) = (shown_by, found.noise) {
+        let _ = writeln!(out, "noise not stated: {noise:.4} mm (rms of a reading) from {shown_by}");
     }
     if found.noise_sources.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
     }
     if let Some(ratio) = found.noise_ratio {
-        let _ = writeln!(out, "residuals are {ratio:.2} times the stated noise");
+        let noise = if shown_by.is_some() { "that" } else { "the stated" };
+        let _ = writeln!(out, "residuals are {ratio:.2} times {noise} noise");
         if ratio > 2.0 {
             out += "  something else than what was fitted is left: intervals cover its scatter, not its shape\n";
         }
@@ -326,7 +337,9 @@ fn steps(found: &Identification, screen: Screen) -> String {
         rows.push(row("registration only", registration));
     }
     rows.push(row("calibrated", after));
-    rows.extend(found.stated_noise.filter(|_| found.has_lengths()).map(|noise| row("stated noise", noise)));
+    let is_stated = found.noise_sources.position == WeightSource::Stated;
+    let name = if is_stated { "stated noise" } else { "noise" };
+    rows.extend(found.noise.filter(|_| found.has_lengths()).map(|noise| row(name, noise)));
     let which = if found.is_checked() { "readings the fit did not see" } else { "fitted readings" };
     let mut out = format!("rms error, {which}\n{}", bars(&rows, screen));
     let drawn = histogram(&found.left, screen);

@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::identification::NoiseSources;
 use super::own_weight::OwnWeight;
 use super::units::{deg, mm, shown, shown_unit};
-use crate::description::campaign::Campaign;
+use crate::description::campaign::raw::JointSource;
+use crate::description::campaign::{Campaign, NoiseOrigin};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{What, candidates};
 use crate::math::{distinct, mean_rms_max};
@@ -63,7 +64,8 @@ impl StatedNoise {
             reading.observes.sigmas(&reading.noise).into_iter().take(reading.observes.length_rows())
         });
         let [least, most] = sizes.fold([f64::INFINITY, 0.0], |[least, most], size| [size.min(least), size.max(most)]);
-        let is_by_axis = campaign.sigma.is_some_and(|[x, y, z]| x != y || y != z);
+        let stated = campaign.sigma.filter(|_| campaign.noise_origin == NoiseOrigin::Stated);
+        let is_by_axis = stated.is_some_and(|[x, y, z]| x != y || y != z);
         let loads: Vec<f64> = campaign
             .readings
             .iter()
@@ -71,8 +73,8 @@ impl StatedNoise {
             .filter_map(|reading| reading.noise.is_stated[2].then_some(reading.noise.load))
             .collect();
         let found = Self {
-            position: campaign.sigma.map(|sigma| sigma.map(mm)),
-            range: campaign.sigma.filter(|_| !is_by_axis && most > least).map(|_| [least, most].map(mm)),
+            position: stated.map(|sigma| sigma.map(mm)),
+            range: stated.filter(|_| !is_by_axis && most > least).map(|_| [least, most].map(mm)),
             orientation: campaign.sigma_orientation.map(deg),
             torque: (!loads.is_empty()).then(|| mean_rms_max(loads.into_iter())[1]),
         };
@@ -133,6 +135,9 @@ pub struct InstrumentNoise {
     /// From fixed reflectors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub references: Option<NoiseFigure>,
+    /// That of these by which readings are weighed, since the campaign states none, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub taken: Option<f64>,
     /// `None` without reflectors, or with one that cannot tell motion from noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ReferenceMotion>,
@@ -153,6 +158,7 @@ impl InstrumentNoise {
             rigid_markers: rigid_markers(model, campaign).map(figure),
             repeats: repeats(campaign, Repeated::InPlace, |_, _| 1.0).map(figure),
             references: references.map(|found| figure(found.noise)),
+            taken: campaign.sigma.filter(|_| campaign.noise_origin != NoiseOrigin::Stated).map(|sigma| mm(sigma[0])),
             motion,
         }
     }
@@ -178,6 +184,9 @@ pub struct CampaignCheck {
     pub sets: Sets,
     pub unit: &'static str,
     pub joints: IndexMap<String, JointRange>,
+    /// Which joints the model is evaluated at: `plain` columns, `commanded` or `recorded`; `None` where the files give no others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluated_at: Option<&'static str>,
     /// `None` where none is stated.
     pub noise: Option<StatedNoise>,
     /// What the campaign says of its instrument without the robot; nothing where it says nothing.
@@ -203,8 +212,10 @@ pub struct CampaignCheck {
 }
 
 impl CampaignCheck {
-    /// Of a campaign and its robot, with the warnings of reading them.
-    pub fn new(model: &Model, campaign: &Campaign, warnings: &[Diagnostic]) -> Self {
+    /// Of a campaign and its robot, the joints that its file says it is evaluated at, and the warnings of reading them.
+    pub fn new(model: &Model, campaign: &Campaign, joints: Option<JointSource>, warnings: &[Diagnostic]) -> Self {
+        let has_others = campaign.conditions.other_joints.iter().any(Option::is_some);
+        let evaluated_at = joints.map_or("plain", JointSource::prefix);
         let readings = &campaign.readings;
         let count = |set: Option<bool>| readings.iter().filter(|reading| reading.check == set).count();
         let mut markers: IndexMap<String, usize> = IndexMap::new();
@@ -227,6 +238,7 @@ impl CampaignCheck {
             sets: Sets { fit: count(Some(false)), check: count(Some(true)), unassigned: count(None) },
             unit: "mm",
             joints: (0..model.variables.len()).map(|k| (variable(k).into(), range(model, campaign, k))).collect(),
+            evaluated_at: has_others.then_some(evaluated_at),
             noise: StatedNoise::of(campaign),
             without_robot: InstrumentNoise::new(model, campaign),
             loads: loads(campaign),

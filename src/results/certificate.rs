@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::errors::FitOrCheck;
 use super::units::{deg, mm};
-use crate::description::campaign::Campaign;
 use crate::description::campaign::raw::RawCertificate;
+use crate::description::campaign::{Campaign, NoiseOrigin};
 use crate::estimation::Calibration;
 use crate::model::Model;
 use crate::review::{Direction, Repeated, repeated};
@@ -139,7 +139,8 @@ impl Certificate {
             |index: usize| (!held_out || found.held_out[index]) && campaign.readings[index].observes.length_rows() > 0;
         let (before, after) = (sizes(campaign, &found.registered), sizes(campaign, &found.residual));
         let of = |all: &[f64]| certified((0..all.len()).filter(|&index| judges(index)).map(|index| all[index]));
-        let is_stated = campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
+        let is_stated = campaign.noise_origin == NoiseOrigin::Stated
+            && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
         let sigma = campaign.readings.iter().flat_map(|r| {
             let lengths = r.observes.length_rows();
             r.observes.sigmas(&r.noise).into_iter().take(lengths).collect::<Vec<_>>()

@@ -13,7 +13,7 @@ use super::parts::{PartErrors, WorstReading, parts, worst};
 use super::since::Since;
 use super::springs::{SpringGroup, insensitive, least_stiffness};
 use super::units::{mm, unit};
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::{Campaign, NoiseOrigin, Reading};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{Calibration, Comparison, Estimate};
 use crate::math::quantiles::normal95;
@@ -98,6 +98,12 @@ pub struct PredictedError {
 pub enum WeightSource {
     /// The campaign states it.
     Stated,
+    /// Scatter of the distances between markers of one body.
+    Markers,
+    /// Scatter of readings repeated in place.
+    Repeats,
+    /// Scatter of fixed reflectors.
+    References,
     /// What the model leaves, its own errors included.
     Residuals,
 }
@@ -117,10 +123,13 @@ impl NoiseSources {
         let has_both = |reading: &Reading| reading.observes.length_rows() > 0 && reading.observes.angle_rows() > 0;
         let has_angles = |reading: &Reading| reading.observes.angle_rows() > 0;
         let is_stated = campaign.sigma_orientation.is_some() && campaign.readings.iter().any(has_angles);
-        Self {
-            position: source(campaign.states_noise()),
-            orientation: (is_stated || campaign.readings.iter().any(has_both)).then(|| source(is_stated)),
-        }
+        let position = match campaign.noise_origin {
+            NoiseOrigin::Stated => source(campaign.states_noise()),
+            NoiseOrigin::RigidMarkers => WeightSource::Markers,
+            NoiseOrigin::Repeats => WeightSource::Repeats,
+            NoiseOrigin::References => WeightSource::References,
+        };
+        Self { position, orientation: (is_stated || campaign.readings.iter().any(has_both)).then(|| source(is_stated)) }
     }
 }
 
@@ -179,9 +188,9 @@ pub struct Identification {
     /// What its readings are.
     #[serde(skip)]
     pub observes: Observes,
-    /// Root mean square position error by the stated noise, mm; `None` where none is stated.
+    /// Root mean square position error by the noise, mm; `None` where it is not known.
     #[serde(skip)]
-    pub stated_noise: Option<f64>,
+    pub noise: Option<f64>,
     /// Coordinates (or distances) of all readings after calibration, m.
     #[serde(skip)]
     pub left: Vec<f64>,
@@ -236,7 +245,7 @@ impl Identification {
             refusals: Vec::new(),
             campaign: campaign.name.clone(),
             observes: campaign.observes,
-            stated_noise: campaign.sigma.and(stated).map(mm),
+            noise: campaign.sigma.and(stated).map(mm),
             left: campaign
                 .by_reading(&found.residual, 1)
                 .flat_map(|(reading, own)| &own[..reading.observes.length_rows()])

@@ -244,3 +244,88 @@ fn a_urdf_in_millimetres_is_told() {
         assert_eq!((said.status, said.err.contains("is this one written in mm?")), (0, is_told), "{}", said.err);
     }
 }
+
+/// Times say which configuration came before which, where no column `order` does; times that configurations share do not.
+#[test]
+fn times_stand_in_for_the_order() {
+    let effect = "settling@joint:2:share=2e-3";
+    let folder = simulated(&[
+        "universal-ur5",
+        "--poses",
+        "40",
+        "--noise",
+        "0.02",
+        "--errors",
+        "0",
+        "--conditions",
+        "--effect",
+        effect,
+        "--unknown-base",
+    ]);
+    let (header, mut all) = rows(folder.path());
+    let (order, time) = (at(&header, "order"), at(&header, "time"));
+    let without = |all: &[Vec<String>]| -> Vec<Vec<String>> {
+        all.iter()
+            .map(|row| row.iter().enumerate().filter(|(k, _)| *k != order).map(|(_, cell)| cell.clone()).collect())
+            .collect()
+    };
+    let titles: Vec<String> = header.iter().filter(|title| *title != "order").cloned().collect();
+    // Sorted by their names, as a spreadsheet does.
+    all.sort_by(|a, b| a[0].cmp(&b[0]));
+    written(folder.path(), &titles, &without(&all), |text| text);
+    let found = printed_json(folder.path(), &["diagnose", "c"]);
+    let named = |found: &Value| format!("{} {}", found["causes"][0]["effect"], found["causes"][0]["site"]);
+    assert_eq!(named(&found), "\"settling\" \"joint:2\"", "{}", found["causes"]);
+    all.iter_mut().for_each(|row| row[time] = "60".into());
+    written(folder.path(), &titles, &without(&all), |text| text);
+    let untimed = run(folder.path(), &["diagnose", "c"]);
+    assert!(untimed.out.contains("settling (a column `order` or `time`)"), "{}", untimed.out);
+}
+
+/// Reflectors that stood still say that neither instrument nor base was moved.
+#[test]
+fn a_step_that_still_reflectors_exclude_is_not_told() {
+    let drift = "frame-drift@base:x=1e-7,z=5e-8";
+    let folder = simulated(&[
+        "universal-ur5",
+        "--poses",
+        "60",
+        "--noise",
+        "0.02",
+        "--errors",
+        "0",
+        "--conditions",
+        "--effect",
+        drift,
+        "--unknown-base",
+    ]);
+    let (header, all) = rows(folder.path());
+    written(folder.path(), &header, &all, |text| text);
+    let told = run(folder.path(), &["diagnose", "c", "--format", "json"]);
+    let mut table = String::from("pose,reflector,x,y,z\n");
+    for (k, row) in all.iter().enumerate() {
+        for (name, [x, y, z]) in
+            [("a", [2000.0, 500.0, -500.0]), ("b", [2900.0, 800.0, -500.0]), ("c", [2700.0, 0.0, -600.0])]
+        {
+            let off = |axis: f64| 0.02 * (3.1 * k as f64 + axis + x).sin();
+            table +=
+                &format!("{},{name},{},{},{}\n", row[at(&header, "pose")], x + off(0.0), y + off(1.0), z + off(2.0));
+        }
+    }
+    std::fs::write(folder.path().join("c/fixed.csv"), table).expect("written");
+    written(folder.path(), &header, &all, |text| text + "references: fixed.csv\n");
+    let still = run(folder.path(), &["diagnose", "c", "--format", "json"]);
+    let is_moved = |ran: &Ran| codes(ran).contains(&"moved-midway".to_string());
+    assert_eq!((is_moved(&told), is_moved(&still)), (true, false), "{} {}", told.err, still.err);
+}
+
+/// What test poses do not depend on, the mount of a sensor on another link, is planned for as well.
+#[test]
+fn a_plan_for_two_sensors_determines_both() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: inclination\ninstrument: {orientation: 0.002}\n\
+                    calibrate: [geometry, joint-offset]\nmeasurements:\n- {file: forearm.csv, body: \"3\", mount: unknown}\n- {file: flange.csv}\n";
+    std::fs::write(folder.path().join("level.yaml"), campaign).expect("written");
+    let ran = run(folder.path(), &["plan", "level.yaml", "--poses", "30", "--criterion", "D", "--table", "p.csv"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+}

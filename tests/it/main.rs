@@ -84,6 +84,7 @@ mod report;
 mod residual_autocorrelation;
 mod robots;
 mod scene;
+mod shown_noise;
 mod since;
 mod stated_evidence;
 mod strip_yield;

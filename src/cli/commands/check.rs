@@ -59,7 +59,7 @@ fn campaign(command: &Check, session: &Session) -> Result<Output, Error> {
         return Err(Error::input("--snapshot, and a campaign", "give its robot to `check --snapshot`"));
     }
     let loaded = session.reader.campaign(&command.file, command.robot.as_deref())?;
-    let found = CampaignCheck::new(&loaded.robot.model, &loaded.campaign, &loaded.diagnostics);
+    let found = CampaignCheck::new(&loaded.robot.model, &loaded.campaign, loaded.raw.joints, &loaded.diagnostics);
     let mut output = Output::new(render_campaign(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(cannot_stand(&loaded.robot.model, &loaded.campaign));

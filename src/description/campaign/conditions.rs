@@ -65,13 +65,30 @@ pub struct Conditions {
     pub last_move: Vec<Vec<f64>>,
     /// Of the [`EARLIER_MOVES`] moves before it, the later first, by variable, as `last_move`.
     pub earlier_moves: Vec<Vec<Vec<f64>>>,
-    /// Whether files number their readings in the order of measurement; else it is that of times or rows, which may be another.
-    pub is_ordered: bool,
+    /// What says in which order readings were measured.
+    pub order: OrderBy,
     /// From the first reading of the session, s.
     pub session_time: Option<Vec<f64>>,
 }
 
+/// What says in which order the readings of a session were measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OrderBy {
+    /// Nothing but their rows, which may have been sorted since.
+    #[default]
+    Rows,
+    /// Times that tell every configuration of a session from the others.
+    Times,
+    /// The numbers in the column `order`.
+    Numbers,
+}
+
 impl Conditions {
+    /// Whether the files say which configuration came before which.
+    pub fn is_ordered(&self) -> bool {
+        self.order != OrderBy::Rows
+    }
+
     /// What is given, in the order of reports and files.
     pub fn columns(&self) -> impl Iterator<Item = (ConditionColumn<'_>, &Vec<f64>)> {
         let approach = self.approach.iter().enumerate();

@@ -33,7 +33,7 @@ use crate::observation::{MOST_ROWS, Noise, Observes, Rows};
 use crate::parameter::Kind;
 pub use amount::Amount;
 pub use columns::{expected_columns, kinds};
-pub use conditions::{ConditionColumn, Conditions, EARLIER_MOVES};
+pub use conditions::{ConditionColumn, Conditions, EARLIER_MOVES, OrderBy};
 pub use configurations::{Point, point_of};
 pub use faults::faults;
 pub use read::resolve;
@@ -53,8 +53,10 @@ pub struct Campaign {
     pub name: String,
     /// What a reading is.
     pub observes: Observes,
-    /// One sigma of each coordinate (of a distance: the first), if stated.
+    /// One sigma of each coordinate (of a distance: the first), if it is known.
     pub sigma: Option<[f64; 3]>,
+    /// Where `sigma` comes from.
+    pub noise_origin: NoiseOrigin,
     /// One sigma of each component of an orientation, if stated.
     pub sigma_orientation: Option<f64>,
     /// Whether the base's pose in the measurement frame is unknown.
@@ -91,6 +93,32 @@ pub struct Campaign {
     pub readings: Vec<Reading>,
     /// Conditions under which the readings were taken.
     pub conditions: Conditions,
+}
+
+/// Where the noise of a campaign's lengths comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum NoiseOrigin {
+    /// Its files state it, or nothing does.
+    #[default]
+    Stated,
+    /// Scatter of the distances between markers of one body.
+    RigidMarkers,
+    /// Scatter of readings repeated in place.
+    Repeats,
+    /// Scatter of fixed reflectors.
+    References,
+}
+
+impl NoiseOrigin {
+    /// The noise in a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Stated => "the stated noise",
+            Self::RigidMarkers => "the noise that distances between rigid markers show",
+            Self::Repeats => "the noise that readings repeated in place show",
+            Self::References => "the noise that fixed reflectors show",
+        }
+    }
 }
 
 /// One reading.
@@ -223,7 +251,7 @@ impl Campaign {
         !self.constraints.iter().any(is_known) && !self.readings.is_empty() && self.readings.iter().all(is_unknown)
     }
 
-    /// Whether the noise is stated of what judges the campaign: of lengths, where no reading holds any of angles, else of torques.
+    /// Whether the noise is known of what judges the campaign: of lengths, where no reading holds any of angles, else of torques.
     pub fn states_noise(&self) -> bool {
         let holds = |rows: fn(&Reading) -> usize| self.readings.iter().any(|reading| rows(reading) > 0);
         if self.sigma.is_some() || holds(|reading| reading.observes.length_rows()) {
@@ -249,7 +277,7 @@ impl Campaign {
     /// States the instrument's noise, one sigma, of the campaign and of all its readings (m, rad); `None` says that it is not
     /// known.
     pub fn state_noise(&mut self, sigma: Option<[f64; 3]>, orientation: Option<f64>) {
-        (self.sigma, self.sigma_orientation) = (sigma, orientation);
+        (self.sigma, self.sigma_orientation, self.noise_origin) = (sigma, orientation, NoiseOrigin::Stated);
         let noise = self.noise();
         self.readings.iter_mut().for_each(|reading| reading.noise = noise);
     }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::conditions::EARLIER_MOVES;
+use super::conditions::{EARLIER_MOVES, OrderBy};
 use super::{Campaign, InSession, Reading};
 use crate::diagnostic::{Diagnostic, Place};
 
@@ -58,8 +58,32 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     let earlier = moves.split_off(1);
     campaign.conditions.last_move = moves.pop().unwrap_or_default();
     campaign.conditions.earlier_moves = earlier;
-    campaign.conditions.is_ordered = orders.iter().any(Option::is_some);
+    campaign.conditions.order = if orders.iter().any(Option::is_some) {
+        OrderBy::Numbers
+    } else if are_told_apart_by_times(campaign) {
+        OrderBy::Times
+    } else {
+        OrderBy::Rows
+    };
     campaign.count_session_time();
+}
+
+/// Whether every reading has a time that no other configuration of its session has.
+fn are_told_apart_by_times(campaign: &Campaign) -> bool {
+    let Some(times) = &campaign.conditions.time else { return false };
+    let mut timed: Vec<(InSession, f64, usize)> = campaign
+        .readings
+        .iter()
+        .zip(times)
+        .enumerate()
+        .map(|(k, (reading, time))| (reading.session, *time, k))
+        .collect();
+    timed.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let is_told_apart = |pair: &[(InSession, f64, usize)]| {
+        let is_same_moment = pair[0].0 == pair[1].0 && pair[0].1 == pair[1].1;
+        !is_same_moment || campaign.configuration(pair[0].2) == campaign.configuration(pair[1].2)
+    };
+    timed.iter().all(|(_, time, _)| time.is_finite()) && timed.windows(2).all(is_told_apart)
 }
 
 /// A number in the column `order` that two configurations of a session have: nothing says which of them came first.

@@ -10,7 +10,7 @@ use super::rows::RowReader;
 use super::source::Source;
 use super::stated::stated_noise;
 use super::torques;
-use super::{Campaign, Conditions, Payload, Reading, References, Sessions, Sharing};
+use super::{Campaign, Conditions, NoiseOrigin, Payload, Reading, References, Sessions, Sharing};
 
 use crate::description::resolve::Locate;
 use crate::description::robot::Robot;
@@ -83,6 +83,7 @@ fn without_readings(
         name: raw.campaign.clone().unwrap_or_else(|| "campaign".into()),
         observes: kinds.first().copied().unwrap_or(POSITION),
         sigma: stated.sigma,
+        noise_origin: NoiseOrigin::Stated,
         sigma_orientation: stated.orientation,
         estimate_base: estimate.base.0.is_some(),
         estimate_tool: estimate.tool.0.is_some(),

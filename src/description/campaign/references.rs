@@ -1,7 +1,7 @@
 //! Fixed reflectors on base or pedestal, measured again and again while the robot is: evidence of the instrument's noise, and for
 //! or against motion of the base. No joints, no robot.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
@@ -69,24 +69,34 @@ impl References {
     }
 
     /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
-    /// reading of a reflector begins a new time where that reflector was read before. Where the base is one of each session
-    /// (`apart`), reflectors of two sessions are not compared: those of the column `session`, or of a file of one `session`.
-    pub fn append(&mut self, table: &Table, units: &Units, session: Option<&str>, apart: bool) {
+    /// reading of a reflector begins a new time where that reflector was read before. Reflectors of two sessions are not compared:
+    /// those of the column `session`, of a file of one `session`, or of configurations of it; none of them counts where `of_pose`
+    /// is `None`, since the base is one of all sessions.
+    pub fn append(
+        &mut self,
+        table: &Table,
+        units: &Units,
+        session: Option<&str>,
+        of_pose: Option<&HashMap<&str, &str>>,
+    ) {
         let factor = units.length.factor();
         let (order, pose, names) = (table.numbers("order"), table.texts("pose"), table.texts("reflector"));
         let sessions = table.texts("session");
         let coordinates = ["x", "y", "z"].map(|name| table.numbers(name));
-        let mut by_key: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+        let mut by_key: HashMap<String, usize> = HashMap::new();
         let mut seen: Vec<usize> = Vec::new();
         for row in 0..table.row_count() {
             let name = names.and_then(|names| names.get(row)).unwrap_or_default();
-            let of_row = sessions.and_then(|all| all.get(row)).or(session).filter(|_| apart);
+            let named = pose.and_then(|all| all.get(row)).filter(|name| !name.is_empty());
+            let of_row = of_pose.and_then(|known| {
+                let own = sessions.and_then(|all| all.get(row)).filter(|own| !own.is_empty()).or(session);
+                own.or_else(|| known.get(named?).copied())
+            });
             let name = of_row.map_or_else(|| name.to_owned(), |session| format!("{name}@{session}"));
             let reflector = self.reflectors.iter().position(|own| *own == name).unwrap_or_else(|| {
                 self.reflectors.push(name);
                 self.reflectors.len() - 1
             });
-            let named = pose.and_then(|all| all.get(row)).filter(|name| !name.is_empty());
             if let Some(name) = named.filter(|name| self.poses.last().is_none_or(|last| last != name)) {
                 self.poses.push(name.to_owned());
             }

@@ -4,7 +4,7 @@ use std::io;
 
 use indexmap::IndexMap;
 
-use super::{Campaign, ConditionColumn, InSession, Payload, Reading, WRENCH};
+use super::{Campaign, ConditionColumn, InSession, OrderBy, Payload, Reading, WRENCH};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
 use crate::description::units::{Angle, Force, Length, Torque, Units};
@@ -89,7 +89,7 @@ pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], u
             sheet.column(name, move |row| (readings[row].wrench[k] / unit).to_string());
         }
     }
-    if campaign.conditions.is_ordered {
+    if campaign.conditions.order == OrderBy::Numbers {
         sheet.column("order", move |row| readings[row].pose.to_string());
     }
     let mut conditions: Vec<_> = campaign.conditions.columns().collect();

@@ -22,6 +22,7 @@ pub use sizes::{doubtful_sizes, heaviest, urdf_in_millimetres};
 
 use indexmap::IndexMap;
 
+use super::columns::OWNERS;
 use super::convention::khalil_kleinfinger;
 use super::frame::FrameIndex;
 use super::parameters::{Owner, parameters};
@@ -177,7 +178,7 @@ fn unique_owners(raw: &RawRobot, diagnostics: &mut Collector) {
                     "use letters, digits, `_`, `-`, `/` and `'`",
                 );
             }
-            if matches!(name.as_str(), "base" | "tool" | "instrument") {
+            if OWNERS.contains(&name.as_str()) {
                 diagnostics.reject(&path, format!("`{name}` is a reserved name"), "choose another");
             }
             if let Some((other, _)) = seen.iter().find(|(_, known)| known == name) {

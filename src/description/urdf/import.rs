@@ -10,6 +10,7 @@ use super::elements::{Kind, Survey, survey};
 use super::motion::{Isometry, moved, placed, towards};
 use super::source::Source;
 use super::tree::{Tree, tree};
+use crate::description::columns::OWNERS;
 use crate::description::khalil_kleinfinger::{clean, clean_angle, khalil_kleinfinger, screw_z, shift_to_normal};
 use crate::description::raw::{JointKind, RawBody, RawFrame, RawRobot, RawTool, RawUrdf};
 use crate::description::robot::Constants;
@@ -85,6 +86,7 @@ pub(super) fn built<T>(
     let chain = tree.as_ref().and_then(|tree| chain(&mut source, &survey, tree, request));
     let (Some(tree), Some(chain)) = (&tree, chain) else { return Err(source.finish()) };
     let carriers = vec![None; survey.links.len()];
+    let faults = source.count();
     let mut builder = Builder {
         source: &mut source,
         survey: &survey,
@@ -96,6 +98,9 @@ pub(super) fn built<T>(
     };
     let robot = builder.robot();
     let made = make(&builder, &robot);
+    if source.count() > faults {
+        return Err(source.finish());
+    }
     Ok((robot, made, source.finish()))
 }
 
@@ -129,6 +134,7 @@ impl<'a> Builder<'_, 'a> {
                 } else {
                     let own = self.own_frame(joint);
                     let constants = khalil_kleinfinger(&(parent.inverse() * self.displaced(joint, 0.0) * own));
+                    self.refuse_owner(joint);
                     self.warn_of_tilt(joint, antecedent, &constants);
                     robot.frames.insert(name.to_owned(), self.frame(joint, antecedent, constants));
                     robot.couplings.extend(self.coupling(joint));
@@ -331,6 +337,19 @@ impl<'a> Builder<'_, 'a> {
         };
         self.source.doubt(|_| Diagnostic::warning(message).remedy(remedy));
         chosen
+    }
+
+    /// An error where a frame would bear the name of what is no element.
+    fn refuse_owner(&mut self, joint: usize) {
+        let Some(name) = self.survey.joints[joint].name.as_ref().filter(|name| OWNERS.contains(&name.text)) else {
+            return;
+        };
+        let message = format!("`{}` cannot be the name of a frame: parameters of the {0} have it", name.text);
+        let remedy = match self.fixed(joint) {
+            true => "rename the joint; or read the joints that move alone, by `urdf: {file: .., from: LINK, to: LINK}`",
+            false => "rename the joint",
+        };
+        self.source.error(name.at.clone(), message, remedy);
     }
 
     /// How likely the link that a joint carries is the tool by its name or the joint's: the less the likelier.
