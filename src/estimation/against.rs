@@ -5,10 +5,10 @@
 
 use std::borrow::Borrow;
 
-use super::calibration::{Request, Task};
 use super::result::{Calibration, CalibrationError};
 use super::settings::Settings;
 use super::since::{Change, differences};
+use super::task::{Request, Task};
 use super::weighing::weighed;
 use crate::description::campaign::Campaign;
 use crate::description::raw::RawRobot;

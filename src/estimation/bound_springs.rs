@@ -5,12 +5,13 @@
 //! declared instead, unless the weighted squares of the readings rise by it (likelihood ratio; Seber and Wild, *Nonlinear
 //! Regression*, 1989, sec. 5.3) by more than a declared value that far off is unlikely.
 
-use super::calibration::{Request, calibrate_as_asked};
+use super::calibration::calibrate_as_asked;
 use super::determined::calibrate_determined;
 use super::far::squares;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
 use super::shared::SharedError;
+use super::task::Request;
 use crate::description::campaign::Campaign;
 use crate::identifiability::Why;
 use crate::least_squares::Progress;

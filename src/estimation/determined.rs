@@ -5,10 +5,11 @@
 //! has them: a twist of an axis by 48 deg. Where a constant has moved by a hundred times its tolerance, and its 95 % interval is as
 //! wide, parameters that noise decides are left as described ([`Criterion::Noise`]). A wide interval alone does no harm.
 
-use super::calibration::{Request, calibrate_as_asked};
+use super::calibration::calibrate_as_asked;
 use super::far::calibrate_far;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
+use super::task::Request;
 use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
 use crate::least_squares::Progress;
 use crate::parameter::Group;

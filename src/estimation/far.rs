@@ -4,10 +4,11 @@
 //! tells apart once a zero has moved by a few degrees; merged into others, they are then missed in the residuals. Where a constant has
 //! moved that far, or a robot with closed loops leaves more than the stated noise, the calibration is begun and reduced once more where the first one ended.
 
-use super::calibration::{Request, calibrate_as_asked, calibrate_from};
+use super::calibration::{calibrate_as_asked, calibrate_from};
 use super::problem::row_sigmas;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Scheme;
+use super::task::Request;
 use crate::description::campaign::Campaign;
 use crate::least_squares::{Loss, Progress};
 use crate::math::quantiles::f_tail;
