@@ -109,6 +109,26 @@ fn a_target_out_of_reach_is_a_failed_computation() {
     assert_eq!(ran.out, "");
 }
 
+/// What `pose` prints is rounded, which robots with fewer than six axes cannot take up; a hundredth of a degree is no rounding.
+#[test]
+fn a_pose_as_printed_is_solved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (robot, joints) in [("scara-rail", "q1=10,q2=20"), ("palletiser", "q1=10")] {
+        let printed = run(folder.path(), &["pose", robot, "--joints", joints]).out;
+        let tool = printed.lines().find(|line| line.trim_start().starts_with("tool ")).expect("a tool");
+        let mut of_tool: Vec<String> = tool.split_whitespace().skip(1).map(String::from).collect();
+        let solved = |target: &[String]| {
+            let target = target.join(",");
+            run(folder.path(), &["solve", robot, "--target", &target, "--restarts", "16"])
+        };
+        let found = solved(&of_tool);
+        assert_eq!(found.status, 0, "{robot}: {}", found.err);
+        of_tool[3] = (of_tool[3].parse::<f64>().expect("a number") + 0.01).to_string();
+        let missed = solved(&of_tool);
+        assert!(missed.err.contains("out of reach"), "{robot}: {}", missed.err);
+    }
+}
+
 #[test]
 fn json_is_all_that_is_printed() {
     let folder = campaign();

@@ -17,6 +17,10 @@ use crate::render::solve as render;
 use crate::results::InverseSolutions;
 use crate::simulation::all_points;
 
+/// Errors up to which a target counts as met, m and rad: a pose as `pose` prints it, to 1e-4 mm and 1e-4 deg, is off by 8.7e-8 m and
+/// 1.5e-6 rad at most, and robots with fewer than six axes cannot take up even that.
+const ROUNDED: f64 = 1.6e-6;
+
 pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     let seed = session.seed();
     let mut loaded = session.reader.robot(&command.robot)?;
@@ -30,7 +34,8 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
         loaded.diagnostics.extend(beyond_limits(&loaded, q));
     }
     let geometry = Geometry::nominal(&loaded.model)?;
-    let settings = InverseSettings { restarts: command.restarts, seed, from, ..InverseSettings::default() };
+    let settings =
+        InverseSettings { restarts: command.restarts, seed, from, tolerance: ROUNDED, ..InverseSettings::default() };
     let hold = if rotation.is_some() { Hold::POSE } else { Hold::POSITION };
     let target = Target { position, rotation, hold };
     let mut solutions = solve(&geometry, &target, &settings)?;
