@@ -109,18 +109,6 @@ pub enum NoiseOrigin {
     References,
 }
 
-impl NoiseOrigin {
-    /// The noise in a sentence.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Stated => "the stated noise",
-            Self::RigidMarkers => "the noise that distances between rigid markers show",
-            Self::Repeats => "the noise that readings repeated in place show",
-            Self::References => "the noise that fixed reflectors show",
-        }
-    }
-}
-
 /// One reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
