@@ -19,7 +19,7 @@ use super::result::{
 use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
 use super::verdict::{Judgement, judge, without_noise};
-use crate::description::campaign::Amount;
+use crate::description::campaign::{Amount, Reading};
 use crate::estimation::CalibrationError;
 use crate::math::{mean_rms_max, orthonormal, project_off};
 use crate::model::Model;
@@ -42,10 +42,7 @@ pub fn conclude(
     let judgement = judge(inputs, competition, &selector);
     let members = judgement.members();
     let autocorrelation = residual_autocorrelation(inputs, competition, members);
-    let verdict = match judgement.noise_source {
-        NoiseSource::Residual => without_noise(judgement.verdict, &autocorrelation, settings.autocorrelation.chance),
-        _ => judgement.verdict,
-    };
+    let verdict = by_noise(&judgement, &autocorrelation, settings.autocorrelation.chance);
     let gap = gap(competition, &judgement, verdict);
     progress("locating");
     let location = location(inputs, competition, &gap, judgement.noise)?;
@@ -58,17 +55,18 @@ pub fn conclude(
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
-    let set_aside = || inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(r, _)| r);
-    let outliers = outliers::cause(inputs, competition, members, set_aside().count(), [gap.rms, rms_after])?;
+    let set_aside: Vec<&Reading> =
+        inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
+    let outliers = outliers::cause(inputs, competition, members, set_aside.len(), [gap.rms, rms_after])?;
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
     causes.splice(0..0, outliers.map(|(cause, _)| cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
-    let mut proposed = Vec::new();
-    if settings.propose && is_open {
-        progress("proposing configurations");
-        proposed = next_poses(inputs, competition, members, &rivals);
-    }
+    progress("proposing configurations");
+    let next_poses = match settings.propose && is_open {
+        true => next_poses(inputs, competition, members, &rivals),
+        false => Vec::new(),
+    };
     let evidence = evidence(competition);
     let verdict = match verdict {
         Verdict::NoGap => without_causes(inputs, competition, &gap, evidence, is_open),
@@ -85,9 +83,9 @@ pub fn conclude(
         rms_after_ci95: found.bootstrap.rms(last, rms_after),
         autocorrelation,
         shrinkage,
-        next_poses: proposed,
-        outliers: set_aside().map(|reading| reading.row).collect(),
-        outliers_at: set_aside().map(|reading| inputs.campaign.address(reading)).collect(),
+        next_poses,
+        outliers: set_aside.iter().map(|reading| reading.row).collect(),
+        outliers_at: set_aside.iter().map(|reading| inputs.campaign.address(reading)).collect(),
         with_outliers,
         values: refit.values,
         is_pulled: competition.is_pulled,
@@ -101,6 +99,14 @@ pub fn conclude(
         hypotheses: problem.named(),
         noise_source: judgement.noise_source,
     })
+}
+
+/// The verdict by the noise, where that is known.
+fn by_noise(judgement: &Judgement, autocorrelation: &[Autocorrelation], chance: f64) -> Verdict {
+    match judgement.noise_source {
+        NoiseSource::Residual => without_noise(judgement.verdict, autocorrelation, chance),
+        _ => judgement.verdict,
+    }
 }
 
 /// How much was fitted: readings, configurations and rows; and how many parameters.

@@ -57,12 +57,17 @@ pub fn judge(inputs: &Inputs, competition: &Competition, selector: &Selector) ->
     let limit = settings.excess_sigmas * (2.0 / freedom).sqrt() + settings.excess_floor;
     let is_noise = |step: &Step| competition.noise.is_some_and(|noise| variance(step) / (noise * noise) - 1.0 <= limit);
     // Causes that make readings worse which were not fitted are none, whatever they do to the fitted ones. Where the noise does
-    // not decide, those are none either of which it is not certain that a fresh campaign will be better, nor, unless calibration
-    // leaves no more than noise, which may be correlated, that they make readings better configuration by configuration.
+    // not decide, those are none either of which it is not certain that they make them better, configuration by configuration; where
+    // calibration leaves no more than noise, which may be correlated, and of curves alone, which fit whatever there is, not certain
+    // that a fresh campaign will be better.
     while let [first, .., last] = &steps[..] {
         let is_decided = !is_noise(first) && is_noise(last);
         let is_better = || paired(&first.left.losses, &last.left.losses).t > inputs.settings.claims.paired_t;
-        let is_certain = || (is_noise(first) || is_better()) && is_promised(inputs, competition, &steps);
+        let are_curves = || last.subset.members.iter().all(|&member| competition.problem.hypotheses[member].is_free());
+        let is_certain = || match is_noise(first) {
+            true => is_promised(inputs, competition, &steps),
+            false => is_better() && (!are_curves() || is_promised(inputs, competition, &steps)),
+        };
         if last.left.rms < first.left.rms && (is_decided || is_certain()) {
             break;
         }
