@@ -55,8 +55,14 @@ pub fn conclude(
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
-    let set_aside: Vec<&Reading> =
-        inputs.campaign.readings.iter().zip(marked).filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
+    let set_aside: Vec<&Reading> = inputs
+        .campaign
+        .readings
+        .iter()
+        .zip(marked)
+        .filter(|(_, marked)| **marked)
+        .map(|(reading, _)| reading)
+        .collect();
     let outliers = outliers::cause(inputs, competition, members, set_aside.len(), [gap.rms, rms_after])?;
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
