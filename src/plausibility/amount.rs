@@ -1,7 +1,8 @@
 //! Whether there are enough readings to say anything.
 
 use super::evidence::{Evidence, Limits};
-use crate::description::campaign::{Amount, Campaign, Sharing};
+use crate::description::campaign::{Amount, Sharing};
+use crate::description::robot::Variable;
 use crate::diagnostic::{Code, Diagnostic, nearest};
 
 /// A warning of too few configurations, or too few readings for so many fitted parameters.
@@ -33,6 +34,31 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
     Some(diagnostic)
 }
 
+/// Rotations (rad) and shifts (m) below which a joint stood still: a tenth of a degree, a millimetre.
+const STANDING: [f64; 2] = [2e-3, 1e-3];
+
+/// A warning of joints that moved in none of the readings to fit, while others did.
+pub(super) fn of_each_joint(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let fitted = || (0..campaign.readings.len()).filter(|&index| campaign.readings[index].check != Some(true));
+    let stands = |(k, variable): (usize, &Variable)| {
+        let values = || fitted().map(|index| campaign.configuration(index)[k]);
+        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        let [angle, length] = STANDING;
+        (high - low < if variable.is_angle { angle } else { length }).then(|| format!("`{}`", variable.name))
+    };
+    let standing: Vec<String> = model.variables.iter().enumerate().filter_map(stands).collect();
+    if standing.is_empty() || standing.len() == model.variables.len() || fitted().next().is_none() {
+        return Vec::new();
+    }
+    let message = format!(
+        "never moved: {}; how the robot is elsewhere, and how certain, these readings do not say",
+        standing.join(", ")
+    );
+    let remedy = "measure configurations in which they move, or use the description only where they stand now";
+    vec![Diagnostic::warning(message).code(Code::WeakDirection).remedy(remedy)]
+}
+
 /// Unknowns of a base or tool of its own.
 const OF_A_BODY: f64 = 6.0;
 
@@ -46,15 +72,18 @@ pub(super) fn of_sessions(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
     [(Sharing::PerSession, "session"), (Sharing::PerStation, "station")]
         .into_iter()
         .filter(|(by, _)| shared(*by))
-        .flat_map(|(by, noun)| thin(campaign, by, noun, limits))
+        .flat_map(|(by, noun)| thin(evidence, by, noun, limits))
         .collect()
 }
 
-fn thin(campaign: &Campaign, by: Sharing, noun: &str, limits: &Limits) -> Vec<Diagnostic> {
+fn thin(evidence: &Evidence, by: Sharing, noun: &str, limits: &Limits) -> Vec<Diagnostic> {
+    let campaign = evidence.campaign;
+    let is_fitted = |index: usize| evidence.found.is_none_or(|found| found.held_out.get(index) != Some(&true));
     let names = campaign.sessions.parts(by);
     let said = |(part, name): (usize, &&str)| {
-        let readings = campaign.readings.iter().filter(|reading| reading.session.part(by) == part);
-        let rows: usize = readings.map(|reading| reading.observes.rows()).sum();
+        let all = campaign.readings.iter().enumerate();
+        let fitted = all.filter(|(index, reading)| reading.session.part(by) == part && is_fitted(*index));
+        let rows: usize = fitted.map(|(_, reading)| reading.observes.rows()).sum();
         if rows == 0 || rows as f64 >= limits.rows_per_parameter * OF_A_BODY {
             return None;
         }

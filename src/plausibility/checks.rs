@@ -3,7 +3,7 @@
 use super::evidence::{Evidence, Limits};
 use super::{
     amount, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters, placement,
-    points, readings, sessions, stated_noise,
+    points, readings, sessions, springs, stated_noise,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Severity};
@@ -58,6 +58,18 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "sessions and files share base and tool where the campaign says so",
         find: sessions::agree,
+    },
+    Check {
+        codes: &[Code::WeakDirection],
+        of_result: false,
+        about: "each joint moved in some of the readings",
+        find: amount::of_each_joint,
+    },
+    Check {
+        codes: &[Code::WrongUnits],
+        of_result: false,
+        about: "where loads or masses bend it, the declared springs hold the arm as well as those of arms of its size",
+        find: springs::as_declared,
     },
     Check {
         codes: &[Code::NotConverged],

@@ -5,6 +5,7 @@ use super::checks::judge_result;
 use super::common_factor;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
+use super::springs::is_too_soft;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, NoiseSource, Verdict};
@@ -152,6 +153,17 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     });
     if let Some(symbol) = rigid {
         return Some(told(format!("{own}: `{symbol}` comes out rigid, and readings contradict what is declared")));
+    }
+    let soft = parameters.iter().find_map(|parameter| {
+        let constant = &model.registry[model.registry.slot(&parameter.symbol)?];
+        let compliance = constant.nominal + *entry.amounts.get(&parameter.symbol)?;
+        is_too_soft(model, constant.kind, compliance, limits).then(|| {
+            let (symbol, unit) = (&parameter.symbol, constant.kind.unit());
+            told(format!("{own}: `{symbol}` is {compliance:.2e} {unit}, softer than any arm of this size"))
+        })
+    });
+    if soft.is_some() {
+        return soft;
     }
     parameters.iter().find_map(|parameter| {
         let amount = *entry.amounts.get(&parameter.symbol)?;

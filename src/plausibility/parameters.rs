@@ -133,8 +133,12 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
         "the robot's lengths came out {factor:.3} times the declared ones, where its tolerances allow {:.2} %",
         100.0 * expected
     );
-    let remedy =
-        "look at `units:` of campaign and description, and at the scale of the instrument (`estimate: {scale: true}`)";
+    let remedy = match evidence.campaign.readings.iter().all(|reading| reading.observes.touches()) {
+        true => "look at `units:` of campaign and description, and at the known `distances:` between contacts",
+        false => {
+            "look at `units:` of campaign and description, and at the scale of the instrument (`estimate: {scale: true}`)"
+        }
+    };
     let is_hopeless = off > limits.scale[1] * expected;
     let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
     vec![diagnostic.code(Code::MovedFar).remedy(remedy).figure("factor", factor)]

@@ -293,6 +293,8 @@ fn severity(evidence: &Evidence, limits: &Limits, [before, allowed]: [f64; 2], t
 /// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong. A judgement;
 /// the calibrated machines and practice campaigns that it was tried on are not doubted by it.
 const LITTLE: f64 = 0.5;
+/// Share of the error, by its median, below which calibration takes nearly all away: a hundredth of its squares is left.
+const NEARLY_ALL: f64 = 0.1;
 
 /// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted; or far
 /// more than the stated noise. Readings of which some are of another robot, as one wrong column of one session makes them, pull
@@ -313,7 +315,9 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let is_noise_stated = campaign.noise_origin == NoiseOrigin::Stated
         && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
     let ratio = after / noise(campaign);
-    let beyond = if is_noise_stated && ratio > limits.noise_hopeless {
+    // A noise that is stated far too small is told as such where calibration takes nearly everything away.
+    let is_much = after > NEARLY_ALL * before || campaign.is_difference();
+    let beyond = if is_noise_stated && is_much && ratio > limits.noise_hopeless {
         format!("{ratio:.0} times the stated noise")
     } else {
         let Some(allowed) = is_little.then(allowed).flatten() else { return Vec::new() };

@@ -258,7 +258,9 @@ fn a_calibration_that_fits_noise_is_told_or_refused() {
     let ratio = of_code(&found, "worse-than-registered")[0]["figures"]["ratio"].as_f64().expect("a ratio");
     assert!((1.1..1.5).contains(&ratio), "{ratio}");
     made("14", "1");
-    refuses(at, &["identify", "./s", "--save", "x.yaml"], "worse-than-registered", &["worse, from 1.79 to 3.97 mm"]);
+    // With what noise decides held as described, as is usual there, it is not that bad.
+    let all = ["identify", "./s", "--tolerance", "6.1e-5", "--save", "x.yaml"];
+    refuses(at, &all, "worse-than-registered", &["worse, from 1.79 to 3.97 mm"]);
     assert!(!at.join("x.yaml").exists());
     made("60", "1");
     let found = json(&run(at, &["identify", "./s", "--format", "json"]));

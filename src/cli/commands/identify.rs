@@ -10,9 +10,8 @@ use crate::cli::args::{Identify, LossName, Robust};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Sharing};
 use crate::description::raw::{RawRobot, RawValidity};
-use crate::description::robot::Variable;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{
     Calibration, OtherSet, Settings, What, against, calibrate, changes, comparable, compare, loss_fault, split,
@@ -187,7 +186,6 @@ pub(super) fn calibrated(
     };
     let mut saved = with_uncertainties(&with_values(raw, model, &found.values), model, &found);
     let range = RawValidity::of(campaign, &model.variable_names());
-    let unmoved = unmoved(model, campaign, &range);
     saved.validity = Some(range);
     let mut judged = judge(&Evidence::with(model, campaign, &found), &Limits::default());
     // What registration leaves is the robot's own error.
@@ -213,7 +211,6 @@ pub(super) fn calibrated(
     let mut output = Output::new(render::identification(&result, session.terminal.screen), &result)?;
     output.diagnostics.clone_from(&loaded.diagnostics);
     output.diagnostics.extend(loaded.outside());
-    output.diagnostics.extend(unmoved);
     output.diagnostics.extend(result.since.as_ref().and_then(certain));
     let mut output = output.judged(judged, session.arguments.force)?;
     write_tables(&mut output, &result, asked)?;
@@ -225,31 +222,6 @@ pub(super) fn calibrated(
         save(&mut output, path, doubt, &saved, unwritten(model, campaign, &found.values, path))?;
     }
     Ok(output)
-}
-
-/// Rotations (rad) and shifts (m) below which a joint stood still: a tenth of a degree, a millimetre.
-const STANDING: [f64; 2] = [2e-3, 1e-3];
-
-/// A warning of joints that moved in none of the readings, while others did.
-fn unmoved(model: &Model, campaign: &Campaign, range: &RawValidity) -> Option<Diagnostic> {
-    let stands = |variable: &Variable| {
-        let [low, high] = *range.joints.get(&variable.name)?;
-        let [angle, length] = STANDING;
-        (high - low < if variable.is_angle { angle } else { length }).then(|| format!("`{}`", variable.name))
-    };
-    let standing: Vec<String> = model.variables.iter().filter_map(stands).collect();
-    if standing.is_empty() || standing.len() == model.variables.len() || campaign.readings.is_empty() {
-        return None;
-    }
-    let message = format!(
-        "never moved: {}; how the robot is elsewhere, and how certain, these readings do not say",
-        standing.join(", ")
-    );
-    Some(
-        Diagnostic::warning(message)
-            .code(Code::WeakDirection)
-            .remedy("measure configurations in which they move, or use the description only where they stand now"),
-    )
 }
 
 /// Writes the calibrated description, where it is to be used and no doubt forbids it.
@@ -385,7 +357,31 @@ pub fn left_to_fit(campaign: &Campaign, held_out: &[bool]) -> Result<(), Error> 
             "mark loaded readings with `fit` in the column `set`",
         ));
     }
-    Ok(())
+    match unfitted(campaign, held_out) {
+        None => Ok(()),
+        Some((noun, name)) => Err(Error::input(
+            format!(
+                "{noun} `{name}` has readings to check alone: nothing determines the base or tool of its own that is estimated"
+            ),
+            format!(
+                "mark some of its readings `fit` in the column `set`, or let it share base and tool of another {noun}"
+            ),
+        )),
+    }
+}
+
+/// A session or station with a base, a tool or a scale of its own of which no reading is fitted: what it is called, and its name.
+fn unfitted(campaign: &Campaign, held_out: &[bool]) -> Option<(&'static str, String)> {
+    let sessions = &campaign.sessions;
+    let nouns = [(Sharing::PerSession, "session"), (Sharing::PerStation, "station")];
+    let own = nouns.into_iter().filter(|(by, _)| [sessions.base, sessions.tool, sessions.scale].contains(by));
+    own.flat_map(|(by, noun)| sessions.parts(by).into_iter().enumerate().map(move |part| (by, noun, part))).find_map(
+        |(by, noun, (part, name))| {
+            let of_part = || campaign.readings.iter().zip(held_out).filter(|(of, _)| of.session.part(by) == part);
+            let is_checked_alone = of_part().next().is_some() && of_part().all(|(_, held_out)| *held_out);
+            is_checked_alone.then(|| (noun, name.to_owned()))
+        },
+    )
 }
 
 /// Refuses a campaign of angles or torques alone, in which effects are not compared.
