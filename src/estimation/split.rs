@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 
-use crate::description::campaign::Campaign;
+use crate::description::campaign::{Campaign, Sharing};
 
 /// Configurations below which none is held out: the errors of one or two would mean nothing.
 const FEWEST: usize = 8;
@@ -11,7 +11,8 @@ const FEWEST: usize = 8;
 const MOST: f64 = 0.9;
 
 /// Whether each reading is held out to check: as the campaign marks them, else a seeded share (0 to 0.9) of the
-/// configurations. The readings of one configuration are never split. With fewer than 8 configurations none is held out.
+/// configurations. The readings of one configuration are never split. With fewer than 8 configurations none is held out, and of a
+/// session or station with a base, a tool or a scale of its own never so many that fewer than 8 stay to fit.
 ///
 /// ```
 /// let campaign = elastogeo::files::load_campaign("kr270-simulated", None)?.campaign;
@@ -29,6 +30,37 @@ pub fn split(campaign: &Campaign, share: f64, seed: u64) -> Vec<bool> {
     order.shuffle(&mut rand_chacha::ChaCha8Rng::seed_from_u64(seed));
     let count = if order.len() < FEWEST { 0 } else { (share.clamp(0.0, MOST) * order.len() as f64).round() as usize };
     let mut held_out = vec![false; campaign.poses.len()];
-    order.iter().take(count).for_each(|&pose| held_out[pose] = true);
+    let parts = parts(campaign, &configurations);
+    let mut left = vec![0; parts.iter().flatten().max().map_or(0, |most| most + 1)];
+    order.iter().flat_map(|&pose| &parts[pose]).for_each(|&part| left[part] += 1);
+    let mut out = 0;
+    for &pose in &order {
+        if out < count && parts[pose].iter().all(|&part| left[part] > FEWEST) {
+            parts[pose].iter().for_each(|&part| left[part] -= 1);
+            held_out[pose] = true;
+            out += 1;
+        }
+    }
     campaign.readings.iter().map(|reading| held_out[configurations[reading.pose]]).collect()
+}
+
+/// Of each configuration, the sessions and stations that have something of their own and read it, numbered through.
+fn parts(campaign: &Campaign, configurations: &[usize]) -> Vec<Vec<usize>> {
+    let sessions = &campaign.sessions;
+    let mut found: Vec<Vec<usize>> = vec![Vec::new(); campaign.poses.len()];
+    for reading in &campaign.readings {
+        let own = &mut found[configurations[reading.pose]];
+        for shared in [sessions.base, sessions.tool, sessions.scale] {
+            let first = match shared {
+                Sharing::All => continue,
+                Sharing::PerSession => 0,
+                Sharing::PerStation => sessions.names.len(),
+            };
+            let part = first + reading.session.part(shared);
+            if !own.contains(&part) {
+                own.push(part);
+            }
+        }
+    }
+    found
 }

@@ -12,13 +12,15 @@ use crate::kinematics::Geometry;
 use crate::math::{distinct, mean_rms_max};
 use crate::model::Model;
 
-/// Readings by session, or by file where no session is named.
+/// Readings by session, by station where all are of one session, or by file where neither is named.
 pub(super) struct Parts {
     /// Of each reading.
     pub of: Vec<usize>,
     pub names: Vec<String>,
     /// What parts are called.
     pub noun: &'static str,
+    /// What a part of the campaign file shares so is called.
+    of_each: &'static str,
     /// What the campaign has to say so that parts have a base or tool of their own.
     cure: &'static str,
 }
@@ -30,6 +32,16 @@ pub(super) fn parts(campaign: &Campaign) -> Option<Parts> {
             of: campaign.readings.iter().map(|reading| reading.session.session).collect(),
             names: sessions.names.clone(),
             noun: "sessions",
+            of_each: "session",
+            cure: "",
+        });
+    }
+    if sessions.stations.len() > 1 {
+        return Some(Parts {
+            of: campaign.readings.iter().map(|reading| reading.session.station).collect(),
+            names: sessions.stations.clone(),
+            noun: "stations",
+            of_each: "station",
             cure: "",
         });
     }
@@ -38,6 +50,7 @@ pub(super) fn parts(campaign: &Campaign) -> Option<Parts> {
         of: campaign.readings.iter().map(|reading| of_row(reading.row)).collect(),
         names: sessions.files.iter().map(|(name, _)| name.clone()).collect(),
         noun: "files",
+        of_each: "session",
         cure: "name the session of each file (`measurements: [{file: .., session: ..}]`), and ",
     })
 }
@@ -59,12 +72,21 @@ impl Part {
         self != Self::Base
     }
 
-    /// What is told of it, and the keys that cure it.
-    fn words(self) -> [&'static str; 2] {
+    /// What is told of it.
+    fn words(self) -> &'static str {
         match self {
-            Self::Base => ["base", "base: per-session"],
-            Self::Tool => ["tool", "tool: per-session"],
-            Self::Both => ["base and tool", "base: per-session, tool: per-session"],
+            Self::Base => "base",
+            Self::Tool => "tool",
+            Self::Both => "base and tool",
+        }
+    }
+
+    /// The keys that cure it, for parts of the campaign of one kind.
+    fn keys(self, of_each: &str) -> String {
+        match self {
+            Self::Base => format!("base: per-{of_each}"),
+            Self::Tool => format!("tool: per-{of_each}"),
+            Self::Both => format!("base: per-{of_each}, tool: per-{of_each}"),
         }
     }
 }
@@ -144,17 +166,18 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
 }
 
 fn told(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic {
-    let ([what, key], apart) = (found.part.words(), &found.apart);
+    let (what, key, apart) = (found.part.words(), found.part.keys(parts.of_each), &found.apart);
+    let of_each = parts.of_each;
     let [one, other] = apart.parts.map(|part| parts.names.get(part).map_or("", String::as_str));
     let message = format!(
-        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, {fit} leaves {} instead of {} mm: estimate {what} per session?",
+        "{} differ by {} (`{one}` and `{other}`): with a {what} of its own for each, {fit} leaves {} instead of {} mm: estimate {what} per {of_each}?",
         parts.noun,
         apart.words(),
         mm(found.error),
         mm(shared),
     );
     let remedy = format!(
-        "{}write `estimate: {{{key}}}` into the campaign; or look for a session that was set up differently",
+        "{}write `estimate: {{{key}}}` into the campaign; or look for a {of_each} that was set up differently",
         parts.cure
     );
     let figures =
