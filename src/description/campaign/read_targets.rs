@@ -98,7 +98,14 @@ fn lacking(targets: &[Target], raw: &RawCampaign, kinds: &[Observes], locate: Lo
         let remedy = "add `contacts: {name: {kind: socket}}` (or plane, sphere)";
         Diagnostic::error("contacts are observed, and none is declared").at(at()).remedy(remedy)
     });
-    no_anchor.into_iter().chain(no_contact).collect()
+    let has_scale = !kinds.is_empty() && kinds.iter().all(|kind| kind.touches()) && raw.estimate.scale.0.is_some();
+    let no_instrument = has_scale.then(|| {
+        let remedy = "leave it out: the size comes from known `distances:` between contacts, or from the description";
+        Diagnostic::error("contacts are read by no instrument whose scale could be estimated")
+            .at(locate(&["estimate", "scale"]))
+            .remedy(remedy)
+    });
+    no_anchor.into_iter().chain(no_contact).chain(no_instrument).collect()
 }
 
 fn anchor(name: &str, raw: &RawAnchor, length: f64) -> Target {
@@ -292,6 +299,12 @@ fn constraint(
         let remedy =
             "`distances:` are between sockets or spheres, or between parallel planes; `angles:` between planes";
         return Err((format!("`{key}`: a known {what} is between two {shapes}"), remedy.into()));
+    }
+    let is_same_pair =
+        |key: &String| pair(raw, key).is_some_and(|[(a, _), (b, _)]| [a, b] == [one, other] || [b, a] == [one, other]);
+    if between == Between::Faces && raw.angles.keys().any(is_same_pair) {
+        let remedy = "leave one of the two out: a distance is that of parallel faces";
+        return Err((format!("`{key}`: faces at an angle have no distance, and `angles:` gives one"), remedy.into()));
     }
     let radii = match between {
         Between::Faces => radii(raw, key, [(one, first), (other, second)], value)?,

@@ -57,9 +57,20 @@ pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
 impl References {
     /// A warning where rows name configurations, and none of them is one of a campaign's.
     pub fn of_another_campaign(&self, poses: &[String]) -> Option<Diagnostic> {
-        let first = self.poses.first()?;
         let known: HashSet<&str> = poses.iter().map(String::as_str).collect();
-        self.poses.iter().all(|pose| !known.contains(pose.as_str())).then(|| {
+        let mut unknown = self.poses.iter().filter(|pose| !known.contains(pose.as_str())).peekable();
+        let first = unknown.peek().copied()?.clone();
+        let count = unknown.count();
+        if count < self.poses.len() {
+            let message = format!(
+                "fixed reflectors were measured at {count} configurations that the campaign does not have, such as `{first}`: they count between its \
+                 own, or not at all where each session has a base of its own"
+            );
+            return Some(
+                Diagnostic::warning(message).remedy("correct the names in the column `pose` of the references"),
+            );
+        }
+        Some({
             let message = format!(
                 "fixed reflectors were measured at configurations `{first}` .., none of which the campaign has: references of another campaign?"
             );
