@@ -94,6 +94,7 @@ mod table;
 mod table_dialects;
 mod table_parts;
 mod terminal;
+mod thin_evidence;
 mod torques;
 mod tracking;
 mod turned_starts;
