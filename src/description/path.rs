@@ -26,7 +26,7 @@ pub struct Path {
 
 /// Columns a path of this robot may have, in units.
 pub fn expected_columns(robot: &Robot, units: &Units) -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind| ExpectedColumn { name: name.into(), kind, required: false };
+    let column = |name: &str, kind| ExpectedColumn::new(name, kind, false);
     let number = |name: &str| column(name, ColumnKind::Number);
     let mut columns = vec![column("pose", ColumnKind::Text), column("marker", ColumnKind::Text)];
     let of_kind = |kind| units.unit(kind).map_or(ColumnKind::Number, ColumnKind::Quantity);

@@ -85,7 +85,7 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
         table = table.with_joints(joints, entry.join)?;
     }
     if !entry.markers.is_empty() {
-        table = table.by_marker(&entry.markers, &of_marker);
+        table = table.by_marker(&entry.markers, &of_marker)?;
     }
     table.add_rotation_vectors(orientation, asked.units.angle)?;
     Ok(table)

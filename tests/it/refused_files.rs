@@ -175,6 +175,12 @@ fn lists_of_points_are_refused_where_they_could_mean_something_else() {
         std::fs::write(folder.path().join("c.yaml"), &campaign).expect("written");
         refused(folder.path(), &("list.txt", from, to), expected);
     }
+    // What differs and is not used is told.
+    let folder = files(("list.txt", "tip\tb", "SMR\tb"));
+    std::fs::write(folder.path().join("c.yaml"), campaign.replace("{pose: name, marker: group}", "{pose: name}"))
+        .expect("written");
+    let ran = run(folder.path(), &["residuals", "arm.yaml", "c.yaml"]);
+    assert!(ran.err.contains("the field `group` of the points is not used, and differs: `tip`, `SMR`"), "{}", ran.err);
     // A collection is a session where that is said, and its name one of sessions.
     let by_collection = campaign.replace("{pose: name,", "{session: collection, pose: name,");
     let folder = files(("list.txt", "lab\ttip\tb", "lab 2\ttip\tb"));

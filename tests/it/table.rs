@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::io::{self, Read};
 
 fn expected() -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let column = |name: &str, kind, required| ExpectedColumn::new(name, kind, required);
     vec![
         column("pose", ColumnKind::Text, true),
         column("q1", ColumnKind::Number, true),

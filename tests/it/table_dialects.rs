@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 fn expected() -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let column = |name: &str, kind, required| ExpectedColumn::new(name, kind, required);
     vec![
         column("pose", ColumnKind::Text, false),
         column("q1", ColumnKind::Quantity(Unit::Angle(Angle::Degree)), true),
@@ -55,7 +55,7 @@ fn a_first_line_may_declare_the_delimiter() {
     }
     // Short headers lose nothing of what follows.
     assert_eq!(read("x;q1\n1;2\n").unwrap().numbers("x"), Some(&[1.0][..]));
-    let column = [ExpectedColumn { name: "x".into(), kind: ColumnKind::Number, required: true }];
+    let column = [ExpectedColumn::new("x", ColumnKind::Number, true)];
     let one = |text: &str| {
         read_table("m.csv", text.as_bytes(), &column, &BTreeMap::new(), &[], &Dialect::default(), 9).unwrap()
     };

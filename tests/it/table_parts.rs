@@ -12,11 +12,11 @@ use nalgebra::{Matrix3, Vector3};
 const DEGREES: Unit = Unit::Angle(Angle::Degree);
 
 fn column(name: &str, unit: Unit, required: bool) -> ExpectedColumn {
-    ExpectedColumn { name: name.into(), kind: ColumnKind::Quantity(unit), required }
+    ExpectedColumn::new(name, ColumnKind::Quantity(unit), required)
 }
 
 fn text(name: &str) -> ExpectedColumn {
-    ExpectedColumn { name: name.into(), kind: ColumnKind::Text, required: false }
+    ExpectedColumn::new(name, ColumnKind::Text, false)
 }
 
 fn read_with(
@@ -339,6 +339,26 @@ fn faults_of_several_markers_in_a_row_are_told() {
     assert!(told("{file: log.csv, markers: [a, c]}").contains("unknown marker `c`"));
     assert!(told("{file: log.csv, markers: [a, c, a]}").contains("`markers:` names `a` twice"));
     assert!(told("{file: log.csv, markers: [a]}").contains("c_x"));
+    // What stands there under another name is not asked for.
+    assert!(told("log.csv").contains("markers: [a, c]}`"), "{}", told("log.csv"));
+    let commanded = of_arm("log.csv", &[("log.csv", "commanded.q1,recorded.q1,x,y,z\n0,0,500,0,0\n")]).unwrap_err();
+    assert!(
+        commanded.contains("`commanded.q1` and `recorded.q1`") && commanded.contains("`joints: commanded`"),
+        "{commanded}"
+    );
+    // A marker that was not seen is no reading; half of one is a fault.
+    let hidden = "q1,a_x,a_y,a_z,b_x,b_y,b_z\n0,510,1,0,,,\n90,0,513,0,-10,504,0\n";
+    let entry = "{file: log.csv, markers: [a, b]}";
+    let lines: Vec<(String, usize)> = of_arm(entry, &[("log.csv", hidden)])
+        .expect("readings")
+        .into_iter()
+        .map(|(marker, _, line, _)| (marker, line))
+        .collect();
+    assert_eq!(lines, [("a".to_owned(), 2), ("a".to_owned(), 3), ("b".to_owned(), 3)]);
+    let half = of_arm(entry, &[("log.csv", &hidden.replace(",,,", ",500,,"))]).unwrap_err();
+    assert!(half.contains("log.csv:2") && half.contains("`b_y`, where the row has others"), "{half}");
+    let none = of_arm(entry, &[("log.csv", "q1,a_x,a_y,a_z,b_x,b_y,b_z\n0,,,,,,\n")]).unwrap_err();
+    assert!(none.contains("no row holds a reading"), "{none}");
     let torques = of_arm("{file: log.csv, observes: torque, markers: [a]}", &[("log.csv", "q1,torque.q1\n0,1\n")]);
     assert!(torques.unwrap_err().contains("`markers:` means nothing here"));
 }

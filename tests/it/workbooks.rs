@@ -10,7 +10,7 @@ use rust_xlsxwriter::{Format, Formula, Workbook, Worksheet};
 use super::cli::{PLANAR, run};
 
 fn expected() -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let column = |name: &str, kind, required| ExpectedColumn::new(name, kind, required);
     vec![
         column("pose", ColumnKind::Text, false),
         column("q1", ColumnKind::Quantity(Unit::Angle(Angle::Degree)), true),
@@ -226,10 +226,9 @@ fn commands_read_and_write_workbooks() {
     ] {
         let text = std::fs::read_to_string(at(&format!("{name}.csv"))).expect("read");
         let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
-        let column = |column: &&str| ExpectedColumn {
-            name: (*column).into(),
-            kind: if texts.contains(column) { ColumnKind::Text } else { ColumnKind::Number },
-            required: true,
+        let column = |column: &&str| {
+            let kind = if texts.contains(column) { ColumnKind::Text } else { ColumnKind::Number };
+            ExpectedColumn::new(*column, kind, true)
         };
         // An interval is empty where nothing was estimated.
         let expected: Vec<_> = header.iter().filter(|name| **name != "ci95").map(column).collect();

@@ -146,11 +146,11 @@ fn read(session: &Session, path: &Path, columns: &[(&str, bool)], named: bool) -
                 "x" | "y" | "z" => ColumnKind::Quantity(Unit::Length(Length::Millimetre)),
                 _ => ColumnKind::Number,
             };
-            ExpectedColumn { name: name.into(), kind, required }
+            ExpectedColumn::new(name, kind, required)
         })
         .collect();
     if named {
-        expected.push(ExpectedColumn { name: "point".into(), kind: ColumnKind::Text, required: true });
+        expected.push(ExpectedColumn::new("point", ColumnKind::Text, true));
     }
     Ok(read_table(&name, file, &expected, &BTreeMap::new(), &[], &Dialect::default(), 100_000)?)
 }

@@ -211,7 +211,7 @@ fn read(
     let loads = WRENCH.into_iter().zip(units.of_wrench()).filter(|(name, _)| also.contains(name));
     let expected: Vec<ExpectedColumn> = variables
         .chain(loads.map(|(name, unit)| (name, unit, false)))
-        .map(|(name, unit, required)| ExpectedColumn { name: name.into(), kind: ColumnKind::Quantity(unit), required })
+        .map(|(name, unit, required)| ExpectedColumn::new(name, ColumnKind::Quantity(unit), required))
         .collect();
     let ignored = IGNORED.iter().filter(|name| expected.iter().all(|column| column.name != **name));
     let ignored: Vec<String> = ignored.map(ToString::to_string).collect();

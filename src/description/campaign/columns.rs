@@ -73,7 +73,7 @@ pub(super) fn other_columns(raw: &RawCampaign, variable: &str) -> Vec<String> {
 /// Columns that a file of a campaign about this robot may have; `entry` is what holds of the file
 /// ([`RawCampaign::completed`]).
 pub fn expected_columns(raw: &RawCampaign, entry: &RawEntry, robot: &Robot, known: &Kinds) -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let column = |name: &str, kind, required| ExpectedColumn::new(name, kind, required);
     let number = |name: &str, required| column(name, ColumnKind::Number, required);
     let text = |name: &str| column(name, ColumnKind::Text, false);
     let text_or_none = |name: &str| column(name, ColumnKind::TextOrNone, false);

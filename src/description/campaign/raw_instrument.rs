@@ -58,7 +58,10 @@ impl RawInstrument {
 /// Noise of a coordinate.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
+#[serde(
+    untagged,
+    expecting = "the value fits none of the forms that are accepted here; write a number, or one for each axis as `{x: 0.02, y: 0.02, z: 0.05}`"
+)]
 pub enum RawSigma {
     /// The same along all axes.
     All(f64),

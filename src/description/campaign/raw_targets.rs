@@ -40,7 +40,10 @@ impl<T: Copy> OrUnknown<T> {
 /// A fixed point from which distances are measured, in the measurement frame.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
+#[serde(
+    untagged,
+    expecting = "the value fits none of the forms that are accepted here; write a point as `[0, 0, 900]`, or `{at: unknown, near: [0, 0, 900]}`"
+)]
 pub enum RawAnchor {
     /// Known.
     At([f64; 3]),

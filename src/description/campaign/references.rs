@@ -45,7 +45,7 @@ pub fn completed(raw: &RawCampaign, entry: &RawEntry) -> RawEntry {
 
 /// Columns of such a file.
 pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
-    let column = |name: &str, kind, required| ExpectedColumn { name: name.into(), kind, required };
+    let column = |name: &str, kind, required| ExpectedColumn::new(name, kind, required);
     let length = units.unit(Kind::Length).map_or(ColumnKind::Number, ColumnKind::Quantity);
     let [pose, session, reflector] = [("pose", false), ("session", false), ("reflector", true)]
         .map(|(name, required)| column(name, ColumnKind::Text, required));

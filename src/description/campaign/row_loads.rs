@@ -32,8 +32,11 @@ pub fn load_point(row: &Row, file: &OfFile, robot: &Robot, measured: Option<usiz
         None => faults.push_once(fault.at(file.place(LOAD_POINT))),
     };
     let Some((point, frame)) = found else {
-        let known = markers.iter().map(|marker| marker.name.as_str()).chain(["TCP"]);
-        let known = known.chain(frames.iter().map(|frame| frame.name.as_str()));
+        let is_on_body = |frame: usize| robot.body(frame) == robot.body(frame_of(measured));
+        let of_markers = markers.iter().filter(|marker| is_on_body(marker.frame)).map(|marker| marker.name.as_str());
+        let of_tool = is_on_body(tool.frame).then_some("TCP");
+        let of_frames = (0..).zip(frames).filter(|(index, _)| is_on_body(*index)).map(|(_, frame)| frame.name.as_str());
+        let known = of_markers.chain(of_tool).chain(of_frames);
         let diagnostic = Diagnostic::error(format!("`{LOAD_POINT}`: no marker or frame is called `{name}`"));
         push(diagnostic.suggest(name, known));
         return LoadPoint::Measured;

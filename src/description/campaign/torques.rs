@@ -39,10 +39,9 @@ pub(super) fn torque_columns(
 ) -> Vec<ExpectedColumn> {
     let Some(prefix) = kind.by_variable() else { return Vec::new() };
     let [force, .., torque] = entry.units(raw.units).of_wrench();
-    let expected = |variable: &Variable| ExpectedColumn {
-        name: column(prefix, variable),
-        kind: ColumnKind::Quantity(if variable.is_angle { torque } else { force }),
-        required: false,
+    let expected = |variable: &Variable| {
+        let unit = if variable.is_angle { torque } else { force };
+        ExpectedColumn::new(column(prefix, variable), ColumnKind::Quantity(unit), false)
     };
     robot.variables.iter().map(expected).collect()
 }

@@ -196,7 +196,10 @@ raw! {
 /// A value of an effect's parameter.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
-#[serde(untagged, expecting = "the value fits none of the forms that are accepted here")]
+#[serde(
+    untagged,
+    expecting = "the value fits none of the forms that are accepted here; write a number, numbers as `[0.1, 0.2]`, or a word"
+)]
 pub enum RawAmount {
     /// A number, SI.
     Number(f64),

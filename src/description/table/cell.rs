@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 /// The cells of one column so far.
 pub(super) enum Data {
-    Numbers { column: Vec<f64>, or_zero: bool },
+    Numbers { column: Vec<f64>, empty: Option<f64> },
     Texts { column: TextColumn, known: HashMap<String, u32>, or_none: bool },
 }
 
@@ -79,15 +79,16 @@ impl Wrong {
 }
 
 impl Data {
-    pub fn of(kind: ColumnKind) -> Self {
-        match kind {
+    pub fn of(column: &Column) -> Self {
+        match column.kind {
             ColumnKind::Number | ColumnKind::NumberOrZero | ColumnKind::Quantity(_) => {
-                Self::Numbers { column: Vec::new(), or_zero: kind == ColumnKind::NumberOrZero }
+                let zero = (column.kind == ColumnKind::NumberOrZero).then_some(0.0);
+                Self::Numbers { column: Vec::new(), empty: zero.or(column.or_none.then_some(f64::NAN)) }
             }
             ColumnKind::Text | ColumnKind::TextOrNone => Self::Texts {
                 column: TextColumn::default(),
                 known: HashMap::new(),
-                or_none: kind == ColumnKind::TextOrNone,
+                or_none: column.kind == ColumnKind::TextOrNone,
             },
         }
     }
@@ -95,12 +96,13 @@ impl Data {
     /// Checks a cell and, if asked to, keeps it. The first number with a decimal sign settles one that is open.
     pub fn push(&mut self, cell: &[u8], decimal: &mut Option<char>, keep: bool) -> Result<(), Wrong> {
         let text = unquoted(std::str::from_utf8(cell).map_err(|_| Wrong::NotText)?);
-        if text.is_empty() && !matches!(self, Self::Texts { or_none: true, .. } | Self::Numbers { or_zero: true, .. }) {
-            return Err(Wrong::Empty);
-        }
         match self {
-            Self::Numbers { column, .. } => {
-                let number = if text.is_empty() { 0.0 } else { number(text, decimal)? };
+            Self::Texts { or_none: false, .. } if text.is_empty() => return Err(Wrong::Empty),
+            Self::Numbers { column, empty } => {
+                let number = match text.is_empty() {
+                    true => empty.ok_or(Wrong::Empty)?,
+                    false => number(text, decimal)?,
+                };
                 if keep {
                     column.push(number);
                 }

@@ -31,6 +31,15 @@ pub struct ExpectedColumn {
     pub kind: ColumnKind,
     /// Whether its absence is a fault.
     pub required: bool,
+    /// Whether cells of numbers may be empty: NaN, for what follows to look at.
+    pub(super) or_none: bool,
+}
+
+impl ExpectedColumn {
+    /// A column all of whose cells are filled in, but for the kinds that say otherwise.
+    pub fn new(name: impl Into<String>, kind: ColumnKind, required: bool) -> Self {
+        Self { name: name.into(), kind, required, or_none: false }
+    }
 }
 
 /// The cells of a text column: for each row the number of its text among the different ones.

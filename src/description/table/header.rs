@@ -16,12 +16,16 @@ pub(super) struct Column {
     /// The file's name.
     pub title: String,
     pub kind: ColumnKind,
+    /// As [`ExpectedColumn`] has it.
+    pub or_none: bool,
     pub field: usize,
 }
 
 /// What the first line says.
 pub(super) struct Header {
     pub columns: Vec<Column>,
+    /// All that the line names.
+    pub titles: Vec<String>,
     /// Number of fields in a row.
     pub count: usize,
     /// A last field without a name, as a delimiter at the end of each line makes it.
@@ -108,7 +112,8 @@ impl Header {
             },
         };
         let (columns, count, faults) = (Vec::new(), titles.len(), Vec::new());
-        let mut header = Self { columns, count, nameless: None, is_line, writing, faults, undeclared: &[] };
+        let mut header =
+            Self { columns, titles: titles.clone(), count, nameless: None, is_line, writing, faults, undeclared: &[] };
         let used = header.find(&row, &titles, layout);
         let is_told = |ours: &String| header.undeclared.contains(&ours.as_str());
         let unknown = layout.rename.keys().filter(|ours| !layout.dialect.is_shared && !layout.expects(ours));
@@ -142,7 +147,12 @@ impl Header {
                     let free = titles.iter().map(String::as_str).filter(|title| !layout.expects(title));
                     let near = nearest(title, free).and_then(|near| titles.iter().position(|title| title == near));
                     let alike = near.map(|near| (near, &titles[near]));
-                    self.faults.push(missing(column, renamed, alike, row, layout.dialect.of_campaign));
+                    let fault = missing(column, renamed, alike, row, layout.dialect.of_campaign);
+                    let declared = declared_otherwise(&column.name, titles, layout).filter(|_| renamed.is_none());
+                    self.faults.push(match declared {
+                        Some(remedy) => fault.remedy(remedy),
+                        None => fault,
+                    });
                     // It is named already; it need not be called unknown too.
                     near.into_iter().for_each(|near| used[near] = true);
                 }
@@ -150,8 +160,8 @@ impl Header {
             };
             used[field] = true;
             if !layout.ignores(title) {
-                let (name, title, kind) = (column.name.clone(), title.to_owned(), column.kind);
-                self.columns.push(Column { name, title, kind, field });
+                let (name, title) = (column.name.clone(), title.to_owned());
+                self.columns.push(Column { name, title, kind: column.kind, or_none: column.or_none, field });
             } else if column.required {
                 let message = format!("`ignore:` leaves out the column `{title}`, which is needed");
                 let diagnostic = Diagnostic::error(message).at(row.field(field));
@@ -368,6 +378,25 @@ fn missing(
             })
         }
     }
+}
+
+/// What to declare where a missing column stands there with the word before it that says which of several it is.
+fn declared_otherwise(name: &str, titles: &[String], layout: &Layout) -> Option<String> {
+    if !layout.dialect.of_campaign {
+        return None;
+    }
+    let before = |sign: char| titles.iter().filter_map(move |title| title.strip_suffix(name)?.strip_suffix(sign));
+    let sources: Vec<&str> = before('.').filter(|source| ["commanded", "recorded"].contains(source)).collect();
+    if let Some(first) = sources.first() {
+        let found = sources.iter().map(|source| format!("`{source}.{name}`")).collect::<Vec<_>>().join(" and ");
+        return Some(format!("the file has {found}: declare which the model uses, as in `joints: {first}`"));
+    }
+    let is_joint = layout.expects(&format!("commanded.{name}"));
+    let markers: Vec<&str> = before('_').filter(|marker| !marker.is_empty() && !is_joint).collect();
+    (!markers.is_empty()).then(|| {
+        let markers = markers.join(", ");
+        format!("where a row holds the readings of several markers, name these: `measurements: {{file: .., markers: [{markers}]}}`")
+    })
 }
 
 /// The fault of a line that is no header, with the comment before it as the remedy where that names columns.

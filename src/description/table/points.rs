@@ -4,6 +4,8 @@
 //! then x, y, z, separated by blanks or commas, below comments that begin with `//` (SpatialAnalyzer User Manual, "Exporting
 //! ASCII Formatted Points").
 
+use csv::ByteRecord;
+
 use super::dialect::Points;
 use super::row::Row;
 use crate::diagnostic::Diagnostic;
@@ -66,5 +68,49 @@ pub(super) fn titles(points: &Points, cells: &[String], row: &Row) -> Result<(Ve
             )))
         }
         _ => Ok(found),
+    }
+}
+
+/// A field that names points and is not used, and two of its values that differ.
+pub(super) struct Unused {
+    title: &'static str,
+    field: usize,
+    first: Option<Vec<u8>>,
+    other: Option<Vec<u8>>,
+}
+
+impl Unused {
+    /// Those of a list with these fields, of which some are taken from and some ignored.
+    pub fn of(titles: &[String], points: &Points, ignored: &[String]) -> Vec<Self> {
+        let is_used = |title: &str| {
+            points.columns.values().any(|used| used == title) || ignored.iter().any(|ignored| ignored == title)
+        };
+        let field = |title: &'static str| {
+            let field = titles.iter().position(|found| found == title)?;
+            Some(Self { title, field, first: None, other: None })
+        };
+        NAMES.into_iter().filter(|title| !is_used(title)).filter_map(field).collect()
+    }
+
+    /// Takes a row in.
+    pub fn take(&mut self, record: &ByteRecord) {
+        let value = record.get(self.field).unwrap_or_default().trim_ascii();
+        match &self.first {
+            None => self.first = Some(value.to_owned()),
+            Some(first) if self.other.is_none() && first != value => self.other = Some(value.to_owned()),
+            Some(_) => {}
+        }
+    }
+
+    /// That points differ in what is not used.
+    pub fn doubt(&self) -> Option<Diagnostic> {
+        let [first, other] = [self.first.as_ref()?, self.other.as_ref()?].map(|value| String::from_utf8_lossy(value));
+        let message =
+            format!("the field `{}` of the points is not used, and differs: `{first}`, `{other}`", self.title);
+        let remedy = format!(
+            "say what it is, as in `points: {{pose: name, marker: {0}}}` or `{{pose: name, session: {0}}}`, or `ignore: [{0}]`",
+            self.title
+        );
+        Some(Diagnostic::warning(message).remedy(remedy))
     }
 }

@@ -21,7 +21,7 @@ impl Orientation {
             _ => of_angles.kind,
         };
         let own = self.columns().iter();
-        columns.extend(own.map(|name| ExpectedColumn { name: (*name).into(), kind, required: of_angles.required }));
+        columns.extend(own.map(|name| ExpectedColumn::new(*name, kind, of_angles.required)));
         columns
     }
 }

@@ -9,7 +9,7 @@ use super::columns::{Layout, Table};
 use super::dialect::Dialect;
 use super::header::Header;
 use super::line::reader as reader_of;
-use super::points::NAMES;
+use super::points::{NAMES, Unused};
 use super::row::{Delimiter, Row, Writing};
 use super::source::{LONGEST_ROW, Source, is_comment};
 use super::units::{OfColumn, doubt, is_row_of_units, of_columns};
@@ -26,7 +26,8 @@ pub(super) fn read_laid_out(
     max_rows: usize,
 ) -> Result<Table, Vec<Diagnostic>> {
     let mut rename = layout.rename.clone();
-    let mut ignore = layout.ignore.to_vec();
+    let own_ignored = layout.ignore;
+    let mut ignore = own_ignored.to_vec();
     let points = layout.dialect.points.as_ref();
     if let Some(points) = points {
         rename.extend(points.columns.clone());
@@ -36,6 +37,7 @@ pub(super) fn read_laid_out(
     let mut source = Source::new(reader, points.is_some());
     let (line, number) = source.first_line().map_err(|error| vec![failure(file, &error)])?;
     let header = Header::read(file, &line, number, &source, layout)?;
+    let unused = points.map(|points| Unused::of(&header.titles, points, own_ignored)).unwrap_or_default();
     let delimiter = header.writing.delimiter;
     source.delimiter = Some(delimiter);
     let reader = reader_of(delimiter).buffer_capacity(1 << 16).from_reader(source);
@@ -46,12 +48,13 @@ pub(super) fn read_laid_out(
         decimal,
         reader,
         faults: Faults::default(),
-        data: header.columns.iter().map(|column| Data::of(column.kind)).collect(),
+        data: header.columns.iter().map(|column| Data::of(column)).collect(),
         lines: Vec::new(),
         units: Vec::new(),
         commented: (0, None),
         notes: Vec::new(),
         quote_reported: false,
+        unused,
         header,
     };
     rows.read(max_rows)
@@ -114,6 +117,8 @@ struct Rows<'a, R> {
     notes: Vec<Diagnostic>,
     /// An unclosed quote has been shown.
     quote_reported: bool,
+    /// Of a list of points.
+    unused: Vec<Unused>,
 }
 
 impl<R: Read> Rows<'_, R> {
@@ -252,6 +257,7 @@ impl<R: Read> Rows<'_, R> {
             });
             return;
         }
+        self.unused.iter_mut().for_each(|unused| unused.take(record));
         for (column, data) in self.header.columns.iter().zip(&mut self.data) {
             let cell = record.get(column.field).unwrap_or_default();
             if let Err(wrong) = data.push(cell, &mut self.decimal, self.faults.none()) {
@@ -282,6 +288,8 @@ impl<R: Read> Rows<'_, R> {
     fn table(self) -> Table {
         let mut notes = self.notes;
         notes.extend(doubt(&self.header.columns, &self.units));
+        let not_used = self.unused.iter().filter_map(Unused::doubt);
+        notes.extend(not_used.map(|doubt| doubt.at(Place::line_of(self.file, 1))));
         let (commented, place) = self.commented;
         if commented > 0 {
             let rows = if commented == 1 { "1 row is".into() } else { format!("{commented} rows are") };
