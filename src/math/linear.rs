@@ -151,7 +151,8 @@ impl PivotedQr {
 
     /// What each column in the order adds to those before it: `|r_kk|` (min(m, n)), not ascending.
     pub fn added(&self) -> impl Iterator<Item = f64> {
-        (0..self.factors.nrows().min(self.factors.ncols())).map(|k| self.factors[(k, k)].abs())
+        // `max`: of a matrix of zeros the pivoting leaves NaN, which adds nothing either.
+        (0..self.factors.nrows().min(self.factors.ncols())).map(|k| self.factors[(k, k)].abs().max(0.0))
     }
 
     /// Number of columns that add more than `threshold`.
