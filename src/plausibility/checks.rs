@@ -6,7 +6,7 @@ use super::{
     points, readings, sessions, springs, stated_noise,
 };
 use crate::description::campaign::Campaign;
-use crate::diagnostic::{Code, Diagnostic, Severity};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
 use crate::model::Model;
 
 /// One check. Those that look at a calibration find nothing where there is none.
@@ -110,7 +110,7 @@ pub const CHECKS: &[Check] = &[
     Check {
         codes: &[Code::Misread],
         of_result: true,
-        about: "with base or tool estimated as well calibration leaves what it does without: they are where the description says",
+        about: "with the last joint negated, or base or tool estimated as well, calibration leaves what it does without: the joints count, and base and tool are, as the description says",
         find: placement::as_placed,
     },
     Check {
@@ -277,12 +277,17 @@ pub fn misread(model: &Model, campaign: &Campaign) -> Vec<Diagnostic> {
 
 /// Why a calibration could not be computed, where readings or description say why: readings that are simply wrong bend a fit to where
 /// nothing can be computed, and content that makes no sense may not even be computed with. `error` is what the fit said.
-pub fn why_not_computed(error: &str, evidence: &Evidence, limits: &Limits, force: bool) -> Option<Vec<Diagnostic>> {
+pub fn why_not_computed(
+    failure: &Diagnostics,
+    evidence: &Evidence,
+    limits: &Limits,
+    force: bool,
+) -> Option<Vec<Diagnostic>> {
     let judged = judge(evidence, limits);
     let is_wrong = |found: &&Diagnostic| found.code == Code::OutlyingReadings;
     let told = judged.iter().find(is_wrong).cloned();
     if let Some(wrong) = told.or_else(|| outlying::before_failure(evidence, limits)) {
-        return Some(vec![wrong, Diagnostic::error(error.to_string()).code(Code::NotComputed)]);
+        return Some(std::iter::once(wrong).chain(failure.iter().cloned()).collect());
     }
     refusing(judged, force)
 }

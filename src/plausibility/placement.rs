@@ -1,5 +1,6 @@
-//! A base or tool that is not where the description says, found by calibration: a few millimetres are less than tolerances
-//! allow registration to leave, and yet many times what a calibration with it leaves.
+//! A base or tool that is not where the description says, or a last joint that counts the other way with the markers near its axis,
+//! found by calibration: a few millimetres are less than tolerances allow registration to leave, and yet many times what a calibration
+//! with it leaves.
 
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::Hypothesis;
@@ -7,8 +8,8 @@ use super::readings::explained;
 use crate::diagnostic::Diagnostic;
 use crate::estimation::{Calibration, Settings, calibrate};
 
-/// Where calibration leaves far more than the stated noise, the same with base or tool estimated as well: the one with which the
-/// error falls to what noise can be.
+/// Where calibration leaves far more than the stated noise, the same with the last joint negated, else with base or tool estimated as well:
+/// the first with which the error falls to what noise can be.
 pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let [_, most] = limits.noise;
@@ -26,8 +27,12 @@ pub(super) fn as_placed(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
             again.converged() && again.noise_ratio <= most && again.noise_ratio * limits.fall <= found.noise_ratio;
         falls.then(|| (vec![way], again.after.fit.distance[1]))
     };
-    let ways = Hypothesis::all(model, campaign).into_iter().filter(Hypothesis::adds_unknowns);
-    let named = ways.filter_map(decisive).next();
+    let ways = Hypothesis::all(model, campaign);
+    // Registration shows the sign of every other joint; that of the first, negated with the base upside down, looks like gravity.
+    let last = model.variables.len();
+    let is_sign = |way: &&Hypothesis| matches!(way, Hypothesis::Negated(joint) if joint + 1 == last && last > 1);
+    let unknowns = ways.iter().filter(|way| way.adds_unknowns());
+    let named = ways.iter().filter(is_sign).chain(unknowns).copied().find_map(decisive);
     named
         .map(|named| explained(evidence, "calibration", Some(found.after.fit.distance[1]), &[named], &|_| None))
         .into_iter()

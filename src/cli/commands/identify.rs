@@ -14,8 +14,8 @@ use crate::description::campaign::{Campaign, Sharing};
 use crate::description::raw::{RawRobot, RawValidity};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{
-    Calibration, OtherSet, Settings, What, against, calibrate, changes, comparable, compare, loss_fault, split,
-    with_uncertainties,
+    Calibration, CalibrationError, OtherSet, Settings, What, against, calibrate, changes, comparable, compare,
+    loss_fault, split, with_uncertainties,
 };
 use crate::files::{LoadedCampaign, writable_table};
 use crate::least_squares::Loss;
@@ -284,8 +284,12 @@ fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) ->
 
 /// Why a calibration of a campaign could not be computed: what is wrong with its readings, where that is known.
 pub(super) fn not_computed(error: Error, model: &Model, campaign: &Campaign, session: &Session) -> Error {
+    // No reading is the reason where nothing was asked for.
+    if matches!(error, Error::Calibration(CalibrationError::NothingElastic | CalibrationError::NothingFree)) {
+        return error;
+    }
     let evidence = Evidence::of(model, campaign);
-    let why = why_not_computed(&error.to_string(), &evidence, &Limits::default(), session.arguments.force);
+    let why = why_not_computed(&error.explained(), &evidence, &Limits::default(), session.arguments.force);
     why.map_or(error, Error::from)
 }
 
