@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::cli::run;
-use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
+use super::plausibility::{Table, doubts, json, of_code, refuses, spoil, starter};
 use crate::support::{number, printed_json};
 
 fn ok(at: &Path, arguments: &[&str]) -> String {
@@ -92,4 +92,22 @@ fn a_small_session_is_not_held_out() {
     let ran = run(at, &["identify", "./s"]);
     assert_eq!(ran.status, 2, "{}", ran.out);
     assert!(ran.err.contains("session `tue` has readings to check alone"), "{}", ran.err);
+}
+
+/// A marker near the axis of the last joint hardly shows its sign to registration; calibration does.
+#[test]
+fn the_sign_of_a_last_joint_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let arm = ["simulate", "kuka-ir663", "--poses", "60", "--unknown-base", "--noise", "0.03"];
+    ok(at, &[&arm[..], &["--seed", "1", "--into", "s"]].concat());
+    let sound = json(&run(at, &["identify", "./s", "--format", "json"]));
+    assert!(of_code(&sound, "misread").is_empty(), "{}", sound["diagnostics"]);
+    spoil(&at.join("s"), |table: &mut Table| {
+        let last = table.column("q7");
+        for row in &mut table.rows {
+            row[last] = (-row[last].parse::<f64>().expect("a number")).to_string();
+        }
+    });
+    refuses(at, &["identify", "./s"], "misread", &["with `q7` negated", "wrong sign?"]);
 }
