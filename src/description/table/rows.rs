@@ -48,7 +48,7 @@ pub(super) fn read_laid_out(
         decimal,
         reader,
         faults: Faults::default(),
-        data: header.columns.iter().map(|column| Data::of(column)).collect(),
+        data: header.columns.iter().map(Data::of).collect(),
         lines: Vec::new(),
         units: Vec::new(),
         commented: (0, None),
