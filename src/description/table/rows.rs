@@ -67,7 +67,7 @@ fn failure(file: &str, error: &std::io::Error) -> Diagnostic {
 
 /// The faults shown and the number of the others.
 #[derive(Default)]
-struct Faults {
+pub(super) struct Faults {
     shown: Vec<Diagnostic>,
     hidden: usize,
     /// The place of the first one that is not shown.
@@ -75,7 +75,7 @@ struct Faults {
 }
 
 impl Faults {
-    fn add(&mut self, fault: impl FnOnce() -> Diagnostic) {
+    pub fn add(&mut self, fault: impl FnOnce() -> Diagnostic) {
         if self.shown.len() < MOST_SHOWN {
             self.shown.push(fault());
             return;
@@ -86,11 +86,11 @@ impl Faults {
         self.hidden += 1;
     }
 
-    fn none(&self) -> bool {
+    pub fn none(&self) -> bool {
         self.shown.is_empty()
     }
 
-    fn finish(mut self) -> Vec<Diagnostic> {
+    pub fn finish(mut self) -> Vec<Diagnostic> {
         if self.hidden > 0 {
             let more = Diagnostic::error(format!("and {} more; the first of them is here", self.hidden));
             self.shown.push(more.at(self.next));

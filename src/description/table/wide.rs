@@ -1,6 +1,7 @@
 //! Tables with several markers in a row: `m1_x, m1_y, m1_z, m2_x, ..`.
 
 use super::columns::{ExpectedColumn, Table, TextColumn};
+use super::rows::Faults;
 use crate::diagnostic::{Diagnostic, Place};
 
 /// The column that names what was measured.
@@ -55,30 +56,31 @@ impl Table {
 
     /// Rows and markers that were read in them, by index.
     fn seen(&self, markers: &[String], columns: &[String]) -> Result<Vec<(usize, usize)>, Vec<Diagnostic>> {
-        let (mut seen, mut faults) = (Vec::new(), Vec::new());
-        let all: Vec<Vec<String>> =
-            markers.iter().map(|marker| columns.iter().map(|column| of_marker(marker, column)).collect()).collect();
+        let of_all = |marker: &String| -> Vec<(String, &[f64])> {
+            let names = columns.iter().map(|column| of_marker(marker, column));
+            names.filter_map(|name| self.numbers(&name).map(|values| (name.clone(), values))).collect()
+        };
+        let all: Vec<Vec<(String, &[f64])>> = markers.iter().map(of_all).collect();
+        let (mut seen, mut faults) = (Vec::new(), Faults::default());
         for row in 0..self.row_count() {
             for (marker, own) in all.iter().enumerate() {
-                let is_empty =
-                    |name: &&String| self.numbers(name).and_then(|all| all.get(row)).is_none_or(|value| value.is_nan());
-                let empty: Vec<&String> = own.iter().filter(is_empty).collect();
-                match empty.first() {
+                let empty = || own.iter().filter(|(_, values)| values.get(row).is_none_or(|value| value.is_nan()));
+                match empty().next() {
                     None => seen.push((row, marker)),
-                    Some(first) if empty.len() < own.len() => {
+                    Some((first, _)) if empty().count() < own.len() => faults.add(|| {
                         let message = format!("empty cell in column `{first}`, where the row has others of its marker");
                         let fault = Diagnostic::error(message).at(self.place(row, first));
-                        faults.push(fault.remedy("fill it in; or empty all columns of a marker that was not seen"));
-                    }
+                        fault.remedy("fill it in; or empty all columns of a marker that was not seen")
+                    }),
                     Some(_) => {}
                 }
             }
         }
-        if seen.is_empty() && faults.is_empty() {
+        if seen.is_empty() && faults.none() {
             let fault = Diagnostic::error("no row holds a reading of a marker").at(Place::line_of(self.file(), 1));
-            faults.push(fault.remedy("fill in the columns of those that were seen"));
+            faults.add(|| fault.remedy("fill in the columns of those that were seen"));
         }
-        if faults.is_empty() { Ok(seen) } else { Err(faults) }
+        if faults.none() { Ok(seen) } else { Err(faults.finish()) }
     }
 }
 
