@@ -1,7 +1,5 @@
 //! Readings to fit and readings to check.
 
-use std::ops::Neg;
-
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 
@@ -34,13 +32,13 @@ pub fn split(campaign: &Campaign, share: f64, seed: u64) -> Vec<bool> {
     let count = if order.len() < FEWEST { 0 } else { (share.clamp(0.0, MOST) * order.len() as f64).round() as usize };
     let mut held_out = vec![false; campaign.poses.len()];
     let parts = parts(campaign, &configurations);
-    // How many configurations of each part may go.
-    let mut spare: Vec<isize> = fewest(campaign).into_iter().map(usize::cast_signed).map(Neg::neg).collect();
-    order.iter().flat_map(|&pose| &parts[pose]).for_each(|&part| spare[part] += 1);
+    let fewest = fewest(campaign);
+    let mut left = vec![0; fewest.len()];
+    order.iter().flat_map(|&pose| &parts[pose]).for_each(|&part| left[part] += 1);
     let mut out = 0;
     for &pose in &order {
-        if out < count && parts[pose].iter().all(|&part| spare[part] > 0) {
-            parts[pose].iter().for_each(|&part| spare[part] -= 1);
+        if out < count && parts[pose].iter().all(|&part| left[part] > fewest[part]) {
+            parts[pose].iter().for_each(|&part| left[part] -= 1);
             held_out[pose] = true;
             out += 1;
         }

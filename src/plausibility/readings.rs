@@ -293,7 +293,7 @@ fn severity(evidence: &Evidence, limits: &Limits, [before, allowed]: [f64; 2], t
 /// Share of the error of registration down to which calibration brings it at least, where constants are what is wrong. A judgement;
 /// the calibrated machines and practice campaigns that it was tried on are not doubted by it.
 const LITTLE: f64 = 0.5;
-/// Share of the error, by its median, below which calibration takes nearly all away: a hundredth of its squares is left.
+/// Share of the error, by its median, below which calibration takes nearly all away: a hundredth of its squares is left. A judgement.
 const NEARLY_ALL: f64 = 0.1;
 
 /// What calibration leaves where it explains little: more than constants off by their tolerances would leave, were they not fitted; or far

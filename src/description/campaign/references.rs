@@ -55,28 +55,26 @@ pub fn reference_columns(units: &Units) -> Vec<ExpectedColumn> {
 }
 
 impl References {
-    /// A warning where rows name configurations, and none of them is one of a campaign's.
+    /// A warning where rows name configurations that are none of a campaign's.
     pub fn of_another_campaign(&self, poses: &[String]) -> Option<Diagnostic> {
         let known: HashSet<&str> = poses.iter().map(String::as_str).collect();
-        let mut unknown = self.poses.iter().filter(|pose| !known.contains(pose.as_str())).peekable();
-        let first = unknown.peek().copied()?.clone();
-        let count = unknown.count();
-        if count < self.poses.len() {
+        let unknown: Vec<&String> = self.poses.iter().filter(|pose| !known.contains(pose.as_str())).collect();
+        let first = unknown.first()?;
+        if unknown.len() < self.poses.len() {
             let message = format!(
-                "fixed reflectors were measured at {count} configurations that the campaign does not have, such as `{first}`: they count between its \
-                 own, or not at all where each session has a base of its own"
+                "fixed reflectors were measured at {} configurations that the campaign does not have, such as `{first}`: they count between its \
+                 own, or not at all where each session has a base of its own",
+                unknown.len()
             );
             return Some(
                 Diagnostic::warning(message).remedy("correct the names in the column `pose` of the references"),
             );
         }
-        Some({
-            let message = format!(
-                "fixed reflectors were measured at configurations `{first}` .., none of which the campaign has: references of another campaign?"
-            );
-            let remedy = "name the file of references that belongs to these readings, or leave its column `pose` out";
-            Diagnostic::warning(message).code(Code::SuspectReadings).remedy(remedy)
-        })
+        let message = format!(
+            "fixed reflectors were measured at configurations `{first}` .., none of which the campaign has: references of another campaign?"
+        );
+        let remedy = "name the file of references that belongs to these readings, or leave its column `pose` out";
+        Some(Diagnostic::warning(message).code(Code::SuspectReadings).remedy(remedy))
     }
 
     /// Appends the rows of a table. Rows of one `order`, or else of one `pose`, were measured together; without either, each
