@@ -14,7 +14,7 @@ use crate::math::distinct;
 use crate::model::Model;
 use crate::observation::{MeasuredPoint, Observes};
 use crate::parameter::Slot;
-use crate::prediction::{Linearised, PredictionError, Predictor, target_values, undeflected_point};
+use crate::prediction::{Linearised, PredictionError, Predictor, earlier_normal, target_values, undeflected_point};
 
 /// Slots of the measuring arrangement the campaign asks to estimate.
 pub fn arrangement(model: &Model, campaign: &Campaign) -> Vec<Slot> {
@@ -259,7 +259,12 @@ fn start_targets(model: &Model, campaign: &Campaign, values: &mut [f64]) -> Resu
         let own = campaign.readings.iter().zip(&points).filter(|(reading, _)| is_own(reading));
         let read: Vec<MeasuredPoint> = own.clone().map(|(_, point)| *point).collect();
         let Some((reading, _)) = own.clone().next() else { continue };
-        let Some(found) = reading.observes.target_start(&read) else { continue };
+        let Some(mut found) = reading.observes.target_start(&read) else { continue };
+        // A face that is parallel to an earlier one has its normal.
+        if let Some(normal) = earlier_normal(model, campaign, index, values) {
+            found[..3].copy_from_slice(normal.as_slice());
+            found[3] = read.iter().map(|point| normal.dot(&point.position())).sum::<f64>() / read.len() as f64;
+        }
         for (slot, value) in model.target_values(index).iter().zip(found) {
             slot.iter().for_each(|&slot| values[slot] = value);
         }

@@ -23,7 +23,7 @@ pub use configurations::{ConfigurationError, ConfigurationErrors, NoiseParts};
 pub use effects::effect_columns;
 pub use error::PredictionError;
 pub use holding::fill_holding_loads;
-pub use reading::{target_values, undeflected_point};
+pub use reading::{earlier_normal, target_values, undeflected_point};
 pub use single::{Seen, SingleError, SinglePredictor, SingleWorkspace};
 pub use survey::survey;
 pub use terms::{Declared, Term, declared};

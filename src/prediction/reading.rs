@@ -7,6 +7,7 @@ use crate::kinematics::{Geometry, Placements, Transform};
 use crate::math::rotation_vector;
 use crate::model::Model;
 use crate::observation::{MOST_TARGET_VALUES, MeasuredPoint, PointDerivative, TargetValues, Twist};
+use crate::parameter::Slot;
 use crate::state::{LoadedPoint, Mechanics, State};
 
 /// A reading of a campaign at a placed state.
@@ -126,4 +127,13 @@ pub fn target_values(
         .zip(model.target_values(target))
         .for_each(|(own, slot)| *own = slot.map_or(*own, |slot| values[slot]));
     own
+}
+
+/// The unit normal that a face shares with one before it.
+pub fn earlier_normal(model: &Model, campaign: &Campaign, index: usize, values: &[f64]) -> Option<Vector3<f64>> {
+    let normal = |target: usize| model.target_values(target).iter().take(3).copied().collect::<Option<Vec<Slot>>>();
+    let own = normal(index).filter(|_| campaign.targets[index].is_face())?;
+    let is_shared = |other: usize| campaign.targets[other].is_face() && normal(other).as_ref() == Some(&own);
+    let is_earlier = (0..index).any(is_shared);
+    is_earlier.then(|| Vector3::from_fn(|k, _| values[own[k]])).and_then(|normal| normal.try_normalize(0.0))
 }

@@ -9,13 +9,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::campaigns::{draw_configurations_in, joint_box, within_limits};
-use crate::description::campaign::{Between, Campaign, InSession, Reading, Target};
+use crate::description::campaign::{Between, Campaign, Constraint, InSession, Reading, Target};
 use crate::kinematics::{AssemblyError, Geometry, Placements};
 use crate::math::linear::least_norm;
 use crate::model::Model;
 use crate::observation::TargetValues;
 use crate::parameter::Kind;
-use crate::prediction::{SinglePredictor, Toucher, target_values};
+use crate::prediction::{SinglePredictor, Toucher, earlier_normal, target_values};
 
 // A made-up laboratory has no source: the sizes are those of bench-top fixtures and of trackers near a robot. What is
 // simulated with them is judged against its own truth, so no result depends on them.
@@ -33,6 +33,8 @@ const APART: f64 = 0.06;
 const RADIUS: f64 = 0.03;
 /// Places tried for a fixture, configurations tried at each, and the share of them that has to touch.
 const PLACES: usize = 60;
+/// Arrangements of all fixtures that are tried.
+const LAYOUTS: usize = 10;
 const TRIALS: usize = 12;
 const SHARE: f64 = 0.4;
 
@@ -84,73 +86,127 @@ pub fn lay_out(
     }
     let held = values.to_vec();
     let geometry = Geometry::new(model, &held)?;
-    let toucher = Toucher::new(model, &held, campaign)?;
-    let drawn = draw_configurations_in(&geometry, &joint_box(model, 0.6), TRIALS, random)?;
-    let reader = SinglePredictor::new(model, &held, campaign)?;
-    let mut workspace = reader.workspace();
-    // Points of the faces, through which they still go when their angles are right.
-    let mut faces: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
-    for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
-        let is_own = |r: &Reading| r.target == Some(index) && r.observes.target_column() == Some(target.column);
-        let Some(reading) = campaign.readings.iter().position(is_own).filter(|_| is_point(target)) else {
-            ordinary(model, target, index, exact, values, random);
-            continue;
-        };
-        let mate = mate(campaign, index);
-        let wrench = campaign.readings[reading].wrench;
-        let mut seen = |q: &[f64]| {
-            let placed = reader.place(q, &mut workspace);
-            let seen = placed.and_then(|()| reader.see(reading, &wrench, &mut workspace)).ok()?;
-            Some(seen.real.translation.vector)
-        };
-        for _ in 0..PLACES {
-            let at = if target.is_near {
-                let spread = if exact { 0.0 } else { NEAR };
-                near(model, campaign, index, &held) + Vector3::from_fn(|_, _| spread * normal(random))
-            } else if let Some((other, distance)) = mate {
-                point_of(&target_values(model, campaign, other, values), &campaign.targets[other])
-                    + direction(random) * distance
-            } else if target.is_anchor() {
-                // Off the arm, as the frame of a draw wire stands.
-                direction(random).component_mul(&Vector3::new(1.5, 1.5, 0.5))
-            } else {
-                let Some(place) = in_reach(&drawn, &mut seen, random) else { continue };
-                (geometry.base() * Point3::from(place)).coords
-            };
-            if target.is_face() {
-                faces.insert(index, at);
-            }
-            for (slot, own) in model.target_values(index).iter().zip(values_at(target, &at, random)) {
-                slot.iter().for_each(|&slot| values[slot] = own);
-            }
-            let now = target_values(model, campaign, index, values);
-            if target.is_anchor() || can_touch(&toucher, &geometry, &drawn, reading, &now) {
-                break;
-            }
+    let layout = Layout {
+        model,
+        campaign,
+        exact,
+        held: &held,
+        toucher: Toucher::new(model, &held, campaign)?,
+        drawn: draw_configurations_in(&geometry, &joint_box(model, 0.6), TRIALS, random)?,
+        geometry: &geometry,
+    };
+    for _ in 0..LAYOUTS {
+        layout.draw(values, random)?;
+        // Known distances may have moved a fixture to where the ball does not get.
+        if layout.touchable().all(|(target, reading)| layout.can_touch(reading, target, values)) {
+            break;
         }
     }
-    keep_apart(model, campaign, &faces, values);
     Ok(())
 }
 
-/// Whether the ball can be brought to where a reading's fixture is from enough of these configurations.
-fn can_touch(
-    toucher: &Toucher,
-    geometry: &Geometry,
-    drawn: &[Vec<f64>],
-    reading: usize,
-    fixture: &TargetValues,
-) -> bool {
-    let mut placements = Placements::default();
-    let mut is_taken =
-        |q: &Vec<f64>| geometry.place(q, &mut placements).is_ok() && within_limits(geometry, q, &placements);
-    let touching = drawn.iter().filter_map(|q| toucher.touching(reading, fixture, q, &[0.0; 6]));
-    touching.filter(|q| is_taken(q)).count() as f64 >= SHARE * drawn.len() as f64
+/// Where a campaign's fixtures are drawn.
+struct Layout<'a> {
+    model: &'a Model,
+    campaign: &'a Campaign,
+    exact: bool,
+    /// Values before anything was drawn.
+    held: &'a [f64],
+    toucher: Toucher<'a>,
+    /// Configurations of the robot.
+    drawn: Vec<Vec<f64>>,
+    geometry: &'a Geometry<'a>,
+}
+
+impl Layout<'_> {
+    /// Draws everything that is unknown.
+    fn draw(&self, values: &mut [f64], random: &mut ChaCha8Rng) -> Result<(), AssemblyError> {
+        let (model, campaign) = (self.model, self.campaign);
+        let reader = SinglePredictor::new(model, self.held, campaign)?;
+        let mut workspace = reader.workspace();
+        // Points of the faces, through which they still go when their angles are right.
+        let mut faces: BTreeMap<usize, Vector3<f64>> = BTreeMap::new();
+        for (index, target) in campaign.targets.iter().enumerate().filter(|(_, target)| target.is_estimated()) {
+            let Some(reading) = self.reading_of(index).filter(|_| is_point(target)) else {
+                ordinary(model, target, index, self.exact, values, random);
+                continue;
+            };
+            let mate = mate(campaign, index);
+            let wrench = campaign.readings[reading].wrench;
+            let mut seen = |q: &[f64]| {
+                let placed = reader.place(q, &mut workspace);
+                let seen = placed.and_then(|()| reader.see(reading, &wrench, &mut workspace)).ok()?;
+                Some(seen.real.translation.vector)
+            };
+            for _ in 0..PLACES {
+                let at = if target.is_near {
+                    let spread = if self.exact { 0.0 } else { NEAR };
+                    near(model, campaign, index, self.held) + Vector3::from_fn(|_, _| spread * normal(random))
+                } else if let Some((other, distance)) = mate {
+                    point_of(&target_values(model, campaign, other, values), &campaign.targets[other])
+                        + direction(random) * distance
+                } else if target.is_anchor() {
+                    // Off the arm, as the frame of a draw wire stands.
+                    direction(random).component_mul(&Vector3::new(1.5, 1.5, 0.5))
+                } else {
+                    let Some(place) = in_reach(&self.drawn, &mut seen, random) else { continue };
+                    (self.geometry.base() * Point3::from(place)).coords
+                };
+                if target.is_face() {
+                    faces.insert(index, at);
+                }
+                let own = match earlier_normal(model, campaign, index, values) {
+                    Some(n) => [n.x, n.y, n.z, n.dot(&at)],
+                    None => values_at(target, &at, random),
+                };
+                for (slot, own) in model.target_values(index).iter().zip(own) {
+                    slot.iter().for_each(|&slot| values[slot] = own);
+                }
+                if target.is_anchor() || self.can_touch(reading, index, values) {
+                    break;
+                }
+            }
+        }
+        keep_apart(model, campaign, &faces, values);
+        Ok(())
+    }
+
+    /// The first reading of a target.
+    fn reading_of(&self, index: usize) -> Option<usize> {
+        let target = &self.campaign.targets[index];
+        let is_own = |r: &Reading| r.target == Some(index) && r.observes.target_column() == Some(target.column);
+        self.campaign.readings.iter().position(is_own)
+    }
+
+    /// Contacts that were drawn, each with its first reading.
+    fn touchable(&self) -> impl Iterator<Item = (usize, usize)> {
+        let targets = self.campaign.targets.iter().enumerate();
+        let drawn = targets.filter(|(_, target)| target.is_estimated() && target.is_contact());
+        drawn.filter_map(|(index, _)| Some((index, self.reading_of(index)?)))
+    }
+
+    /// Whether the ball can be brought to a target from enough configurations.
+    fn can_touch(&self, reading: usize, target: usize, values: &[f64]) -> bool {
+        let fixture = target_values(self.model, self.campaign, target, values);
+        let mut placements = Placements::default();
+        let mut is_taken = |q: &Vec<f64>| {
+            self.geometry.place(q, &mut placements).is_ok() && within_limits(self.geometry, q, &placements)
+        };
+        let touching = self.drawn.iter().filter_map(|q| self.toucher.touching(reading, &fixture, q, &[0.0; 6]));
+        touching.filter(|q| is_taken(q)).count() as f64 >= SHARE * self.drawn.len() as f64
+    }
 }
 
 /// Brings targets to the known distances and angles; `faces` go through their points again.
 fn keep_apart(model: &Model, campaign: &Campaign, faces: &BTreeMap<usize, Vector3<f64>>, values: &mut [f64]) {
-    hold_constraints(model, campaign, values);
+    hold_constraints(model, campaign, values, |constraint| constraint.length.is_none());
+    // Unknown distances as the known ones leave them.
+    for constraint in campaign.constraints.iter().rev() {
+        let length = constraint.length.and_then(|length| model.target_values(length).first().copied().flatten());
+        let [a, b] = constraint.targets.map(|target| target_values(model, campaign, target, values));
+        length.iter().for_each(|&slot| values[slot] = constraint.of([&a, &b], 0.0).0);
+    }
+    hold_constraints(model, campaign, values, |_| true);
     for (face, at) in faces {
         if let [Some(x), Some(y), Some(z), Some(offset)] = *model.target_values(*face) {
             let n = Vector3::new(values[x], values[y], values[z]).normalize();
@@ -158,7 +214,7 @@ fn keep_apart(model: &Model, campaign: &Campaign, faces: &BTreeMap<usize, Vector
         }
     }
     // Their distances, now that their directions are right.
-    hold_constraints(model, campaign, values);
+    hold_constraints(model, campaign, values, |_| true);
 }
 
 /// Where the point is at one of these configurations, base frame; not under the robot: of two the one farther from its foot.
@@ -232,13 +288,14 @@ fn ordinary(model: &Model, target: &Target, index: usize, exact: bool, values: &
     }
 }
 
-/// Moves targets as little as brings them to the known distances and angles (Gauss-Newton).
-fn hold_constraints(model: &Model, campaign: &Campaign, values: &mut [f64]) {
+/// Moves targets as little as brings them to those of the distances and angles that are held (Gauss-Newton).
+fn hold_constraints(model: &Model, campaign: &Campaign, values: &mut [f64], is_held: impl Fn(&Constraint) -> bool) {
+    let constraints: Vec<&Constraint> = campaign.constraints.iter().filter(|constraint| is_held(constraint)).collect();
     for _ in 0..30 {
-        let count = campaign.constraints.len();
+        let count = constraints.len();
         let mut slots: Vec<usize> = Vec::new();
         let (mut entries, mut gaps) = (Vec::new(), DVector::zeros(count));
-        for (row, constraint) in campaign.constraints.iter().enumerate() {
+        for (row, constraint) in constraints.iter().enumerate() {
             let own = constraint.targets.map(|target| target_values(model, campaign, target, values));
             let length = constraint.length.and_then(|length| model.target_values(length).first().copied().flatten());
             let expected = length.map_or(constraint.value, |slot| values[slot]);
@@ -255,7 +312,7 @@ fn hold_constraints(model: &Model, campaign: &Campaign, values: &mut [f64]) {
                 }
             }
         }
-        if gaps.amax() < 1e-12 || slots.is_empty() {
+        if count == 0 || gaps.amax() < 1e-12 || slots.is_empty() {
             return;
         }
         let mut jacobian = DMatrix::zeros(count, slots.len());

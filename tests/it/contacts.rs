@@ -297,9 +297,9 @@ fn parallel_faces_at_a_known_distance_give_the_robot_its_size() {
             .as_u64()
             .expect("a number")
     };
-    // Parallel faces fix the two directions of each second face, and their distance the size.
+    // Each second face has the first's normal, two directions less to be seen; and the distances show the size.
     let (without, with) = (rank(""), rank("distances: {px-mx: 200, py-my: 200}\n"));
-    assert!(with > without, "{without} {with}");
+    assert_eq!(with, without - 4 + 1);
     let held = |distance: f64| {
         campaign(
             folder.path(),
@@ -319,12 +319,62 @@ fn parallel_faces_at_a_known_distance_give_the_robot_its_size() {
     assert!((larger - 1.01).abs() < 2e-3, "{larger}");
     for (wrong, expected) in [
         ("distances: {px-mx: unknown}", "the distance of two faces must be known"),
+        ("distances: {px-px: 200}", "`px-px` names one contact twice"),
+        ("distances: {px-mx: 200, mx-px: 210}", "`mx-px` is the distance that `px-mx` gives"),
         ("distances: {px-mx: -3}", "must be a finite number above 0"),
     ] {
         campaign(folder.path(), &touched, &format!("{contacts}{wrong}"));
         let said = run(folder.path(), &["check", "campaign.yaml"]);
         assert!(said.status == 2 && said.err.contains(expected) && said.err.contains("campaign.yaml"), "{}", said.err);
     }
+}
+
+/// A cube with two opposite faces, put down three times, touched with noise: no face tells where the robot stands, so that six
+/// directions of each placement drop out exactly, and the fit ends where the truth is.
+#[test]
+fn opposite_faces_leave_where_the_robot_stands_open() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cube = "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: contact\ninstrument: {sigma: 0.03}\n\
+        estimate: {tool: true}\ncalibrate: [geometry, joint-offset]\ncontacts:\n  \
+        fx: {kind: plane, near: [500, 100, 100], radius: 5, group: placement}\n  \
+        gx: {kind: plane, near: [420, 100, 100], radius: 5, group: placement}\n  \
+        fy: {kind: plane, near: [460, 150, 100], radius: 5, group: placement}\n  \
+        fz: {kind: plane, near: [460, 100, 140], radius: 5, group: placement}\n\
+        angles: {fx-fy: 90, fy-fz: 90, fx-fz: 90}\ndistances: {fx-gx: 80}\nmeasurements: x.csv\n";
+    std::fs::write(folder.path().join("cube.yaml"), cube).expect("written");
+    for seed in ["2", "3"] {
+        let made = ["simulate", "cube.yaml", "--poses", "240", "--placements", "3", "--seed", seed, "--into", seed];
+        assert_eq!(run(folder.path(), &made).status, 0);
+        let found = printed_json(folder.path(), &["identify", seed]);
+        // Of each placement the normals and offsets of its faces are columns. Lengths of normals mean nothing, and where the robot
+        // stands is no face's matter: all that drops out does so exactly.
+        let [columns, rank, kept] = ["columns", "rank", "kept"].map(|key| found[key].as_u64().expect("a number"));
+        assert_eq!((columns, rank, kept), (68, 51, 51), "seed {seed}");
+        let left = found["residuals"]["check_after"]["rms"].as_f64().expect("a number");
+        assert!(left < 0.06, "seed {seed}: {left}");
+    }
+}
+
+/// Known distances between sockets that no three points have.
+#[test]
+fn distances_that_cannot_be_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sockets = "robot: universal-ur5\nunits: {length: mm, angle: deg}\nobserves: contact\ninstrument: {sigma: 0.03}\n\
+        estimate: {tool: true}\ncontacts: {a: {kind: socket}, b: {kind: socket}, c: {kind: socket}}\nmeasurements: x.csv\n";
+    let simulated = |distances: &str| {
+        std::fs::write(folder.path().join("c.yaml"), format!("{sockets}distances: {distances}\n")).expect("written");
+        run(folder.path(), &["simulate", "c.yaml", "--poses", "60", "--into", "t", "--seed", "3"])
+    };
+    let impossible = simulated("{a-b: 80, b-c: 60, a-c: 150}");
+    assert!(impossible.status == 2, "{}", impossible.err);
+    assert!(impossible.err.contains("`a-c`: 150 is longer than the way along other known distances, 140"));
+    // An unknown one is drawn as the others allow.
+    let drawn = simulated("{a-b: 80, b-c: unknown, a-c: 150}");
+    assert_eq!(drawn.status, 0, "{}", drawn.err);
+    let truth = std::fs::read_to_string(folder.path().join("t/truth.json")).expect("read");
+    let truth: serde_json::Value = serde_json::from_str(&truth).expect("JSON");
+    let length = truth["parameters"]["b-c.distance"]["true"].as_f64().expect("a number");
+    assert!((0.07..=0.23).contains(&length), "{length}");
 }
 
 /// What a campaign of sockets identifies must not depend on how well the ball sat: with noise and an arm that is off, the

@@ -211,6 +211,8 @@ pub(super) fn constraints(
     for (between, key, value) in distances.chain(angles) {
         match constraint(raw, targets, between, key, value) {
             Ok((own, unknown)) => {
+                let parallel = own.iter().filter(|constraint| constraint.between == Between::Faces);
+                parallel.for_each(|constraint| Target::make_parallel(targets, constraint.targets));
                 constraints.extend(own);
                 targets.extend(unknown);
             }
@@ -220,7 +222,53 @@ pub(super) fn constraints(
             }
         }
     }
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(unreachable(raw, locate));
+    }
     constraints
+}
+
+/// Known distances that are longer than a way along others.
+fn unreachable(raw: &RawCampaign, locate: Locate) -> Vec<Diagnostic> {
+    let length = raw.units.length.factor();
+    let names: Vec<&String> = raw.contacts.keys().collect();
+    let at = |name: &str| names.iter().position(|known| *known == name);
+    let known: Vec<(&String, [usize; 2], f64)> = raw
+        .distances
+        .iter()
+        .filter(|(key, _)| !faces(raw, key))
+        .filter_map(|(key, value)| {
+            let [(one, _), (other, _)] = pair(raw, key)?;
+            Some((key, [at(one)?, at(other)?], value.known()? * length))
+        })
+        .collect();
+    let count = names.len();
+    let mut shortest = vec![vec![f64::INFINITY; count]; count];
+    for &(_, [a, b], distance) in &known {
+        shortest[a][b] = distance.min(shortest[a][b]);
+        shortest[b][a] = shortest[a][b];
+    }
+    // Floyd and Warshall.
+    for via in 0..count {
+        for a in 0..count {
+            for b in 0..count {
+                shortest[a][b] = shortest[a][b].min(shortest[a][via] + shortest[via][b]);
+            }
+        }
+    }
+    let is_too_long =
+        |(_, [a, b], distance): &&(&String, [usize; 2], f64)| *distance > shortest[*a][*b] + 3.0 * DISTANCE_SIGMA;
+    let fault = |(key, [a, b], distance): &(&String, [usize; 2], f64)| {
+        let message = format!(
+            "`{key}`: {} is longer than the way along other known distances, {}",
+            distance / length,
+            shortest[*a][*b] / length
+        );
+        Diagnostic::error(message)
+            .at(locate(&["distances", key]))
+            .remedy("measure these distances again, or write `unknown`")
+    };
+    known.iter().filter(is_too_long).map(fault).collect()
 }
 
 /// The two contacts that a key `a-b` names.
@@ -293,6 +341,18 @@ fn constraint(
             format!("write `a-b: {what}`, a and b as in `contacts`"),
         ));
     };
+    if one == other {
+        return Err((format!("`{key}` names one contact twice"), format!("write `a-b: {what}` of two contacts")));
+    }
+    let is_same_pair =
+        |key: &String| pair(raw, key).is_some_and(|[(a, _), (b, _)]| [a, b] == [one, other] || [b, a] == [one, other]);
+    let list: Vec<&String> = match between {
+        Between::Normals => raw.angles.keys().collect(),
+        _ => raw.distances.keys().collect(),
+    };
+    if let Some(again) = list.into_iter().take_while(|known| *known != key).find(|known| is_same_pair(known)) {
+        return Err((format!("`{key}` is the {what} that `{again}` gives"), "leave one of the two out".into()));
+    }
     let is_plane = |contact: &RawContact| contact.kind == ContactKind::Plane;
     if is_plane(first) != is_plane(second) || between == Between::Normals && !is_plane(first) {
         let shapes = if between == Between::Normals { "planes" } else { "sockets or spheres, or two planes" };
@@ -300,8 +360,6 @@ fn constraint(
             "`distances:` are between sockets or spheres, or between parallel planes; `angles:` between planes";
         return Err((format!("`{key}`: a known {what} is between two {shapes}"), remedy.into()));
     }
-    let is_same_pair =
-        |key: &String| pair(raw, key).is_some_and(|[(a, _), (b, _)]| [a, b] == [one, other] || [b, a] == [one, other]);
     if between == Between::Faces && raw.angles.keys().any(is_same_pair) {
         let remedy = "leave one of the two out: a distance is that of parallel faces";
         return Err((format!("`{key}`: faces at an angle have no distance, and `angles:` gives one"), remedy.into()));
@@ -323,16 +381,6 @@ fn constraint(
             let value = known.map_or(0.0, |value| value + radii);
             let targets = [i, *j];
             constraints.push(Constraint { targets, between, value, length, sigma });
-            if between == Between::Faces {
-                let parallel = |axis: usize| Constraint {
-                    targets,
-                    between: Between::Parallel(axis),
-                    value: 0.0,
-                    length: None,
-                    sigma: ANGLE_SIGMA,
-                };
-                constraints.extend((0..3).map(parallel));
-            }
         }
     }
     if constraints.is_empty() && targets.iter().any(Target::is_contact) {

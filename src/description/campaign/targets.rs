@@ -48,10 +48,8 @@ pub enum Between {
     Points,
     /// The angle of their normals, rad, or what it lacks to a half turn: a face has two sides.
     Normals,
-    /// The distance of two faces that are parallel, m: of the planes in which the ball's centre is.
+    /// The distance of two faces that share a normal, m: of the planes in which the ball's centre is.
     Faces,
-    /// The component of the sine of their angle along an axis: none where they are parallel.
-    Parallel(usize),
 }
 
 /// A distance between the points of two targets, or an angle between their normals.
@@ -79,34 +77,22 @@ impl Constraint {
             let direction = arm / arm.norm().max(f64::MIN_POSITIVE);
             return (arm.norm(), [by(direction, 0.0), by(-direction, 0.0)]);
         }
+        if self.between == Between::Faces {
+            // Known normals may be opposite.
+            let alike = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
+            let apart = values[0][3] - alike * values[1][3];
+            let side = if apart < 0.0 { -1.0 } else { 1.0 };
+            return (apart.abs(), [by(Vector3::zeros(), side), by(Vector3::zeros(), -side * alike)]);
+        }
         let lengths = [a, b].map(|normal| normal.norm().max(f64::MIN_POSITIVE));
         let [a, b] = [a / lengths[0], b / lengths[1]];
-        match self.between {
-            Between::Points | Between::Normals => {
-                let (sine, cosine) = (a.cross(&b).norm(), a.dot(&b));
-                let angle = sine.atan2(cosine);
-                let side = if (angle - expected).abs() <= (PI - angle - expected).abs() { 1.0 } else { -1.0 };
-                // Parallel normals have no direction in which their angle grows.
-                let steep = if sine > 0.0 { -side / sine } else { 0.0 };
-                let derivatives = [(b - a * cosine) * (steep / lengths[0]), (a - b * cosine) * (steep / lengths[1])];
-                (if side > 0.0 { angle } else { PI - angle }, derivatives.map(|derivative| by(derivative, 0.0)))
-            }
-            Between::Faces => {
-                let alike = if a.dot(&b) < 0.0 { -1.0 } else { 1.0 };
-                let apart = values[0][3] - alike * values[1][3];
-                let side = if apart < 0.0 { -1.0 } else { 1.0 };
-                let none = Vector3::zeros();
-                (apart.abs(), [by(none, side), by(none, -side * alike)])
-            }
-            Between::Parallel(axis) => {
-                let unit = Vector3::ith(axis, 1.0);
-                let sine = a.cross(&b)[axis];
-                // The derivative of n / |n| is across n.
-                let across = |v: Vector3<f64>, n: &Vector3<f64>, length: f64| (v - n * n.dot(&v)) / length;
-                let derivatives = [across(b.cross(&unit), &a, lengths[0]), across(unit.cross(&a), &b, lengths[1])];
-                (sine, derivatives.map(|derivative| by(derivative, 0.0)))
-            }
-        }
+        let (sine, cosine) = (a.cross(&b).norm(), a.dot(&b));
+        let angle = sine.atan2(cosine);
+        let side = if (angle - expected).abs() <= (PI - angle - expected).abs() { 1.0 } else { -1.0 };
+        // Parallel normals have no direction in which their angle grows.
+        let steep = if sine > 0.0 { -side / sine } else { 0.0 };
+        let derivatives = [(b - a * cosine) * (steep / lengths[0]), (a - b * cosine) * (steep / lengths[1])];
+        (if side > 0.0 { angle } else { PI - angle }, derivatives.map(|derivative| by(derivative, 0.0)))
     }
 }
 
@@ -155,6 +141,22 @@ impl Target {
     /// Whether it is touched.
     pub fn is_contact(&self) -> bool {
         self.column == CONTACT_COLUMN
+    }
+
+    /// Makes a face parallel to another: it has that one's normal, whichever of the two is known. Faces that had its own have it too.
+    pub fn make_parallel(targets: &mut [Self], [one, other]: [usize; 2]) {
+        let normal = |target: usize| targets[target].values[..3].to_vec();
+        let is_known = |normal: &[TargetValue]| normal.iter().all(|value| value.parameter.is_none());
+        let (mut kept, mut replaced) = (normal(one), normal(other));
+        if is_known(&replaced) {
+            std::mem::swap(&mut kept, &mut replaced);
+        }
+        if is_known(&replaced) {
+            return;
+        }
+        let faces = targets.iter_mut().filter(|target| target.is_face());
+        let own = faces.filter(|target| target.values[0].parameter == replaced[0].parameter);
+        own.for_each(|target| target.values[..3].clone_from_slice(&kept));
     }
 
     /// Whether it is a face that is touched.
