@@ -196,6 +196,7 @@ fn of_calibration(error: &CalibrationError) -> &'static str {
         CalibrationError::NothingElastic => {
             "give springs `identifiable: true` in the description, or name parameters under `calibration: {free: [..]}`"
         }
+        CalibrationError::TooMuch { .. } => "leave out configurations, or diagnose the sessions apart",
         CalibrationError::TooFew { .. } => "measure more configurations, or hold parameters (`--hold`)",
         CalibrationError::Usage(_) | CalibrationError::Malformed(_) => {
             "leave that option out, or give it a value that fits the campaign"

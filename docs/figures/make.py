@@ -39,7 +39,7 @@ CENTRES = {
 REGIONS = {"joint box": 0, "working region": 2, "workpiece": 1}
 DATA = {"UR5": "ur5-jacobi", "UR10": "ur10-landgraf", "WAM": "wam-jacobi"}
 CALIBRATED = {
-    "-as-described": "",
+    "-as-described": "calibrate: []\n",
     "-geometry": "calibrate: [geometry, joint-offset]\n",
 }
 # Descriptions of the iiwa 7: rigid; with joint springs; with the tilt of the base; with the wind-up of joints 2 and 4.

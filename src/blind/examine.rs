@@ -125,7 +125,7 @@ pub fn examine(model: &Model, campaign: &Campaign, fresh: &Campaign, seed: u64) 
     };
     let taken = seconds();
     judged.extend(doubts(model, campaign, &found, &limits));
-    let only = Some(crate::diagnosis::nuisance(model, campaign, &campaign.calibrate));
+    let only = Some(crate::model::nuisance(model, campaign, &campaign.calibrate));
     // Outliers are left out of the plain calibration as well, so that the causes are judged alone.
     let kept = campaign.select(|_, reading| !found.outliers.contains(&reading.row));
     let asked = estimation::Settings { only, ..estimation::Settings::default() };

@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::truth::Truth;
 use crate::description::campaign::Campaign;
-use crate::diagnosis::nuisance;
 use crate::effects::{Site, Survey};
 use crate::estimation::{CalibrationError, Settings, calibrate};
 use crate::kinematics::Geometry;
 use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
+use crate::model::nuisance;
 use crate::parameter::Slot;
 use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns, survey};
 

@@ -24,7 +24,8 @@ macro_rules! unit {
 }
 
 unit!(/// Unit of lengths.
-    Length, { #[default] Metre "m" 1.0, Millimetre "mm" 1e-3, Micrometre "um" 1e-6, Inch "in" 0.0254, });
+    Length, { #[default] Metre "m" 1.0, Centimetre "cm" 1e-2, Millimetre "mm" 1e-3, Micrometre "um" 1e-6, Inch "in" 0.0254,
+        Foot "ft" 0.3048, });
 unit!(/// Unit of angles.
     Angle, { #[default] Radian "rad" 1.0, Degree "deg" std::f64::consts::PI / 180.0, Milliradian "mrad" 1e-3, });
 unit!(/// Unit of forces.
@@ -59,9 +60,11 @@ pub enum Unit {
 }
 
 /// Other ways in which laboratories write units.
-const SPELLINGS: [(&str, &str); 22] = [
+const SPELLINGS: [(&str, &str); 26] = [
     ("meter", "m"),
     ("metre", "m"),
+    ("centimeter", "cm"),
+    ("centimetre", "cm"),
     ("millimeter", "mm"),
     ("millimetre", "mm"),
     ("micrometer", "um"),
@@ -70,6 +73,8 @@ const SPELLINGS: [(&str, &str); 22] = [
     ("inch", "in"),
     ("inche", "in"), // inches
     ("\"", "in"),
+    ("foot", "ft"),
+    ("feet", "ft"),
     ("\u{b0}", "deg"),
     ("degree", "deg"),
     ("radian", "rad"),

@@ -20,6 +20,10 @@ use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::simulation::generator;
 
+/// Units whose neighbours are sought, evenly among all: beyond it the test has long been sharp, and its cost would grow with the square
+/// of their number.
+const MOST_UNITS: usize = 4000;
+
 /// The tests that a campaign allows, on residuals over their sigmas, one after the other as the readings.
 pub fn autocorrelation(
     model: &Model,
@@ -230,7 +234,8 @@ impl Residuals<'_> {
         if count < self.settings.fewest {
             return None;
         }
-        let pairs: Vec<Vec<(usize, usize)>> = (0..count)
+        let units: Vec<usize> = (0..count).step_by(count.div_ceil(MOST_UNITS)).collect();
+        let pairs: Vec<Vec<(usize, usize)>> = units
             .into_par_iter()
             .map(|i| {
                 let others = (0..count).filter(|&j| j != i && may(i, j));
@@ -242,7 +247,10 @@ impl Residuals<'_> {
                     others.select_nth_unstable_by(neighbours, by_distance);
                     others.truncate(neighbours);
                 }
-                others.into_iter().map(|(_, j)| (i, j)).collect()
+                // Not collected in place, which would keep the room of all others.
+                let mut pairs = Vec::with_capacity(others.len());
+                pairs.extend(others.into_iter().map(|(_, j)| (i, j)));
+                pairs
             })
             .collect();
         Some(pairs.concat()).filter(|pairs| !pairs.is_empty())

@@ -20,6 +20,7 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::stability::stability;
+use crate::effects::Family;
 use crate::math::quantiles::{normal_of_any, normal95};
 
 /// Claims, and the subsets on the way to their hypotheses. `found` are the causes by the information criterion, `problem`
@@ -126,7 +127,7 @@ fn claimed(
         let own = own.zip(sharp).map(|(at, all)| all[at].as_slice());
         let claims = claims(forward, cause, &beside, own, tests);
         before.add(cause, &beside, claims.first());
-        found.extend(claims);
+        found.extend(each_by_itself(forward, cause, &beside, claims, tests));
     }
     // Two causes may be claimed by the same curve.
     let mut distinct: Vec<Claim> = Vec::new();
@@ -136,6 +137,36 @@ fn claimed(
         }
     }
     distinct
+}
+
+/// The claims of a cause; those of a lag at several joints each as it is judged beside the others, where that is not the law that they
+/// share: what another law or none has at one joint is taken along by the others. Compliances of all joints are one cause, which
+/// own weight excites together.
+fn each_by_itself(
+    forward: &Forward,
+    cause: &[usize],
+    beside: &[usize],
+    found: Vec<Claim>,
+    tests: &Tests,
+) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let is_lag = |claim: &Claim| claim.level == Level::Law && hypotheses[claim.hypothesis].family() == Family::History;
+    if found.len() < 2 || !found.iter().all(is_lag) {
+        return found;
+    }
+    let of_one = |shared: Claim| -> Vec<Claim> {
+        let own = shared.hypothesis;
+        let others: Vec<usize> = beside.iter().chain(cause).copied().filter(|&h| h != own).collect();
+        let mut alone = claims(forward, &[own], &others, None, tests);
+        let is_law =
+            |claim: &Claim| claim.level == Level::Law && hypotheses[claim.hypothesis].is_same(&hypotheses[own]);
+        if alone.iter().any(is_law) {
+            return vec![shared];
+        }
+        alone.retain(|claim| hypotheses[claim.hypothesis].site.name == hypotheses[own].site.name);
+        alone
+    };
+    found.into_iter().flat_map(of_one).collect()
 }
 
 /// Leaves out causes of which nothing is certain beside all others: the 95 % interval of their amounts then holds none. A curve that was

@@ -4,7 +4,7 @@
 use super::choice::choice;
 use super::claims::Claim;
 use super::free_errors::FreeErrors;
-use super::hypothesis::hypotheses;
+use super::hypothesis::{Hypothesis, hypotheses};
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
 use super::misfit::{Readings, first_readings};
@@ -78,6 +78,7 @@ impl Competition {
         let geometry = Geometry::new(model, &values).map_err(PredictionError::from)?;
         let survey = survey(&geometry, &campaign)?;
         let mut tried = hypotheses(model, &values, &kept, &survey, settings);
+        fits_memory(&campaign, &tried, kept.len())?;
         let not_tried = not_tried(model, &survey, &tried, &settings.known);
         let left = calibration.as_ref().map_or(0.0, |found| found.after.fit.distance[1]);
         let excluded = excluded(&campaign, left, &mut tried);
@@ -123,6 +124,23 @@ impl Competition {
     /// The hypotheses selected, in order.
     pub fn members(&self) -> &[usize] {
         self.path.last().map_or(&[], |fit| &fit.members)
+    }
+}
+
+/// Megabytes meant for the columns of all hypotheses.
+const MOST_MEGABYTES: usize = 240;
+
+/// Copies of all columns that are held at one time: of all readings, of those fitted, as they are and projected.
+const COPIES: usize = 4;
+
+/// Refuses more readings and hypotheses than fit into [`MOST_MEGABYTES`].
+fn fits_memory(campaign: &Campaign, tried: &[Hypothesis], nuisance: usize) -> Result<(), CalibrationError> {
+    let rows: usize = campaign.readings.iter().map(|reading| reading.observes.rows()).sum();
+    let columns = nuisance + tried.iter().map(|hypothesis| hypothesis.parameters.len()).sum::<usize>();
+    let megabytes = (COPIES * rows * columns * size_of::<f64>()).div_ceil(1_000_000);
+    match megabytes > MOST_MEGABYTES {
+        true => Err(CalibrationError::TooMuch { megabytes, most: MOST_MEGABYTES }),
+        false => Ok(()),
     }
 }
 

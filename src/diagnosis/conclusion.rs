@@ -96,6 +96,8 @@ pub fn conclude(
         values: refit.values,
         is_pulled: competition.is_pulled,
         calibration: competition.calibration.clone(),
+        refitted: competition.kept.clone(),
+        drawn_from: None,
         evidence,
         calibrated: competition.values.clone(),
         look_alikes: look_alikes(&selector, members, settings.look_alikes),

@@ -2,19 +2,23 @@
 
 use std::borrow::Cow;
 
+use rand::seq::SliceRandom;
+
 use super::competition::Competition;
 use super::conclusion::conclude;
 use super::inputs::Inputs;
 use super::level::Level;
-use super::nuisance::nuisance;
 use super::outliers::{outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{self, CalibrationError};
 use crate::model::Model;
+use crate::model::nuisance;
+use crate::simulation::generator;
 
-/// Diagnoses a campaign against a model, by its readings that hold lengths: those of angles or torques alone are left out. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
+/// Diagnoses a campaign against a model, by its readings that hold lengths: those of angles or torques alone are left out. Of more configurations
+/// than fit into the memory meant for the hypotheses a part is drawn with the seed. Readings marked in `held_out` are not fitted: the figures are theirs. `progress`
 /// receives each stage in words.
 ///
 /// # Errors
@@ -61,7 +65,18 @@ pub fn diagnose(
     let inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];
     let mut marked = none.clone();
-    let mut competition = Competition::new(&inputs, &marked, progress)?;
+    let mut competition = match Competition::new(&inputs, &marked, progress) {
+        Err(CalibrationError::TooMuch { megabytes, most }) => {
+            let share = MARGIN * most as f64 / megabytes as f64;
+            let Some((some, own, drawn_from)) = drawn(campaign, held_out, share, settings.seed) else {
+                return Err(CalibrationError::TooMuch { megabytes, most });
+            };
+            progress("configurations drawn");
+            let found = diagnose(model, &some, &own, settings, progress)?;
+            return Ok(Diagnosis { drawn_from: Some(drawn_from), ..found });
+        }
+        other => other?,
+    };
     // Outliers are those of what explains the other readings, and are left out of the next competition.
     for _ in 0..settings.outliers.competitions {
         let found = outliers(&competition, &marked, &settings.outliers);
@@ -81,4 +96,24 @@ pub fn diagnose(
         return conclude(&inputs, &competition, &none, progress);
     }
     Ok(found)
+}
+
+/// Part of the memory that configurations drawn from many take up.
+const MARGIN: f64 = 0.95;
+
+/// About a share of the configurations, drawn with a seed, with the marks of their readings held out, and how many of how many these are;
+/// `None` where that is none, or all.
+fn drawn(campaign: &Campaign, held_out: &[bool], share: f64, seed: u64) -> Option<(Campaign, Vec<bool>, [usize; 2])> {
+    let mut poses: Vec<usize> = campaign.readings.iter().map(|reading| reading.pose).collect();
+    poses.sort_unstable();
+    poses.dedup();
+    let all = poses.len();
+    poses.shuffle(&mut generator(seed));
+    poses.truncate((share * all as f64) as usize);
+    let mut is_kept = vec![false; campaign.poses.len()];
+    poses.iter().for_each(|pose| is_kept[*pose] = true);
+    let some = campaign.select(|_, reading| is_kept[reading.pose]);
+    let both = campaign.readings.iter().zip(held_out);
+    let own = both.filter(|(reading, _)| is_kept[reading.pose]).map(|(_, held_out)| *held_out).collect();
+    (!poses.is_empty() && poses.len() < all).then_some((some, own, [poses.len(), all]))
 }

@@ -28,7 +28,6 @@ mod linear_problem;
 mod location;
 mod misfit;
 mod next_poses;
-mod nuisance;
 mod outliers;
 mod probe;
 mod projection;
@@ -48,7 +47,6 @@ mod verdict;
 pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;
 pub use level::{Level, Stability, Support};
-pub use nuisance::{all_springs, nuisance};
 pub use result::{
     Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, Gap, Location,
     LookAlikes, NextPose, NoiseSource, NotTried, Region, Rejected, Rest, Shrinkage, SiteShare, Verdict,

@@ -8,6 +8,7 @@ use crate::description::raw::RawAmount;
 use crate::effects::{EffectEntry, Family};
 use crate::estimation::Calibration;
 use crate::model::Model;
+use crate::parameter::Slot;
 
 /// The answer of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -305,6 +306,10 @@ pub struct Diagnosis {
     pub is_pulled: bool,
     /// The calibration that the hypotheses start from, on the readings without outliers; `None` where nothing is fitted.
     pub calibration: Option<Calibration>,
+    /// Parameters that are re-fitted with every hypothesis.
+    pub refitted: Vec<Slot>,
+    /// How many configurations were drawn of how many, where all of them would take too much memory.
+    pub drawn_from: Option<[usize; 2]>,
     /// How much the fitted readings hold that is not a repetition, and the parameters that are re-fitted with every hypothesis.
     pub evidence: (Amount, usize),
     /// Calibrated values without the causes: where the hypotheses were compared.

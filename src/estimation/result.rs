@@ -32,6 +32,14 @@ pub enum CalibrationError {
         /// Parameters.
         parameters: usize,
     },
+    /// More readings and hypotheses than fit into the memory meant for them.
+    #[error("the hypotheses need about {megabytes} MB of memory, and {most} MB are meant for them")]
+    TooMuch {
+        /// What they would need.
+        megabytes: usize,
+        /// What is allowed.
+        most: usize,
+    },
     /// The question is malformed.
     #[error(transparent)]
     Usage(#[from] UsageError),

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::allowed::not_allowed;
+use super::calibrated::without_constants;
 use super::place::{CAMPAIGNS, Place, inside, open};
 use super::reader::Reader;
 use super::readings::{Asked, faults, read};
@@ -15,6 +16,7 @@ use crate::description::limits::READINGS;
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
 use crate::diagnostic::{Diagnostic, Diagnostics, nearest};
+use crate::model::usually_calibrated;
 use crate::noise::fill_noise;
 use crate::observation::Kinds;
 use crate::prediction::fill_holding_loads;
@@ -169,6 +171,10 @@ pub(super) fn resolved(
             diagnostics.append(&mut reported);
             diagnostics.extend(robot.diagnostics.iter().cloned());
             let robot = LoadedRobot { model: robot.model.arranged(&campaign), ..robot };
+            if raw.calibrate.is_none() {
+                campaign.calibrate = usually_calibrated(&robot.model, &campaign);
+            }
+            diagnostics.extend(without_constants(&raw, &robot.robot, &robot.model, &locate));
             // What cannot be assembled here is reported by the command that predicts it.
             let _ = fill_holding_loads(&robot.model, &mut campaign);
             let rows = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));

@@ -1,6 +1,7 @@
 //! Robots, campaigns, paths and processes from disk or from the bundled set: the one place that opens files.
 
 mod allowed;
+mod calibrated;
 mod campaign;
 mod change;
 mod design;

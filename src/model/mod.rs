@@ -24,7 +24,7 @@ pub use build::build;
 pub use coordinates::Follower;
 pub use effect::{
     Change, Changes, Condition, Driver, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    ReadingContext, Site, SiteKind, Survey,
+    ReadingContext, Site, SiteKind, Survey, all_springs, nuisance, usually_calibrated,
 };
 pub use fault::Fault;
 pub use local_springs::LocalSprings;

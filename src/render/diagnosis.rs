@@ -6,7 +6,7 @@ use super::plots::bars;
 use super::table::Screen;
 use crate::description::raw::RawAmount;
 use crate::diagnosis::{Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, Level, Stability, Verdict};
-use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Rejected, WeightSource};
+use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Refitted, Rejected, WeightSource};
 
 /// Most outliers listed.
 const OUTLIERS: usize = 20;
@@ -189,6 +189,15 @@ fn open(found: &Diagnosis) -> String {
     }
     if found.noise.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";
+    }
+    if let Some([some, all]) = found.drawn_from {
+        let _ =
+            writeln!(out, "{some} of {all} configurations were drawn for it: all of them would take too much memory");
+    }
+    let Refitted { effects, parameters } = &found.refitted;
+    if !parameters.is_empty() {
+        let names = if effects.is_empty() { "base and tool alone".into() } else { effects.join(", ") };
+        let _ = writeln!(out, "re-fitted with whatever is tried: {names} ({} parameters)", parameters.len());
     }
     out + &found.own_weight.of_readings() + "\n"
 }

@@ -203,9 +203,23 @@ pub struct Diagnosis {
     pub seconds: f64,
     /// Whether the readings are predicted with own weight.
     pub own_weight: OwnWeight,
+    /// How many configurations were drawn of how many, where all of them would take too much memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drawn_from: Option<[usize; 2]>,
+    /// What is re-fitted with whatever is tried: names of effects, and the parameters which that are here.
+    pub refitted: Refitted,
     /// The campaign's name.
     #[serde(skip)]
     pub campaign: String,
+}
+
+/// What is re-fitted with whatever is tried.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refitted {
+    /// Effects under `calibrate:`, or what stands for it.
+    pub effects: Vec<String>,
+    /// Parameters that the readings determine, base and tool included.
+    pub parameters: Vec<String>,
 }
 
 /// Both ends of an interval, null where there is none.
@@ -272,6 +286,11 @@ impl Diagnosis {
             notes: Notes { noise: NoiseFrom::from(found.noise_source).words() },
             seconds,
             own_weight: OwnWeight::of_campaign(model, &model.registry.nominal(), campaign),
+            drawn_from: found.drawn_from,
+            refitted: Refitted {
+                effects: campaign.calibrate.clone(),
+                parameters: found.refitted.iter().map(|slot| model.registry[*slot].name.clone()).collect(),
+            },
             campaign: campaign.name.clone(),
         }
     }

@@ -55,7 +55,7 @@ pub use compensator::{
 };
 pub use configurations::ConfigurationResidual;
 pub use diagnosis::{
-    AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Region, Rejected,
+    AfterAll, Cause, Diagnosis, Directions, Gap, Location, NextPose, NoiseFrom, Notes, Refitted, Region, Rejected,
 };
 pub use errors::{CoordinateErrors, FitOrCheck, OrientationErrors, ReadingErrors};
 pub use fuzzy::{

@@ -229,7 +229,7 @@ fn what_the_bench_calibrates_is_what_the_diagnosis_does() {
             let observes =
                 if is_difference { elastogeo::observation::DEFLECTION } else { elastogeo::observation::POSITION };
             let campaign = elastogeo::description::campaign::Campaign { observes, ..Default::default() };
-            let theirs = elastogeo::diagnosis::nuisance(&model, &campaign, &known);
+            let theirs = elastogeo::model::nuisance(&model, &campaign, &known);
             assert_eq!(calibrated(&model, is_difference), theirs, "{name}");
         }
     }

@@ -139,7 +139,7 @@ fn what_is_left_far_above_the_noise_is_not_saved() {
     assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);
 }
 
-/// Without `calibrate:` geometry competes as a cause; what a calibration then says of the readings is said.
+/// Where nothing is re-fitted geometry competes as a cause; what a calibration then says of the readings is said.
 #[test]
 fn a_diagnosis_says_what_identify_refuses() {
     let folder = starter();
@@ -148,7 +148,7 @@ fn a_diagnosis_says_what_identify_refuses() {
     let campaign = at.join("c/campaign.yaml");
     let text = fs::read_to_string(&campaign).expect("text");
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("calibrate:")).collect();
-    fs::write(&campaign, lines.join("\n") + "\n").expect("written");
+    fs::write(&campaign, lines.join("\n") + "\ncalibrate: []\n").expect("written");
     let ran = run(at, &["diagnose", "c", "--apply", "x.yaml"]);
     assert!(ran.out.contains("`identify` refuses this campaign (moved-far)"), "{}{}", ran.out, ran.err);
     assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}{}", ran.out, ran.err);

@@ -105,9 +105,10 @@ frames:
 tool: {frame: flange}
 ";
 
-/// A position campaign of a robot that was never calibrated is warned of what competes.
+/// Without `calibrate:` what `identify` fits is re-fitted, and listed; where that is to be nothing, the campaign is warned of what
+/// competes.
 #[test]
-fn campaign_that_calibrates_nothing_is_warned_of() {
+fn campaign_without_calibrate_is_calibrated_as_identify_does() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     std::fs::write(at.join("arm.yaml"), ARM).expect("written");
@@ -117,12 +118,28 @@ fn campaign_that_calibrates_nothing_is_warned_of() {
     assert!(with.status == 0 && !with.err.contains("calibrate"), "{}", with.err);
     let file = at.join("own/campaign.yaml");
     let text = std::fs::read_to_string(&file).expect("a file");
-    let without = text.replace("calibrate:\n- geometry\n- joint-offset\n", "");
-    assert_ne!(text, without);
-    std::fs::write(&file, without).expect("written");
+    let replaced = |by: &str| {
+        let without = text.replace("calibrate:\n- geometry\n- joint-offset\n", by);
+        assert_ne!(text, without);
+        std::fs::write(&file, without).expect("written");
+    };
+    replaced("");
+    let json = |arguments: &[&str]| crate::support::printed_json(at, arguments);
+    let (found, fitted) = (json(&["diagnose", "own"]), json(&["identify", "own"]));
+    assert_eq!(found["verdict"], "no-gap", "{}", found["where"]);
+    assert_eq!(found["refitted"]["effects"], serde_json::json!(["geometry", "joint-offset"]));
+    assert_eq!(
+        found["refitted"]["parameters"].as_array().map(Vec::len),
+        fitted["kept"].as_u64().map(|kept| kept as usize)
+    );
+    let left = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let ratio = left(&found["gap"]["rms"]) / left(&fitted["residuals"]["after"]["rms"]);
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    assert!(run(at, &["diagnose", "own"]).out.contains("re-fitted with whatever is tried: geometry, joint-offset ("));
+    replaced("calibrate: []\n");
     let bare = run(at, &["diagnose", "own"]);
     assert_eq!(bare.status, 0, "{}", bare.err);
-    assert!(bare.err.contains("no `calibrate:`") && bare.err.contains("[geometry, joint-offset]"), "{}", bare.err);
+    assert!(bare.err.contains("`calibrate:` of the campaign is empty: geometry competes"), "{}", bare.err);
 }
 
 /// What was diagnosed stays in the description when the campaign leaves out what its own robot declares, and nothing is
@@ -193,4 +210,22 @@ fn ranges_and_rigid_joints_of_simulated_campaigns() {
         assert_eq!(ran.status, 2, "{flag} {value}");
         assert!(!at.join("other").exists());
     }
+}
+
+/// Of more readings than the hypotheses have memory for, configurations are drawn, the same for a seed, and the cause is found in them.
+#[test]
+fn a_diagnosis_of_many_readings_draws_configurations() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let effect = "gear-ratio@joint:3:ratio=4e-4";
+    let made =
+        ["simulate", "kuka-kr270", "--poses", "1500", "--markers", "m1,m2,m3", "--unknown-base", "--unknown-tool"];
+    let ran = run(at, &[&made[..], &["--effect", effect, "--seed", "4", "--into", "many"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let found = crate::support::printed_json(at, &["diagnose", "many"]);
+    let drawn: Vec<u64> = serde_json::from_value(found["drawn_from"].clone()).expect("two numbers");
+    assert!(drawn[1] == 1500 && (500..1500).contains(&drawn[0]), "{drawn:?}");
+    assert_eq!(found["causes"][0]["effect"], "gear-ratio", "{}", found["causes"]);
+    assert_eq!(found["causes"][0]["site"], "joint:3");
+    assert!(run(at, &["diagnose", "many"]).out.contains(&format!("{} of 1500 configurations were drawn", drawn[0])));
 }

@@ -104,7 +104,7 @@ fn file_of(campaign: &Campaign, plan: &Plan, hash: &str, noise: f64, readings: &
             orientation: None,
         }),
         estimate: RawEstimate::of([campaign.estimate_base, campaign.estimate_tool]),
-        calibrate: campaign.calibrate.clone(),
+        calibrate: Some(campaign.calibrate.clone()),
         without: plan.without.clone(),
         measurements: Some(Measurements::file(readings)),
         ..RawCampaign::default()

@@ -144,17 +144,17 @@ fn is_of_the_session(cause: &Cause, entry: &EffectEntry) -> bool {
     entry.effect.is_of_the_measurement() || cause.family == Family::Time
 }
 
-/// A warning where the campaign names nothing that is re-fitted: what `identify` fits then competes as causes.
+/// A warning where nothing is re-fitted: what `identify` fits then competes as causes.
 fn nothing_refitted(campaign: &Campaign, model: &Model) -> Option<Diagnostic> {
     let [message, remedy] = match campaign.observes.purpose() {
         Purpose::Geometry => [
-            "the campaign has no `calibrate:`: geometry competes as a cause, a frame at a time",
-            "write `calibrate: [geometry, joint-offset]` into the campaign if the robot has not been calibrated",
+            "`calibrate:` of the campaign is empty: geometry competes as a cause, a frame at a time",
+            "leave `calibrate:` out if the robot has not been calibrated",
         ],
         Purpose::Stiffness if model.elastic_slots().is_empty() => return None,
         Purpose::Stiffness => [
-            "the campaign has no `calibrate:`: springs compete as causes, one at a time; `identify` fits all of them",
-            "write `calibrate: [joint-compliance, ..]` into the campaign if they have not been identified",
+            "`calibrate:` of the campaign is empty: springs compete as causes, one at a time; `identify` fits all of them",
+            "leave `calibrate:` out, or name them there, if they have not been identified",
         ],
     };
     campaign.calibrate.is_empty().then(|| Diagnostic::warning(message).remedy(remedy))

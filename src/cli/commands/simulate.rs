@@ -22,10 +22,10 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::{markers, wrench};
 use crate::description::campaign::{Campaign, InSession, Sessions, Sharing};
-use crate::diagnosis::all_springs;
 use crate::files::{LoadedRobot, settle};
 use crate::kinematics::Geometry;
 use crate::model::Model;
+use crate::model::all_springs;
 use crate::observation::{Observes, POSITION};
 use crate::simulation::{Plan, carry_out, draw_errors, generator, set_up, unmeasured};
 

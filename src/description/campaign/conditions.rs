@@ -77,6 +77,8 @@ pub enum OrderBy {
     /// Nothing but their rows, which may have been sorted since.
     #[default]
     Rows,
+    /// Their rows, as the campaign states (`order: rows`).
+    StatedRows,
     /// Times that tell every configuration of a session from the others.
     Times,
     /// The numbers in the column `order`.

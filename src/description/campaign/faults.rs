@@ -33,7 +33,7 @@ pub fn faults(
         let diagnostic = Diagnostic::error(format!("unknown kind of readings `{name}`")).at(place);
         diagnostics.push(diagnostic.suggest(name, kinds.iter().map(|kind| kind.name())));
     }
-    for (position, effect) in raw.calibrate.iter().enumerate() {
+    for (position, effect) in raw.calibrate.iter().flatten().enumerate() {
         if !effects.contains(&effect.as_str()) {
             let diagnostic = Diagnostic::error(format!("unknown effect `{effect}`"))
                 .at(locate(&["calibrate", &position.to_string()]));

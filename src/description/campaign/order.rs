@@ -8,8 +8,11 @@ use super::{Campaign, InSession, Reading};
 use crate::diagnostic::{Diagnostic, Place};
 
 /// Place of a reading among those of its session: its number in the order of measurement, its time, or nothing (its place in
-/// the files).
-fn place(campaign: &Campaign, orders: &[Option<i64>], reading: usize) -> (f64, usize) {
+/// the files, also where that is stated).
+fn place(campaign: &Campaign, orders: &[Option<i64>], by_rows: bool, reading: usize) -> (f64, usize) {
+    if by_rows {
+        return (0.0, reading);
+    }
     let time = || campaign.conditions.time.as_ref().map(|all| all[reading]).filter(|time| time.is_finite());
     let number = orders[reading].map(|number| number as f64).or_else(time);
     (number.unwrap_or(0.0), reading)
@@ -17,8 +20,8 @@ fn place(campaign: &Campaign, orders: &[Option<i64>], reading: usize) -> (f64, u
 
 /// Sets [`super::Conditions::last_move`] and [`super::Conditions::session_time`]. `orders` are the numbers in the column
 /// `order`, by reading: consecutive numbers follow one another, after a gap the predecessor is unknown. Without them times
-/// order the readings, and without times their places in the files.
-pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
+/// order the readings, and without times their places in the files; so they do where that is stated (`by_rows`).
+pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], by_rows: bool) {
     let mut sessions: BTreeMap<InSession, Vec<usize>> = BTreeMap::new();
     for (index, reading) in campaign.readings.iter().enumerate() {
         sessions.entry(reading.session).or_default().push(index);
@@ -28,7 +31,7 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     let mut moves = vec![vec![vec![f64::NAN; count]; campaign.variables]; 1 + EARLIER_MOVES];
     for mut own in sessions.into_values() {
         own.sort_by(|&a, &b| {
-            let [a, b] = [a, b].map(|reading| place(campaign, orders, reading));
+            let [a, b] = [a, b].map(|reading| place(campaign, orders, by_rows, reading));
             a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
         });
         // The first readings of the configuration at hand and of those before it, the later first.
@@ -60,6 +63,8 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>]) {
     campaign.conditions.earlier_moves = earlier;
     campaign.conditions.order = if orders.iter().any(Option::is_some) {
         OrderBy::Numbers
+    } else if by_rows {
+        OrderBy::StatedRows
     } else if are_told_apart_by_times(campaign) {
         OrderBy::Times
     } else {
@@ -128,6 +133,6 @@ impl Campaign {
     /// Numbers the readings in the order of their configurations: each was reached from the one before.
     pub fn number_in_order(&mut self) {
         let orders: Vec<Option<i64>> = self.readings.iter().map(|reading| i64::try_from(reading.pose).ok()).collect();
-        order_readings(self, &orders);
+        order_readings(self, &orders, false);
     }
 }

@@ -42,9 +42,10 @@ pub struct RawCampaign {
     pub instrument: Option<RawInstrument>,
     /// What of the measuring arrangement is unknown.
     pub estimate: RawEstimate,
-    /// Effects known to be present everywhere; re-fitted with whatever is tried, never offered as the cause.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub calibrate: Vec<String>,
+    /// Effects known to be present everywhere; re-fitted with whatever is tried, never offered as the cause. Where it is left out, what
+    /// `identify` fits: geometry and zeros of joints, or of deflections the description's springs. `[]` re-fits nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibrate: Option<Vec<String>>,
     /// Named elements of the description that this evaluation leaves out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
@@ -73,6 +74,10 @@ pub struct RawCampaign {
     /// `recorded.<variable>`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointSource>,
+    /// What says in which order configurations were measured, where files have no column `order` or `time`: `rows` states that rows
+    /// stand as they were measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<RowOrder>,
     /// Files of readings, relative to this file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measurements: Option<Measurements>,
@@ -186,6 +191,15 @@ impl RawLoads {
     fn is_described(&self) -> bool {
         *self == Self::default()
     }
+}
+
+/// What says in which order configurations were measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "cli", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum RowOrder {
+    /// The rows of the files.
+    Rows,
 }
 
 /// Which of two values of each joint.

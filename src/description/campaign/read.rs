@@ -55,7 +55,7 @@ pub fn resolve(
         diagnostics.extend(source.table.notes().iter().cloned());
         rows.append(source, &mut campaign, &mut diagnostics);
     }
-    diagnostics.extend(rows.finish(&mut campaign));
+    diagnostics.extend(rows.finish(&mut campaign, raw.order, locate));
     settle(&mut campaign);
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(noise_of_some_readings(&campaign, raw, locate));
@@ -88,7 +88,7 @@ fn without_readings(
         estimate_base: estimate.base.0.is_some(),
         estimate_tool: estimate.tool.0.is_some(),
         estimate_scale: estimate.scale.0.is_some(),
-        calibrate: raw.calibrate.clone(),
+        calibrate: raw.calibrate.clone().unwrap_or_default(),
         without: raw.without.clone(),
         targets: targets(raw, robot, sources, kinds, locate, diagnostics),
         constraints: Vec::new(),

@@ -7,7 +7,7 @@ use super::bodies::sensor;
 use super::columns::{joint_column, other_columns};
 use super::faults::{LEAST_NOISE, no_name};
 use super::order::{numbered_twice, order_readings};
-use super::raw::{LoadSource, RawCampaign, RawEntry};
+use super::raw::{LoadSource, RawCampaign, RawEntry, RowOrder};
 use super::row::{Faults, MOST_SHOWN, OfFile, Row};
 use super::row_loads::{load_point, payload, wrench};
 use super::source::Source;
@@ -100,10 +100,17 @@ impl<'a> RowReader<'a> {
         self.conditions(table, &units, before, &rows, campaign);
     }
 
-    /// Says of each reading what was measured before it, once all tables are appended; numbers of the order given twice are faults.
-    pub fn finish(self, campaign: &mut Campaign) -> Option<Diagnostic> {
-        order_readings(campaign, &self.orders);
-        numbered_twice(campaign, &self.orders)
+    /// Says of each reading what was measured before it, once all tables are appended; numbers of the order given twice are
+    /// faults, and so are numbers where rows are stated to be in order.
+    pub fn finish(self, campaign: &mut Campaign, stated: Option<RowOrder>, locate: Locate) -> Vec<Diagnostic> {
+        let is_numbered = self.orders.iter().any(Option::is_some);
+        order_readings(campaign, &self.orders, stated.is_some() && !is_numbered);
+        let twice = stated.filter(|_| is_numbered).map(|_| {
+            Diagnostic::error("rows are stated to be in order, and a column `order` numbers them")
+                .at(locate(&["order"]))
+                .remedy("leave `order: rows` out, or the column")
+        });
+        numbered_twice(campaign, &self.orders).into_iter().chain(twice).collect()
     }
 
     /// Appends the readings of one kind that a row holds.

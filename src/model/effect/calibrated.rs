@@ -1,10 +1,21 @@
-//! Nuisance parameters: what is calibrated with every hypothesis.
+//! What a campaign calibrates by name, and the nuisance parameters which that are: they are calibrated with every hypothesis.
 
+use super::Nonlinear;
 use crate::description::campaign::Campaign;
-use crate::effects::Nonlinear;
 use crate::model::Model;
 use crate::observation::Purpose;
 use crate::parameter::{Group, Slot};
+
+/// Names for the `calibrate:` of a campaign that has none: what `identify` fits, the geometry that the description frees, or of
+/// deflections its springs.
+pub fn usually_calibrated(model: &Model, campaign: &Campaign) -> Vec<String> {
+    let frees_geometry = || model.free_slots().iter().any(|slot| model.registry[*slot].group == Group::Geometry);
+    match campaign.observes.purpose() {
+        Purpose::Stiffness => all_springs(model, campaign),
+        Purpose::Geometry if frees_geometry() => vec!["geometry".into(), "joint-offset".into()],
+        Purpose::Geometry => Vec::new(),
+    }
+}
 
 /// Names for a campaign's `calibrate:` that together mean all springs which the description declares to be identified.
 pub fn all_springs(model: &Model, campaign: &Campaign) -> Vec<String> {

@@ -139,7 +139,7 @@ fn raw_campaign(command: &Simulate, loaded: &LoadedRobot, campaign: &Campaign, p
             tool: RawSharing(command.unknown_tool.then_some(campaign.sessions.tool)),
             ..RawEstimate::default()
         },
-        calibrate: campaign.calibrate.clone(),
+        calibrate: Some(campaign.calibrate.clone()),
         measurements: Some(Measurements::file("measurements.csv")),
         ..RawCampaign::default()
     }
