@@ -3,7 +3,9 @@
 
 use std::fmt::Write;
 
+use crate::description::elastic::Payload;
 use crate::description::fuzzy::{Component, Premise, Rules, Split};
+use crate::description::robot::Robot;
 use crate::elements::{Direction, PerLength};
 use crate::identifiability::{Column, Criterion, DEFAULT_TOLERANCE, Scaling, reduce};
 use crate::kinematics::{AssemblyError, By, ErrorColumns, Geometry, Placements, Rates};
@@ -75,6 +77,28 @@ pub fn snapshot(model: &Model) -> Result<String, AssemblyError> {
         found.kept.iter().map(name).collect::<Vec<_>>().join(" ")
     );
     Ok(out)
+}
+
+/// What a description declares apart from its model: gear ratios, payloads, sums in which results are reported.
+pub fn apart_from_model(robot: &Robot) -> String {
+    let mut out = String::new();
+    for variable in &robot.variables {
+        if let Some(ratio) = variable.gear_ratio {
+            let _ = writeln!(out, "gear ratio {}: {}", variable.name, digits(&[ratio], 0.0));
+        }
+    }
+    for (name, Payload { mass, com, frame }) in &robot.payloads {
+        let frame = robot.frames.get(*frame).map_or("", |frame| &frame.name);
+        let _ = writeln!(out, "payload {name} on {frame}: {} | {}", digits(&[*mass], 0.0), numbers(com.as_slice()));
+    }
+    for (set, sums) in &robot.calibration.combinations {
+        for (name, sum) in sums {
+            let of: Vec<String> =
+                sum.of.iter().map(|(name, factor)| format!("{} {name}", digits(&[*factor], 0.0))).collect();
+            let _ = writeln!(out, "combination {set} {name}: {}", of.join(" + "));
+        }
+    }
+    out
 }
 
 /// How the tool gives at the sample configurations: by a unit of each load there, and under own weight. Nothing of a rigid

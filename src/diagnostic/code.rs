@@ -134,6 +134,7 @@ impl Code {
                 self,
                 Self::TooLittleData
                     | Self::SessionsDiffer
+                    | Self::SuspectReadings
                     | Self::OutlyingReadings
                     | Self::MovedMidway
                     | Self::UnusableResult

@@ -230,10 +230,10 @@ fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, li
             all.push((check.of_result, if is_own { found } else { found.code(usual) }));
         }
     }
-    // Of a fit that did not end at a minimum nothing else can be said.
+    // Of a fit that did not end at a minimum nothing else can be said than why.
     let is_open = |told: &Diagnostic| matches!(told.code, Code::NotConverged | Code::NotComputed);
     if all.iter().any(|(_, told)| is_open(told)) {
-        all.retain(|(of_result, told)| !of_result || is_open(told));
+        all.retain(|(of_result, told)| !of_result || is_open(told) || told.code == Code::Misread);
     }
     all.into_iter().map(|(_, told)| told).collect()
 }

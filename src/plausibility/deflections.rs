@@ -40,6 +40,9 @@ pub(super) fn follow_their_loads(evidence: &Evidence, limits: &Limits) -> Vec<Di
     let is_held = campaign.sigma.is_some();
     let suffices = |way: &Hypothesis, error: f64| match way {
         Hypothesis::Moments(_) | Hypothesis::Forces(_) => !is_held || error <= limits.noise[1] * noise(&some),
+        Hypothesis::Exchanged(..) | Hypothesis::Markers(..) | Hypothesis::AxisUnit(..) => {
+            is_held && error <= limits.noise[1] * noise(&some)
+        }
         _ => true,
     };
     named.retain(|(ways, error)| error * limits.fall <= before && ways.iter().all(|way| suffices(way, *error)));

@@ -40,7 +40,8 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let is_explained =
         |diagnostic: &Diagnostic| diagnostic.code == Code::UnlikeDescription && found.verdict == Verdict::Explained;
     let about_figures = |diagnostic: &Diagnostic| {
-        let is_own = diagnostic.code.is_about_figures() && diagnostic.code != Code::TooLittleData;
+        let is_shown = diagnostic.code.is_about_figures() || diagnostic.code == Code::DependentReadings;
+        let is_own = is_shown && diagnostic.code != Code::TooLittleData;
         is_own && !is_gap(diagnostic) && !is_explained(diagnostic)
     };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();

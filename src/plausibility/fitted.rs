@@ -37,13 +37,21 @@ impl<'a> Fitted<'a> {
     /// Of the calibration in the evidence; `None` where there is none, or its values cannot be predicted with.
     pub fn of(evidence: &'a Evidence<'a>) -> Option<Self> {
         let found = evidence.found?;
+        let kept = found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied());
+        Self::spanned_by(evidence, kept.collect())
+    }
+
+    /// The same, spanned by all parameters that were to be fitted, those that the noise hides included.
+    pub fn of_all(evidence: &'a Evidence<'a>) -> Option<Self> {
+        Self::spanned_by(evidence, evidence.found?.slots.clone())
+    }
+
+    fn spanned_by(evidence: &'a Evidence<'a>, slots: Vec<Slot>) -> Option<Self> {
+        let found = evidence.found?;
         let is_fitted = |index: usize| !found.held_out.get(index).copied().unwrap_or(false);
         let campaign = evidence.campaign.select(|index, _| is_fitted(index));
         let readings: Vec<usize> = (0..evidence.campaign.readings.len()).filter(|&k| is_fitted(k)).collect();
-        let slots: Vec<Slot> = match readings.len() > MANY {
-            true => Vec::new(),
-            false => found.identifiability.kept.iter().filter_map(|&column| found.slots.get(column).copied()).collect(),
-        };
+        let slots: Vec<Slot> = if readings.len() > MANY { Vec::new() } else { slots };
         let width = slots.len();
         let mut all = Linearised::default();
         Predictor::new(evidence.model, &campaign, slots).ok()?.linearise(&found.values, width > 0, &mut all).ok()?;

@@ -6,6 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use super::changes::{ROW, each, mirror, move_rows, shifted, take_back};
+use super::evidence::Limits;
 use super::reordered::Reordered;
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
@@ -31,7 +32,9 @@ pub enum Hypothesis {
     JointLengths(f64),
     /// Measured lengths times a factor.
     ReadingUnit(f64),
-    /// The same by a factor that is no unit: the instrument's scale, or that of the whole description.
+    /// Values along one axis times a factor.
+    AxisUnit(usize, f64),
+    /// All measured lengths by a factor that is no unit: the instrument's scale, or that of the whole description.
     Scale(f64),
     /// A measured axis points the other way; orientations too, or as they are.
     Mirrored(usize, bool),
@@ -74,6 +77,9 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 pub const LENGTH_FACTORS: [f64; 12] =
     [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254, 304.8, 1.0 / 304.8];
 
+/// Of one column of readings: a unit of its own, or a decimal sign in another place.
+const AXIS_FACTORS: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
+
 /// Of moments about the other sense, or recorded in N.mm, or in kN.m, where N.m are declared, and the reverse.
 const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
 
@@ -81,14 +87,14 @@ const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
 const FORCE_FACTORS: [f64; 4] = [-1.0, 9.80665, 4.4482216152605, 10.0];
 
 impl Hypothesis {
-    /// All that a campaign of a robot admits. Of deflections only what reverses them: a spring that is missing in the description
-    /// can look like two axes exchanged, but nothing passive gives way against its load.
+    /// All that a campaign of a robot admits. Of deflections what reverses them, since nothing passive gives way against its load;
+    /// axes or markers exchanged, which a spring that is missing in the description can look like, are to leave nothing but noise.
     pub fn all(model: &Model, campaign: &Campaign) -> Vec<Self> {
         if campaign.readings.is_empty() {
             return Vec::new();
         }
         if campaign.is_difference() {
-            let mirrored = handedness(campaign).into_iter().filter(|way| matches!(way, Self::Mirrored(..)));
+            let exchanged = handedness(campaign).into_iter().chain(exchanged_markers(model));
             let any = |part: std::ops::Range<usize>| {
                 let mut readings = campaign.readings.iter();
                 readings.any(|reading| reading.wrench[part.clone()].iter().any(|component| *component != 0.0))
@@ -98,7 +104,7 @@ impl Hypothesis {
             let [moments, forces] = [&MOMENT_FACTORS[..], &FORCE_FACTORS[..]].map(|all| if both { all } else { &[] });
             let parts = moments.iter().map(|&factor| Self::Moments(factor));
             let parts = parts.chain(forces.iter().map(|&factor| Self::Forces(factor)));
-            return std::iter::once(Self::Reaction).chain(parts).chain(mirrored).collect();
+            return std::iter::once(Self::Reaction).chain(parts).chain(exchanged).chain(axis_units()).collect();
         }
         let mut all = Self::of_joints(model, campaign);
         if model.variables.iter().any(|variable| variable.is_angle) {
@@ -111,13 +117,14 @@ impl Hypothesis {
         }
         if with_positions {
             all.extend(handedness(campaign));
+            all.extend(axis_units());
         }
         if campaign.readings.iter().any(has_rotation) {
             all.extend(Turned::ALL.map(Self::Turned));
         }
         if !campaign.estimate_tool {
             let count = model.markers.len();
-            all.extend(pairs(count).map(|(a, b)| Self::Markers(a, b)));
+            all.extend(exchanged_markers(model));
             // Of two they are the same as exchanged.
             all.extend((1..count).filter(|_| count > 2).map(Self::MarkersMoved));
         }
@@ -149,6 +156,10 @@ impl Hypothesis {
         all.extend(Reordered::all(model).into_iter().map(Self::Reordered));
         let coupled = (1..joints.len()).filter(|&k| model.variables[k].is_angle && model.variables[k - 1].is_angle);
         all.extend(coupled.flat_map(|k| [1, -1].map(|sign| Self::Coupled(k - 1, sign))));
+        // Of few configurations what a shift leaves over is fitted whatever it is.
+        if campaign.poses.len() < Limits::default().fewest_configurations {
+            return all;
+        }
         all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
         if campaign.readings.len() > campaign.poses.len() {
             all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
@@ -178,6 +189,7 @@ impl Hypothesis {
             Self::JointAngles(meant, read) => scale(model, campaign, true, meant.size() / read.size()),
             Self::JointLengths(factor) => scale(model, campaign, false, factor),
             Self::ReadingUnit(factor) | Self::Scale(factor) => multiply_lengths(campaign, factor),
+            Self::AxisUnit(axis, factor) => multiply_axis(campaign, axis, factor),
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
             Self::Reaction => multiply_wrenches(campaign, 0..6, -1.0),
@@ -234,6 +246,17 @@ fn multiply_lengths(campaign: &mut Campaign, factor: f64) {
     }
 }
 
+/// Multiplies what is read along an axis.
+fn multiply_axis(campaign: &mut Campaign, axis: usize, factor: f64) {
+    let of_axes = campaign.readings.iter_mut().filter(|reading| reading.observes.length_rows() == 3);
+    of_axes.filter_map(|reading| reading.measured.get_mut(axis)).for_each(|value| *value *= factor);
+}
+
+/// Each axis in other units.
+fn axis_units() -> impl Iterator<Item = Hypothesis> {
+    (0..3).flat_map(|axis| AXIS_FACTORS.map(|factor| Hypothesis::AxisUnit(axis, factor)))
+}
+
 /// Multiplies a part of all wrenches.
 fn multiply_wrenches(campaign: &mut Campaign, part: std::ops::Range<usize>, factor: f64) {
     let wrenches = campaign.readings.iter_mut().flat_map(|reading| &mut reading.wrench[part.clone()]);
@@ -264,6 +287,11 @@ fn scale(model: &Model, campaign: &mut Campaign, is_angle: bool, factor: f64) {
 /// Whether a reading is a position and a rotation vector.
 fn has_rotation(reading: &Reading) -> bool {
     reading.observes.holds_pose()
+}
+
+/// Each two markers exchanged.
+fn exchanged_markers(model: &Model) -> impl Iterator<Item = Hypothesis> + use<> {
+    pairs(model.markers.len()).map(|(a, b)| Hypothesis::Markers(a, b))
 }
 
 /// Each two of so many.

@@ -19,6 +19,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};
 use crate::least_squares::Loss;
 use crate::math::{median, orthonormal, quantiles::f_tail};
+use crate::observation::Rows;
 use crate::prediction::{Linearised, Predictor};
 
 /// Rounds of registration in which readings are left out.
@@ -196,30 +197,33 @@ pub(super) fn outlying(evidence: &Evidence, limits: &Limits) -> Option<(Vec<usiz
     let allowance = |k: usize| if usual > 0.0 { (stated[k] / usual).max(1.0) } else { 1.0 };
     // What a fit of hardly more rows than parameters leaves says nothing of readings that it did not see.
     let tells_others = 2.0 * fit.freedom() >= fit.residual.len() as f64;
-    let far = |size: &[f64], among: &[usize], is_last: bool| -> Option<(Vec<usize>, f64)> {
+    let far = |size: &[f64], among: &[usize], response: Option<&[f64]>| -> Option<(Vec<usize>, f64)> {
         let others = (0..size.len()).filter(|k| !among.contains(k)).map(|k| size[k]);
         let middle = median(&mut others.collect::<Vec<f64>>())?;
         let mut factor = limits.outlying * (size.len() as f64).cbrt();
-        // What a model does not describe is no noise, and may be great at a few readings.
-        if is_last && middle > OPEN * least {
+        // What a model does not describe is no noise, and may be great at a few readings: of deflections in proportion to them.
+        let is_open = middle > OPEN * least;
+        let response = response.filter(|_| is_open);
+        if response.is_some() {
             factor = factor.max(limits.outlying_open);
         }
         let floor = factor * middle.max(least);
+        let in_proportion = |k: usize| response.and_then(|all| all.get(k)).copied().unwrap_or(1.0);
         let is_far = |&k: &usize| {
-            size[k] > floor * allowance(k)
+            size[k] > floor * allowance(k) * in_proportion(k)
                 && (among.contains(&k) || tells_others && found.held_out.get(k) == Some(&true))
         };
         let far: Vec<usize> = (0..size.len()).filter(is_far).collect();
         (!far.is_empty()).then_some((far, middle))
     };
-    let (mut wrong, middle) = far(&size, &wrong, false)?;
+    let (mut wrong, middle) = far(&size, &wrong, None)?;
     // Deletion is to first order, and a reading that is far off bends the fit and makes others look so: once more, fitted without
     // the worst of them.
     wrong.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
     wrong.truncate(most);
     let (wrong, size, middle) = match without(evidence, &wrong, limits) {
         None => (wrong, size, middle),
-        Some(size) => far(&size, &wrong, true).map(|(wrong, middle)| (wrong, size, middle))?,
+        Some((size, response)) => far(&size, &wrong, Some(&response)).map(|(wrong, middle)| (wrong, size, middle))?,
     };
     (wrong.len() < most.max(2)).then_some((wrong, size, middle))
 }
@@ -233,8 +237,8 @@ fn stated_noise(reading: &Reading) -> f64 {
     reading.observes.sigmas(&reading.noise).into_iter().take(lengths).map(|sigma| sigma * sigma).sum::<f64>().sqrt()
 }
 
-/// Errors (m) of all readings, the same parameters fitted without some; `None` where that cannot be done.
-fn without(evidence: &Evidence, wrong: &[usize], limits: &Limits) -> Option<Vec<f64>> {
+/// Errors (m) of all readings, the same parameters fitted without some, and [`responses`]; `None` where that cannot be done.
+fn without(evidence: &Evidence, wrong: &[usize], limits: &Limits) -> Option<(Vec<f64>, Vec<f64>)> {
     let (model, campaign, found) = (evidence.model, evidence.campaign, evidence.found?);
     let is_used = |k: usize| found.held_out.get(k) != Some(&true) && !wrong.contains(&k);
     let some = campaign.select(|index, _| is_used(index));
@@ -244,7 +248,21 @@ fn without(evidence: &Evidence, wrong: &[usize], limits: &Limits) -> Option<Vec<
     let fitted = calibrate(model, &some, &none, &asked, &mut |_| {}).ok().filter(Calibration::converged)?;
     let mut all = Linearised::default();
     Predictor::new(model, campaign, Vec::new()).ok()?.linearise(&fitted.values, false, &mut all).ok()?;
-    Some(errors(campaign, &all.residual, limits).collect())
+    Some((errors(campaign, &all.residual, limits).collect(), responses(campaign, &all.predicted)))
+}
+
+/// Predicted deflections over the median of all, at least 1: near a singular posture what a constant is off by moves the
+/// point so much farther. 1 of readings that are no deflections.
+fn responses(campaign: &Campaign, predicted: &[Rows]) -> Vec<f64> {
+    let length = |(reading, rows): (&Reading, &Rows)| {
+        let lengths = rows.iter().take(reading.observes.length_rows());
+        lengths.map(|row| row * row).sum::<f64>().sqrt()
+    };
+    let size: Vec<f64> = campaign.readings.iter().zip(predicted).map(length).collect();
+    match median(&mut size.clone()).filter(|middle| campaign.is_difference() && *middle > 0.0) {
+        Some(middle) => size.into_iter().map(|own| (own / middle).max(1.0)).collect(),
+        None => vec![1.0; size.len()],
+    }
 }
 
 /// Readings that are simply wrong, where a calibration could not be computed with them: by registration, and already where

@@ -107,12 +107,12 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let product: f64 = lengths.iter().map(|one| one.estimate.value * nominal(one)).sum();
     let factor = product / squares;
     let spread: f64 = lengths.iter().map(|one| (nominal(one) * one.tolerance).powi(2)).sum();
-    // A factor is of all of them: it is still there without any one.
+    // A factor is of all of them: half as clear, it is still there without any one.
     let is_of_others = |one: &Moved| {
         let [nominal, value] = [one.estimate.nominal, one.estimate.value];
         let others = squares - nominal.powi(2);
         let expected = (spread - (nominal * one.tolerance).powi(2)).max(0.0).sqrt() / others;
-        ((product - value * nominal) / others - 1.0).abs() > limits.scale[0] * expected
+        ((product - value * nominal) / others - 1.0).abs() > 0.5 * limits.scale[0] * expected
     };
     if !lengths.iter().all(is_of_others) {
         return Vec::new();
@@ -144,21 +144,32 @@ pub(super) fn of_the_same_size(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     vec![diagnostic.code(Code::MovedFar).remedy(remedy).figure("factor", factor)]
 }
 
-/// Springs that all came out hundreds of times softer or stiffer: stiffness, loads or readings are in another unit.
+/// Springs that came out tens of times softer or stiffer. Where all did, stiffness, loads or readings are in another unit; single
+/// ones are declared wrong, or stand for something else.
 pub(super) fn as_stiff_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
-    let ratio = |estimate: &Estimate| {
+    let softer = |estimate: &Estimate| {
         let parameter = &evidence.model.registry[estimate.slot];
-        let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
         let is_certain = estimate.ci95.is_some_and(|width| width < 0.5 * estimate.value.abs());
-        let is_sound = parameter.group == Group::Elastic && is_compliance && is_certain && !estimate.at_bound;
-        (is_sound && estimate.nominal > 0.0 && estimate.value > 0.0).then(|| (estimate.value / estimate.nominal).ln())
+        let is_sound = parameter.group == Group::Elastic && is_certain && !estimate.at_bound;
+        let ratio =
+            (is_sound && estimate.nominal > 0.0 && estimate.value > 0.0).then(|| estimate.value / estimate.nominal)?;
+        match parameter.kind {
+            Kind::LinearCompliance | Kind::RotationalCompliance => Some((parameter.name.as_str(), ratio.ln())),
+            Kind::LinearStiffness | Kind::RotationalStiffness => Some((parameter.name.as_str(), -ratio.ln())),
+            _ => None,
+        }
     };
-    let mut ratios: Vec<f64> = found.estimates.iter().filter_map(ratio).collect();
-    let count = ratios.len();
-    let Some(middle) = median(&mut ratios) else { return Vec::new() };
-    if middle.abs() < limits.stiffness_factor.ln() {
+    let springs: Vec<(&str, f64)> = found.estimates.iter().filter_map(softer).collect();
+    let count = springs.len();
+    let Some(middle) = median(&mut springs.iter().map(|(_, softer)| *softer).collect::<Vec<f64>>()) else {
         return Vec::new();
+    };
+    let far = limits.stiffness_factor.ln();
+    if middle.abs() < far {
+        return single_springs(springs.into_iter().filter(|(_, softer)| softer.abs() >= far).collect())
+            .into_iter()
+            .collect();
     }
     let how = if middle > 0.0 { "softer" } else { "stiffer" };
     let message = format!(
@@ -167,6 +178,20 @@ pub(super) fn as_stiff_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     );
     let remedy = "state `stiffness`, `rotational_stiffness`, `force`, `torque` and `length` under `units:` as the files have them";
     vec![Diagnostic::error(message).code(Code::WrongUnits).remedy(remedy).figure("factor", middle.exp())]
+}
+
+/// Single springs that came out far from what is declared.
+fn single_springs(mut far: Vec<(&str, f64)>) -> Option<Diagnostic> {
+    far.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let (_, most) = *far.first()?;
+    let said = |(name, softer): &(&str, f64)| {
+        format!("`{name}` {:.0} times {}", softer.abs().exp(), if *softer > 0.0 { "softer" } else { "stiffer" })
+    };
+    let named: Vec<String> = far.iter().take(NAMED).map(said).collect();
+    let message = format!("springs came out far from the description: {}", named.join(", "));
+    let remedy =
+        "look at that spring's declared value and its unit; if it is right, something else gives way there: `diagnose`";
+    Some(Diagnostic::warning(message).code(Code::MovedFar).remedy(remedy).figure("factor", most.abs().exp()))
 }
 
 /// Springs that ended rigid or free to any instrument although that contradicts what is declared for certain: those that readings do
@@ -223,18 +248,23 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
     let Some(found) = evidence.found else { return Vec::new() };
     let (before, after) = (&found.registration.check, &found.after.check);
     let ratio = |k: usize| after.distance[k] / before.distance[k];
-    // Mean and root mean square: one wrong reading decides neither alone.
-    let worse = ratio(0).min(ratio(1));
-    if after.readings == 0 || !worse.is_finite() || worse <= limits.worse[0] {
+    // The root mean square is what is shown; of mean and root mean square one wrong reading decides neither alone.
+    let (shown, worse) = (ratio(1), ratio(0).min(ratio(1)));
+    if after.readings == 0 || !shown.is_finite() || shown <= limits.worse[0] {
         return Vec::new();
     }
     let [from, to] = [before.distance[1], after.distance[1]].map(mm);
-    let message =
-        format!("calibration makes readings that it did not see worse, from {from} to {to} mm: it fits noise");
+    // Where the fit leaves more than the noise, its parameters take up what the description does not have.
+    let is_open = evidence.campaign.sigma.is_some() && found.noise_ratio > limits.noise[1];
+    let fits = if is_open { "what is fitted takes up what is held or not described" } else { "it fits noise" };
+    let message = format!("calibration makes readings that it did not see worse, from {from} to {to} mm: {fits}");
     let diagnostic = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };
-    let remedy =
-        "measure more configurations, hold parameters (`--hold`), let tolerances pull (`--prior`), or use `register`";
-    vec![diagnostic.code(Code::WorseThanRegistered).remedy(remedy).figure("ratio", worse)]
+    let held = if is_open { "free what is held and may differ (`calibrate:`, geometry first), " } else { "" };
+    let register = if evidence.campaign.is_difference() { "" } else { ", or use `register`" };
+    let remedy = format!(
+        "{held}measure more configurations, hold parameters (`--hold`), let tolerances pull (`--prior`){register}"
+    );
+    vec![diagnostic.code(Code::WorseThanRegistered).remedy(remedy).figure("ratio", shown)]
 }
 
 /// Whether there are enough readings for what was fitted.

@@ -1,7 +1,8 @@
 //! Residuals against the noise that is stated: of lengths, of angles and of loads, each judged in its own.
 
 use super::evidence::{Evidence, Limits};
-use crate::description::campaign::NoiseOrigin;
+use super::fitted::Fitted;
+use crate::description::campaign::{NoiseOrigin, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, row_kinds, row_sigmas};
 
@@ -54,7 +55,34 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
         Some(diagnostic.code(Code::NoiseUnlikeStated).figure("ratio", ratio))
     });
     let all: Vec<Diagnostic> = of_all.collect();
-    if all.is_empty() { of_the_noisiest(evidence, found, limits).into_iter().collect() } else { all }
+    if !all.is_empty() {
+        return all;
+    }
+    hiding(evidence, limits).or_else(|| of_the_noisiest(evidence, found, limits)).into_iter().collect()
+}
+
+/// A stated noise that hides parameters, without which residuals seem to be of its size: with these fitted too, to first order, they are
+/// far below it.
+fn hiding(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let found = evidence.found.filter(|found| found.noise_ratio < limits.noise[1])?;
+    let is_stated = |reading: &Reading| row_kinds(reading).all(|kind| reading.noise.is_stated[kind]);
+    let campaign = evidence.campaign;
+    if campaign.noise_origin != NoiseOrigin::Stated || !campaign.readings.iter().all(is_stated) {
+        return None;
+    }
+    let hidden = found.identifiability.rank.saturating_sub(found.identifiability.kept.len());
+    let all = Fitted::of_all(evidence).filter(|all| hidden > 0 && all.freedom() >= limits.noise_freedom)?;
+    let left = &all.residual - &all.basis * all.basis.tr_mul(&all.residual);
+    let ratio = left.norm() / all.freedom().sqrt();
+    if ratio >= limits.noise[0] {
+        return None;
+    }
+    let message = format!(
+        "residuals are {ratio:.3} times the stated noise once the {hidden} parameters that it hides are fitted too: no instrument is that \
+         much better than stated"
+    );
+    let remedy = "state the noise under `instrument: {sigma: ..}`, in the campaign's units: parameters that it hides stay as described";
+    Some(Diagnostic::error(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio).remedy(remedy))
 }
 
 /// Greatest over least stated noise of lengths from which each half is judged by itself: another instrument, or another unit.

@@ -45,6 +45,11 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
         Hypothesis::JointLengths(factor) => joint_lengths(factor),
         Hypothesis::ReadingUnit(factor) => reading_unit(factor),
         Hypothesis::Scale(factor) => scale(factor),
+        Hypothesis::AxisUnit(a, factor) => Words::unit(
+            format!("{} of the readings times {}", axis(a), number(factor)),
+            "is that column in another unit, or its decimal sign in another place?",
+            "write all coordinates in the unit that `units:` states",
+        ),
         Hypothesis::Reaction => Words::new(
             "the wrenches reversed",
             "are they those of the robot on the load cell?",

@@ -100,24 +100,27 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
 /// A table of errors, one row a set of readings; sets of no readings are left out.
 pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String {
     let rows = || rows.iter().filter_map(|(what, errors)| Some((*what, errors.as_ref()?)));
-    // Of angles or torques alone.
-    let has_lengths = rows().any(|(_, e)| e.max > 0.0 || e.orientation.is_none() && e.load.is_none());
-    let mut header = vec!["residuals", "readings"];
-    if has_lengths {
-        header.extend(["mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"]);
-    }
-    if rows().any(|(_, errors)| errors.orientation.is_some()) {
-        header.extend(["orientation rms deg", "orientation max deg"]);
-    }
-    if rows().any(|(_, errors)| errors.load.is_some()) {
-        header.extend(["torque rms N.m", "torque max N.m"]);
-    }
+    // Readings of angles or torques alone have no lengths.
+    let has_length = |e: &ReadingErrors| e.max > 0.0 || e.orientation.is_none() && e.load.is_none();
+    let lengths =
+        |e: &ReadingErrors| has_length(e).then_some(vec![e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max]);
+    type Values<'a> = &'a dyn Fn(&ReadingErrors) -> Option<Vec<f64>>;
+    let columns: [(&[&str], usize, Values); 3] = [
+        (&["mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"], 4, &lengths),
+        (&["orientation rms deg", "orientation max deg"], 4, &|e| e.orientation.map(|o| vec![o.rms, o.max])),
+        (&["torque rms N.m", "torque max N.m"], 3, &|e| e.load.map(|load| vec![load.rms, load.max])),
+    ];
+    let shown = || columns.iter().filter(|(.., values)| rows().any(|(_, errors)| values(errors).is_some()));
+    let header: Vec<&str> =
+        ["residuals", "readings"].into_iter().chain(shown().flat_map(|(names, ..)| names.iter().copied())).collect();
     let row = |(what, e): (&str, &ReadingErrors)| {
-        let position = [e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max].into_iter().filter(|_| has_lengths);
-        let numbers = position.chain(e.orientation.iter().flat_map(|o| [o.rms, o.max]));
         let mut row = vec![what.to_string(), e.readings.to_string()];
-        row.extend(numbers.map(|v| format!("{v:.4}")));
-        row.extend(e.load.iter().flat_map(|load| [load.rms, load.max]).map(|v| format!("{v:.3}")));
+        for (names, digits, values) in shown() {
+            match values(e) {
+                Some(values) => row.extend(values.iter().map(|value| format!("{value:.digits$}"))),
+                None => row.extend(names.iter().map(|_| String::new())),
+            }
+        }
         row
     };
     screen.table(&header, rows().map(row))
@@ -190,9 +193,8 @@ fn judgement(found: &Identification, screen: Screen) -> String {
     out += &errors(&rows, screen);
     let which = if found.is_checked() { "check" } else { "fit" };
     let named = |part: &PartErrors| format!("{which}: {} {}", part.part, part.name);
-    // Markers are in the JSON, and in the report.
     let parts: Vec<(String, Option<ReadingErrors>)> =
-        found.parts.iter().filter(|part| part.part != "marker").map(|part| (named(part), Some(part.errors))).collect();
+        found.parts.iter().map(|part| (named(part), Some(part.errors))).collect();
     if !parts.is_empty() {
         let rows: Vec<(&str, &Option<ReadingErrors>)> = parts.iter().map(|(name, e)| (name.as_str(), e)).collect();
         out += &errors(&rows, screen);

@@ -7,7 +7,7 @@ use crate::description::campaign::{Campaign, InSession};
 use crate::description::table::Sheet;
 use crate::observation::{Observes, ValueColumn};
 use crate::parameter::Kind;
-use crate::results::{ConfigurationResidual, DescriptionResiduals, Identification};
+use crate::results::{ConfigurationResidual, DescriptionResiduals, Identification, PartErrors, ReadingErrors};
 
 /// Table of `residuals`, a reading a row, to be written to a file of that name: measured less predicted in the columns
 /// `error.<column>` (mm, or deg of a rotation vector), its length in `error` (mm).
@@ -122,6 +122,36 @@ pub fn parameters(found: &Identification, file: &Path) -> io::Result<Vec<u8>> {
     sheet.texts("estimated", |row| if parameters[row].identifiable { "yes" } else { "no" }.into());
     sheet.texts("at_bound", |row| if parameters[row].at_bound { "yes" } else { "no" }.into());
     sheet.file(file, 0..parameters.len())
+}
+
+/// Figures of the parts of the readings, a part a row: lengths in mm, orientations in deg, torques in N.m (forces in N).
+///
+/// # Errors
+/// As [`Sheet::file`].
+pub fn parts(found: &[PartErrors], file: &Path) -> io::Result<Vec<u8>> {
+    let mut sheet = Sheet::new();
+    sheet.texts("part", |row| found[row].part.to_string());
+    sheet.texts("name", |row| found[row].name.clone());
+    sheet.column("readings", |row| found[row].errors.readings.to_string());
+    type Figure = fn(&ReadingErrors) -> Option<f64>;
+    let columns: [(&str, Figure); 11] = [
+        ("mean", |of| Some(of.mean)),
+        ("rms", |of| Some(of.rms)),
+        ("max", |of| Some(of.max)),
+        ("coordinate_rms", |of| Some(of.coordinate.rms)),
+        ("coordinate_max", |of| Some(of.coordinate.max)),
+        ("orientation_mean", |of| Some(of.orientation?.mean)),
+        ("orientation_rms", |of| Some(of.orientation?.rms)),
+        ("orientation_max", |of| Some(of.orientation?.max)),
+        ("torque_mean", |of| Some(of.load?.mean)),
+        ("torque_rms", |of| Some(of.load?.rms)),
+        ("torque_max", |of| Some(of.load?.max)),
+    ];
+    for (name, value) in columns.into_iter().filter(|(_, value)| found.iter().any(|of| value(&of.errors).is_some())) {
+        let cell = move |row: usize| value(&found[row].errors).map_or_else(String::new, |value| format!("{value:.9}"));
+        sheet.column(name, cell);
+    }
+    sheet.file(file, 0..found.len())
 }
 
 /// Table of observed and predicted errors, a configuration a row, to be written to a file of that name; mm.

@@ -70,6 +70,14 @@ pub struct DescriptionResiduals {
 }
 
 impl DescriptionResiduals {
+    /// [`Self::parts`], and the markers.
+    pub fn parts_and_markers(&self) -> Vec<PartErrors> {
+        let of_marker = |(name, errors): (&String, &Option<ReadingErrors>)| {
+            errors.map(|errors| PartErrors { part: "marker", name: name.clone(), errors })
+        };
+        self.parts.iter().cloned().chain(self.markers.iter().filter_map(of_marker)).collect()
+    }
+
     /// From residuals as [`crate::prediction::Linearised::residual`].
     pub fn new(model: &Model, campaign: &Campaign, residual: &[f64]) -> Self {
         let errors = |among: &dyn Fn(usize) -> bool| ReadingErrors::new(&errors_of(campaign, residual, among));

@@ -71,7 +71,7 @@ fn flags_are_refused_with_what_was_expected() {
         (&["pose", "universal-ur5", "--joints", "q1=20deg"], "write the number alone, in "),
         (&["plan", "universal-ur5", "--poses", "9", "--range", "q1=1:-1"], "low must be below high"),
         (&["plan", "universal-ur5", "--poses", "9", "--test-range", "q1=1:-1"], "write q1=-1:1"),
-        (&["compensate", "universal-ur5", "ir663-strip", "--units", "length=cm"], "expected one of `m`, `mm`"),
+        (&["compensate", "universal-ur5", "ir663-strip", "--units", "length=yd"], "expected one of `m`, `cm`, `mm`"),
         (&["solve", "universal-ur5", "--target", "1,2,3,4"], "give 3 or 6 finite numbers"),
         (&["solve", "universal-ur5", "--target", "1e300,0,0"], "give 3 or 6 finite numbers"),
         (&["check", "universal-ur55"], "did you mean `universal-ur5`?"),
@@ -268,4 +268,17 @@ fn a_campaign_is_checked_before_anything_is_fitted() {
     std::fs::write(path.join("s"), old).expect("written");
     let ran = run(path, &["check", "arm.yaml", "--snapshot", "s"]);
     assert_eq!(ran.status, 0, "{}", ran.out);
+    // It holds what is declared apart from the model.
+    let with = "payloads: {gripper: {mass: 5, com: [0, 0, 50]}}\ngear_ratios: {q1: 100}\n\
+                combinations: {maker: {a2: {1.d: 1, 2.d: 1}}}\n";
+    let written = |text: &str| std::fs::write(path.join("arm.yaml"), format!("{arm}{text}")).expect("written");
+    written(with);
+    let said = run(path, &["check", "arm.yaml", "--snapshot", "apart"]);
+    assert_eq!(said.status, 0, "{}", said.err);
+    assert_eq!(run(path, &["check", "arm.yaml", "--snapshot", "apart"]).status, 0);
+    for (old, new) in [("mass: 5", "mass: 6"), ("0, 50]", "0, 60]"), ("q1: 100", "q1: 101"), ("2.d: 1", "2.d: 2")] {
+        written(&with.replace(old, new));
+        let ran = run(path, &["check", "arm.yaml", "--snapshot", "apart"]);
+        assert!(ran.status == 1 && ran.out.contains("differs"), "{new}: {}{}", ran.out, ran.err);
+    }
 }

@@ -367,5 +367,5 @@ fn settling_is_named_where_readings_are_numbered() {
     std::fs::write(&campaign, text + "ignore: [number, clock]\n").expect("written");
     let said = ran(&["diagnose", "c", "--robot", "universal-ur5"]);
     assert!(!said.contains("settling at"), "{said}");
-    assert!(said.contains("settling (a column `order` or `time`)"), "{said}");
+    assert!(said.contains("settling (a column `order` or `time`, or `order: rows`)"), "{said}");
 }

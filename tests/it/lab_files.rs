@@ -279,7 +279,14 @@ fn times_stand_in_for_the_order() {
     all.iter_mut().for_each(|row| row[time] = "60".into());
     written(folder.path(), &titles, &without(&all), |text| text);
     let untimed = run(folder.path(), &["diagnose", "c"]);
-    assert!(untimed.out.contains("settling (a column `order` or `time`)"), "{}", untimed.out);
+    assert!(untimed.out.contains("settling (a column `order` or `time`, or `order: rows`)"), "{}", untimed.out);
+    // Rows stand in order where the campaign states it.
+    all.sort_by_key(|row| row[order].parse::<usize>().expect("a number"));
+    written(folder.path(), &titles, &without(&all), |text| format!("{text}\norder: rows\n"));
+    assert_eq!(named(&printed_json(folder.path(), &["diagnose", "c"])), "\"settling\" \"joint:2\"");
+    written(folder.path(), &header, &all, |text| text);
+    let both = run(folder.path(), &["check", "c"]);
+    assert!(both.status == 2 && both.err.contains("a column `order` numbers them"), "{}", both.err);
 }
 
 /// Reflectors that stood still say that neither instrument nor base was moved.
@@ -328,4 +335,41 @@ fn a_plan_for_two_sensors_determines_both() {
     std::fs::write(folder.path().join("level.yaml"), campaign).expect("written");
     let ran = run(folder.path(), &["plan", "level.yaml", "--poses", "30", "--criterion", "D", "--table", "p.csv"]);
     assert_eq!(ran.status, 0, "{}", ran.err);
+}
+
+/// Figures by session and marker are a table, the same as in JSON.
+#[test]
+fn figures_of_parts_are_a_table() {
+    let folder = simulated(&[
+        "kuka-kr270",
+        "--poses",
+        "40",
+        "--markers",
+        "m1,m2",
+        "--sessions",
+        "monday,tuesday",
+        "--unknown-base",
+        "--unknown-tool",
+    ]);
+    let at = folder.path();
+    let found = printed_json(at, &["identify", "c", "--save", "s.yaml", "--parts", "parts.csv"]);
+    let table = std::fs::read_to_string(at.join("parts.csv")).expect("a table");
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(lines[0].starts_with("part,name,readings,mean,rms,max"), "{}", lines[0]);
+    let parts = found["parts"].as_array().expect("parts");
+    assert_eq!(lines.len(), 1 + parts.len());
+    for (line, part) in lines[1..].iter().zip(parts) {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!((cells[0], cells[1]), (part["part"].as_str().expect("text"), part["name"].as_str().expect("text")));
+        let rms: f64 = cells[4].parse().expect("a number");
+        assert!((rms - part["rms"].as_f64().expect("a number")).abs() < 1e-8, "{line}");
+    }
+    for name in ["session,monday", "session,tuesday", "marker,m1", "marker,m2"] {
+        assert!(table.contains(name), "{name}: {table}");
+    }
+    assert!(run(at, &["identify", "c"]).out.contains("marker m2"));
+    assert_eq!(run(at, &["residuals", "s.yaml", "c", "--parts", "of.csv"]).status, 0);
+    assert!(std::fs::read_to_string(at.join("of.csv")).expect("a table").contains("marker,m2,"));
+    let fuzzy = run(at, &["residuals", "s.yaml", "c", "--parts", "of.txt"]);
+    assert!(fuzzy.status == 2 && !at.join("of.txt").exists(), "{}", fuzzy.err);
 }

@@ -105,4 +105,5 @@ mod vary;
 #[cfg(feature = "xlsx")]
 mod workbooks;
 mod writing;
+mod wrong_content;
 mod yaml;

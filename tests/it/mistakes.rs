@@ -195,8 +195,11 @@ fn units_that_nobody_declared() {
     assert!(ran.err.contains("`young` of the strip is 210 Pa") && ran.err.contains("s.yaml:2:"), "{}", ran.err);
     assert!(ran.err.contains("`units: {pressure: GPa}`") && !ran.err.contains("away"), "{}", ran.err);
     // Of a unit that there is not, the one most like it would be another unit.
-    std::fs::write(folder.path().join("cm.yaml"), PLANAR.replace("length: mm", "length: cm")).expect("written");
-    refuses(&run(folder.path(), &["check", "cm.yaml"]), &["valid here: `m`, `mm`, `um`, `in`", "1 error, 0 warnings"]);
+    std::fs::write(folder.path().join("yd.yaml"), PLANAR.replace("length: mm", "length: yd")).expect("written");
+    refuses(
+        &run(folder.path(), &["check", "yd.yaml"]),
+        &["valid here: `m`, `cm`, `mm`, `um`, `in`, `ft`", "1 error, 0 warnings"],
+    );
     std::fs::write(folder.path().join("nine.yaml"), PLANAR.replace("antecedent: 2", "antecedent: 9")).expect("written");
     refuses(&run(folder.path(), &["check", "nine.yaml"]), &["unknown frame `9`", "valid here: `0`, `1`, `2`"]);
 }

@@ -96,6 +96,7 @@ const MISTAKES: &[Mistake] = &[
     (|t| t.scale(&["x", "y", "z"], 1e3), "wrong-units", &["readings times 0.001", "um, and declared in mm"]),
     (|t| t.scale(&["x", "y", "z"], 1.0 / 25.4), "wrong-units", &["readings times 25.4", "inches"]),
     (|t| t.scale(&["x", "y", "z"], 0.1), "wrong-units", &["readings times 10 ", "in cm"]),
+    (|t| t.scale(&["y"], 0.1), "wrong-units", &["y of the readings times 10 ", "that column in another unit"]),
     (
         |t| t.scale(&["q1", "q2", "q3", "q4", "q5", "q6"], std::f64::consts::PI / 180.0),
         "wrong-units",
@@ -356,7 +357,7 @@ const CODES: &[&str] = &[
 ];
 
 /// A campaign of a bundled robot, simulated.
-fn simulated(folder: &Path, robot: &str, more: &[&str]) {
+pub(super) fn simulated(folder: &Path, robot: &str, more: &[&str]) {
     let ran = run(folder, &[&["simulate", robot, "--into", "s"], more].concat());
     assert_eq!(ran.status, 0, "{}", ran.err);
 }

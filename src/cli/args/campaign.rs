@@ -30,6 +30,9 @@ pub struct Residuals {
     /// `identify --save` wrote.
     #[arg(long, value_name = "FILE")]
     pub configurations: Option<PathBuf>,
+    /// Write the residuals' figures by session, station, file, kind, marker and target as a table (.csv or .xlsx).
+    #[arg(long, value_name = "FILE")]
+    pub parts: Option<PathBuf>,
 }
 
 /// How columns are scaled and parameters dropped.
@@ -110,6 +113,9 @@ pub struct Identify {
     /// Write the observed and the predicted error of each configuration held out as a table (.csv or .xlsx), mm.
     #[arg(long, value_name = "FILE", conflicts_with = "compare")]
     pub configurations: Option<PathBuf>,
+    /// Write the residuals' figures by session, station, file, kind, marker and target as a table (.csv or .xlsx).
+    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
+    pub parts: Option<PathBuf>,
     /// Say what has moved since this description, which takes the place of the campaign's: one that `identify --save` wrote
     /// from an earlier campaign.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["robot", "compare", "prior"])]
@@ -148,11 +154,11 @@ pub struct Identify {
 }
 
 /// Which readings count how much where they do not fit.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Copy, Args)]
 pub struct Robust {
-    /// Robust loss: outliers count little.
-    #[arg(long, value_enum, default_value_t = LossName::Squares)]
-    pub loss: LossName,
+    /// Robust loss: outliers count little. By default plain squares; `register` takes `cauchy` where readings are far off.
+    #[arg(long, value_enum)]
+    pub loss: Option<LossName>,
     /// Residual beyond which the robust loss gives way, 0.5 to 1000 (of `tukey` from 1.547), in standard deviations: the
     /// stated ones, or those that the residuals of a first robust fit show, if greater. By default 1.345 of `huber`, 2.385
     /// of `cauchy`, 4.685 of `tukey`: 95 % efficient on normal noise.

@@ -12,7 +12,7 @@ use crate::plausibility::{Evidence, Limits, as_stiff_as_arms, judge};
 use crate::render::campaign::campaign as render_campaign;
 use crate::render::robot as render;
 use crate::results::{CampaignCheck, RobotSummary, SnapshotAgreement};
-use crate::snapshot::snapshot;
+use crate::snapshot::{apart_from_model, snapshot};
 
 pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     if session.reader.is_campaign(&command.file) {
@@ -26,12 +26,13 @@ pub fn run(command: &Check, session: &Session) -> Result<Output, Error> {
     let mut text = render::robot(&found, &loaded.model, &loaded.raw, session.terminal.screen);
     let mut files = Vec::new();
     if let Some(path) = &command.snapshot {
-        // Snapshots of earlier versions hold no units.
+        // Snapshots of earlier versions hold no units, or nothing apart from the model.
         let without_units = snapshot(&loaded.model)?;
-        let new = format!("{without_units}\n{}", units(&loaded.raw.units)?);
+        let of_model = format!("{without_units}\n{}", units(&loaded.raw.units)?);
+        let new = format!("{of_model}{}", apart_from_model(&loaded.robot));
         let old = old(path)?;
         let shown = path.display();
-        let agrees = old.as_ref().is_none_or(|old| *old == new || *old == without_units);
+        let agrees = old.as_ref().is_none_or(|old| [&new, &of_model, &without_units].contains(&old));
         text = match &old {
             Some(_) if agrees => format!("{} agrees with {shown}\n", command.file),
             Some(old) => format!(

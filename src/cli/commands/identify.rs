@@ -69,6 +69,7 @@ pub fn run(command: &Identify, session: &Session) -> Result<Output, Error> {
         save: command.save.as_deref(),
         table: command.table.as_deref(),
         configurations: command.configurations.as_deref(),
+        parts: command.parts.as_deref(),
     };
     calibrated(session, &loaded, &campaign, &held_out, &settings, &asked)
 }
@@ -81,7 +82,9 @@ fn can_be_done(command: &Identify, by_rules: bool) -> Result<(), Error> {
     if let Some(path) = &command.save {
         can_write(path)?;
     }
-    for (flag, path) in [("--table", &command.table), ("--configurations", &command.configurations)] {
+    let tables =
+        [("--table", &command.table), ("--configurations", &command.configurations), ("--parts", &command.parts)];
+    for (flag, path) in tables {
         let Some(path) = path else { continue };
         writable_table(path)?;
         if by_rules {
@@ -161,6 +164,8 @@ pub(super) struct Asked<'a> {
     pub table: Option<&'a Path>,
     /// File of the errors of the configurations held out, as a table.
     pub configurations: Option<&'a Path>,
+    /// File of the figures of the parts of the readings, as a table.
+    pub parts: Option<&'a Path>,
 }
 
 /// A campaign (with the marks of its readings held out) calibrated.
@@ -255,6 +260,9 @@ fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> 
         let table = tables::configurations(&result.configurations, path)?;
         output.table("observed and predicted error of configurations", path, table);
     }
+    if let Some(path) = asked.parts {
+        output.table("residuals by session, file and marker", path, tables::parts(&result.parts, path)?);
+    }
     Ok(())
 }
 
@@ -324,10 +332,10 @@ fn settings(command: &Identify, what: Option<What>) -> Settings {
 pub(super) fn loss(robust: &Robust) -> Result<Loss, Error> {
     let [huber, cauchy, tukey] = USUAL_SCALES.map(|usual| robust.loss_scale.unwrap_or(usual));
     let loss = match robust.loss {
-        LossName::Squares => Loss::Squares,
-        LossName::Huber => Loss::Huber(huber),
-        LossName::Cauchy => Loss::Cauchy(cauchy),
-        LossName::Tukey => Loss::Tukey(tukey),
+        None | Some(LossName::Squares) => Loss::Squares,
+        Some(LossName::Huber) => Loss::Huber(huber),
+        Some(LossName::Cauchy) => Loss::Cauchy(cauchy),
+        Some(LossName::Tukey) => Loss::Tukey(tukey),
     };
     match loss_fault(loss) {
         Some(fault) => {

@@ -3,11 +3,12 @@
 use super::convert::can_write;
 use super::identify::{Asked, calibrated, left_to_fit, loss};
 use crate::Error;
-use crate::cli::args::Register;
+use crate::cli::args::{LossName, Register, Robust};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::cli::values::known_parameters;
 use crate::description::campaign::Target;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, split};
 
 pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
@@ -35,5 +36,16 @@ pub fn run(command: &Register, session: &Session) -> Result<Output, Error> {
     left_to_fit(campaign, &held_out)?;
     let settings = Settings { only: Some(Vec::new()), loss, hold: command.hold.clone(), ..Settings::default() };
     let asked = Asked { save: command.save.as_deref(), ..Asked::default() };
-    calibrated(session, &loaded, campaign, &held_out, &settings, &asked)
+    let of = |settings: &Settings| calibrated(session, &loaded, campaign, &held_out, settings, &asked);
+    let found = of(&settings)?;
+    let is_far = |of: &Diagnostic| of.code == Code::OutlyingReadings;
+    if command.robust.loss.is_some() || !found.diagnostics.iter().any(is_far) {
+        return Ok(found);
+    }
+    // A few readings that are far off move base and tool by millimetres.
+    let robust = super::identify::loss(&Robust { loss: Some(LossName::Cauchy), ..command.robust })?;
+    let mut found = of(&Settings { loss: robust, ..settings })?;
+    let message = "readings that are far off count little here (`--loss cauchy`)";
+    found.diagnostics.push(Diagnostic::warning(message).remedy("with `--loss squares` all readings count alike"));
+    Ok(found)
 }

@@ -13,7 +13,7 @@ use crate::render::tables;
 use crate::results::{ConfigurationResidual, DescriptionResiduals};
 
 pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
-    for path in command.table.iter().chain(&command.configurations) {
+    for path in command.table.iter().chain(&command.configurations).chain(&command.parts) {
         writable_table(path)?;
     }
     let loaded = session.reader.campaign(&command.on.campaign, Some(&command.on.robot))?;
@@ -45,6 +45,9 @@ pub fn run(command: &Residuals, session: &Session) -> Result<Output, Error> {
         }
         let table = tables::configurations(&found.configurations, path)?;
         output.table("observed and predicted error, a configuration a row", path, table);
+    }
+    if let Some(path) = &command.parts {
+        output.table("residuals by session, file and marker", path, tables::parts(&found.parts_and_markers(), path)?);
     }
     let outside = loaded.outside();
     output.diagnostics = loaded.diagnostics;

@@ -102,6 +102,7 @@ fn radians_as_degrees(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     let also = if more > 0 { format!(", and {more} more like it") } else { String::new() };
     Some(
         Diagnostic::warning(format!("`{key}` of frame `{name}` is {value} deg, a quarter turn in rad{also}"))
+            .code(Code::Implausible)
             .at(locate(&["frames", name, key]))
             .remedy("angles here are in deg: write 90, 180, -90, or declare `units: {angle: rad}`"),
     )
@@ -122,6 +123,7 @@ fn limits_in_radians(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     let (name, widest) = limits.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     (raw.units.angle == Angle::Degree && limits.len() >= JOINTS && *widest <= TURN && *widest > 0.0).then(|| {
         Diagnostic::warning(format!("no joint may turn further than {widest} deg"))
+            .code(Code::Implausible)
             .at(locate(&["frames", name, "limits"]))
             .remedy("limits here are in deg: if they are in rad, write them in deg, or declare `units: {angle: rad}`")
     })
@@ -155,7 +157,7 @@ fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
                 "body `{name}` has a mass of {heavy:.3e} kg, in a robot whose lengths add up to {reach:.2} m"
             ));
             let remedy = format!("masses here are in {}: check the value", mass.symbol());
-            all.push(warning.at(locate(&["bodies", name, "mass"])).remedy(remedy));
+            all.push(warning.code(Code::Implausible).at(locate(&["bodies", name, "mass"])).remedy(remedy));
         }
         let far = body.com.map(|com| com.iter().map(|v| v * v).sum::<f64>().sqrt() * length.factor());
         if let Some(far) = far.filter(|far| *far > (FARTHEST * reach).max(NEAR)) {
@@ -163,10 +165,27 @@ fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
                 "the centre of mass of body `{name}` lies {far:.2} m from its frame, where all lengths of the robot together are {reach:.2} m"
             ));
             let remedy = format!("centres are in the body's frame, in {}: check values and units", length.symbol());
-            all.push(warning.at(locate(&["bodies", name, "com"])).remedy(remedy));
+            all.push(warning.code(Code::Implausible).at(locate(&["bodies", name, "com"])).remedy(remedy));
         }
     }
+    all.extend(light(raw, reach, locate));
     all
+}
+
+/// Least mass of a robot over the sum of its lengths, kg/m: small desktop arms have two.
+const LIGHTEST: f64 = 0.5;
+
+/// Masses that together no robot has.
+fn light(raw: &RawRobot, reach: f64, locate: Locate) -> Option<Diagnostic> {
+    let unit = raw.units.mass;
+    let masses = raw.bodies.iter().filter_map(|(name, body)| Some((name, body.mass.filter(|mass| *mass > 0.0)?)));
+    let masses: Vec<(&String, f64)> = masses.collect();
+    let all = masses.iter().map(|(_, mass)| mass * unit.factor()).sum::<f64>();
+    let (name, _) = masses.first().filter(|_| masses.len() >= CENTRES && all < LIGHTEST * reach)?;
+    let message = format!("all bodies together weigh {all:.3} kg, in a robot whose lengths add up to {reach:.2} m");
+    let remedy = format!("masses here are in {}: check the values", unit.symbol());
+    let place = locate(&["bodies", name, "mass"]);
+    Some(Diagnostic::warning(message).code(Code::Implausible).at(place).remedy(remedy))
 }
 
 /// Bodies with a centre of mass from which a common error of unit is believed, and the part of the robot's lengths within which all
@@ -191,6 +210,7 @@ fn centres_in_metres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
         Diagnostic::warning(format!(
             "the centres of mass of all bodies lie within {farthest:.3} {unit} of their frames, where the lengths of the robot add up to {reach:.0} {unit}"
         ))
+        .code(Code::Implausible)
         .at(locate(&["bodies", name, "com"]))
         .remedy(format!("centres are in {unit}: if these are in m, write them in {unit}"))
     })
