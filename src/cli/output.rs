@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::plausibility::{forced, refusing, told_once};
+use crate::plausibility::{forced, refusing, reported_once};
 
 /// What a command found.
 #[derive(Default)]
@@ -94,7 +94,7 @@ impl Output {
     /// With what a gate found: an error of plausibility refuses the result (unless `force`), any other error makes it one
     /// that is not to be used.
     pub fn judged(mut self, found: Vec<Diagnostic>, force: bool) -> Result<Self, Error> {
-        let found = told_once(if force { forced(found) } else { found });
+        let found = reported_once(if force { forced(found) } else { found });
         if let Some(mut refused) = refusing(found.clone(), force) {
             refused.append(&mut self.diagnostics);
             return Err(Error::from(refused));

@@ -80,7 +80,7 @@ fn thin(evidence: &Evidence, by: Sharing, noun: &str, limits: &Limits) -> Vec<Di
     let campaign = evidence.campaign;
     let is_fitted = |index: usize| evidence.found.is_none_or(|found| found.held_out.get(index) != Some(&true));
     let names = campaign.sessions.parts(by);
-    let said = |(part, name): (usize, &&str)| {
+    let described = |(part, name): (usize, &&str)| {
         let all = campaign.readings.iter().enumerate();
         let fitted = all.filter(|(index, reading)| reading.session.part(by) == part && is_fitted(*index));
         let rows: usize = fitted.map(|(_, reading)| reading.observes.rows()).sum();
@@ -96,5 +96,5 @@ fn thin(evidence: &Evidence, by: Sharing, noun: &str, limits: &Limits) -> Vec<Di
             format!("{noun} `{name}` has {rows} residuals for a base or tool of its own: they fit whatever they hold");
         Some(Diagnostic::warning(message).remedy(remedy).figure("rows", rows as f64))
     };
-    names.iter().enumerate().filter_map(said).collect()
+    names.iter().enumerate().filter_map(described).collect()
 }

@@ -162,7 +162,7 @@ pub const CHECKS: &[Check] = &[
         find: parameters::of_the_same_size,
     },
     Check {
-        codes: &[Code::WrongUnits],
+        codes: &[Code::WrongUnits, Code::MovedFar],
         of_result: true,
         about: "springs are of the declared order of size",
         find: parameters::as_stiff_as_declared,
@@ -192,7 +192,7 @@ pub const CHECKS: &[Check] = &[
         find: amount::of_sessions,
     },
     Check {
-        codes: &[Code::NoiseUnlikeStated],
+        codes: &[Code::NoiseUnlikeStated, Code::Implausible],
         of_result: true,
         about: "residuals are of the order of the stated noise",
         find: stated_noise::as_noisy_as_stated,
@@ -231,20 +231,21 @@ fn found_by<'c>(checks: impl Iterator<Item = &'c Check>, evidence: &Evidence, li
         }
     }
     // Of a fit that did not end at a minimum nothing else can be said than why.
-    let is_open = |told: &Diagnostic| matches!(told.code, Code::NotConverged | Code::NotComputed);
-    if all.iter().any(|(_, told)| is_open(told)) {
-        all.retain(|(of_result, told)| !of_result || is_open(told) || told.code == Code::Misread);
+    let is_open = |diagnostic: &Diagnostic| matches!(diagnostic.code, Code::NotConverged | Code::NotComputed);
+    if all.iter().any(|(_, diagnostic)| is_open(diagnostic)) {
+        all.retain(|(of_result, diagnostic)| !of_result || is_open(diagnostic) || diagnostic.code == Code::Misread);
     }
-    all.into_iter().map(|(_, told)| told).collect()
+    all.into_iter().map(|(_, diagnostic)| diagnostic).collect()
 }
 
 /// The same without readings that are far off both before and after a calibration: the greater number of them.
-pub fn told_once(mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let count = |told: &Diagnostic| told.figures.get("readings").copied().unwrap_or(0.0);
-    let outlying = |told: &Diagnostic| told.code == Code::OutlyingReadings;
-    let most = found.iter().filter(|told| outlying(told)).max_by(|a, b| count(a).total_cmp(&count(b))).cloned();
+pub fn reported_once(mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let count = |diagnostic: &Diagnostic| diagnostic.figures.get("readings").copied().unwrap_or(0.0);
+    let outlying = |diagnostic: &Diagnostic| diagnostic.code == Code::OutlyingReadings;
+    let most =
+        found.iter().filter(|diagnostic| outlying(diagnostic)).max_by(|a, b| count(a).total_cmp(&count(b))).cloned();
     let first = found.iter().position(outlying);
-    found.retain(|told| !outlying(told));
+    found.retain(|diagnostic| !outlying(diagnostic));
     if let Some((first, most)) = first.zip(most) {
         found.insert(first, most);
     }
@@ -285,8 +286,8 @@ pub fn why_not_computed(
 ) -> Option<Vec<Diagnostic>> {
     let judged = judge(evidence, limits);
     let is_wrong = |found: &&Diagnostic| found.code == Code::OutlyingReadings;
-    let told = judged.iter().find(is_wrong).cloned();
-    if let Some(wrong) = told.or_else(|| outlying::before_failure(evidence, limits)) {
+    let diagnostic = judged.iter().find(is_wrong).cloned();
+    if let Some(wrong) = diagnostic.or_else(|| outlying::before_failure(evidence, limits)) {
         return Some(std::iter::once(wrong).chain(failure.iter().cloned()).collect());
     }
     refusing(judged, force)

@@ -23,7 +23,7 @@ pub(super) fn of_calibration(evidence: &Evidence, limits: &Limits) -> Vec<Diagno
     let Some(found) = evidence.found.filter(|_| !evidence.campaign.is_difference()) else { return Vec::new() };
     let own = found.estimates.iter().filter(|estimate| !estimate.at_bound);
     let springs = own.filter_map(|estimate| spring(evidence.model, estimate.slot, estimate.value, estimate.ci95?));
-    told(springs.collect(), limits).into_iter().collect()
+    reported(springs.collect(), limits).into_iter().collect()
 }
 
 /// Of the causes that a diagnosis found, and of what it fitted beside them.
@@ -45,16 +45,17 @@ pub(super) fn of_causes(model: &Model, campaign: &Campaign, found: &Diagnosis, l
     let mut springs: Vec<Spring> = of_entries.collect();
     let others: Vec<Spring> = fitted.filter(|own| springs.iter().all(|known| known.name != own.name)).collect();
     springs.extend(others);
-    told(springs, limits)
+    reported(springs, limits)
 }
 
 /// A spring's compliance against the declared one, where it is known well enough for a factor.
 fn spring(model: &Model, slot: Slot, value: f64, width: f64) -> Option<Spring<'_>> {
     let parameter = &model.registry[slot];
     let is_compliance = matches!(parameter.kind, Kind::LinearCompliance | Kind::RotationalCompliance);
-    let is_told = parameter.group == Group::Elastic && is_compliance && parameter.nominal > 0.0 && width < 0.5 * value;
+    let is_reported =
+        parameter.group == Group::Elastic && is_compliance && parameter.nominal > 0.0 && width < 0.5 * value;
     let sigma = width / normal95() / value;
-    is_told.then(|| Spring { name: &parameter.name, softer: (value / parameter.nominal).ln(), sigma })
+    is_reported.then(|| Spring { name: &parameter.name, softer: (value / parameter.nominal).ln(), sigma })
 }
 
 /// Where all are far off to one side, by whatever factors.
@@ -78,7 +79,7 @@ fn all_far(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
     Some(Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy).figure("factor", least))
 }
 
-fn told(springs: Vec<Spring>, limits: &Limits) -> Option<Diagnostic> {
+fn reported(springs: Vec<Spring>, limits: &Limits) -> Option<Diagnostic> {
     let variance = |spring: &Spring| spring.sigma.powi(2) + limits.alike.powi(2);
     let weight: f64 = springs.iter().map(|spring| variance(spring).recip()).sum();
     let mean = springs.iter().map(|spring| spring.softer / variance(spring)).sum::<f64>() / weight;

@@ -57,7 +57,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     });
     all.extend(little);
     all.extend(springs_held(model, campaign, found, limits));
-    if !all.iter().any(|told| told.code == Code::WrongUnits) {
+    if !all.iter().any(|diagnostic| diagnostic.code == Code::WrongUnits) {
         all.extend(common_factor::of_causes(model, campaign, found, limits));
     }
     all.extend(refused_as_calibration(model, campaign, found, limits));
@@ -65,12 +65,12 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
         found.causes.iter().flat_map(|cause| &cause.entries).filter_map(|entry| impossible(model, entry, limits)),
     );
     all.extend(pulled);
-    if !all.iter().any(|told| told.code == Code::NoiseUnlikeStated) {
+    if !all.iter().any(|diagnostic| diagnostic.code == Code::NoiseUnlikeStated) {
         all.extend(unlike_noise(found, limits));
     }
-    for told in forbidden_to_identify(model, campaign, found, limits) {
-        if all.iter().all(|known| known.code != told.code) {
-            all.push(told);
+    for diagnostic in forbidden_to_identify(model, campaign, found, limits) {
+        if all.iter().all(|known| known.code != diagnostic.code) {
+            all.push(diagnostic);
         }
     }
     all
@@ -99,8 +99,8 @@ fn unlike_noise(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
     } else {
         return None;
     };
-    let told = Diagnostic::warning(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio);
-    Some(told.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
+    let diagnostic = Diagnostic::warning(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio);
+    Some(diagnostic.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
 }
 
 /// Where causes leave a gap, or readings were set aside and are not named as a cause: what forbids `identify` to write its calibration of
@@ -119,14 +119,14 @@ fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, 
     let Ok(calibrated) = calibrate(model, campaign, &held_out, &asked, &mut |_| {}) else { return Vec::new() };
     // A cause that goes with time is itself such a step or drift.
     let is_in_time = found.causes.iter().any(|cause| cause.family == Family::Time);
-    let forbids = |told: &Diagnostic| match told.code {
+    let forbids = |diagnostic: &Diagnostic| match diagnostic.code {
         Code::MovedMidway => !is_in_time,
         // Of the amount the verdict has its own limits.
         Code::TooLittleData => false,
         code => code.forbids_saving(),
     };
     let judged = judge_result(&Evidence::with(model, campaign, &calibrated), limits);
-    let weaker = |told: Diagnostic| Diagnostic { severity: Severity::Warning, ..told };
+    let weaker = |diagnostic: Diagnostic| Diagnostic { severity: Severity::Warning, ..diagnostic };
     judged.into_iter().filter(forbids).map(weaker).collect()
 }
 
@@ -139,9 +139,9 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
     let own = format!("{}@{}", entry.effect.name(), entry.site.name);
     let remedy = "the cause stands in for something else: look at signs (sides of approach, loads, gravity), masses and units of description \
                   and campaign";
-    let told = |message: String| Diagnostic::warning(message).code(Code::Implausible).remedy(remedy);
+    let reported = |message: String| Diagnostic::warning(message).code(Code::Implausible).remedy(remedy);
     if let Some(negative) = entry.doubt(model).filter(|_| !entry.amounts.is_empty()) {
-        return Some(told(format!("{own}: {}", negative.message)));
+        return Some(reported(format!("{own}: {}", negative.message)));
     }
     let size = total_length(model);
     let parameters = entry.effect.parameters(model, &entry.site, &entry.nonlinear);
@@ -153,14 +153,14 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
         is_none.then_some(&parameter.symbol)
     });
     if let Some(symbol) = rigid {
-        return Some(told(format!("{own}: `{symbol}` comes out rigid, and readings contradict what is declared")));
+        return Some(reported(format!("{own}: `{symbol}` comes out rigid, and readings contradict what is declared")));
     }
     let soft = parameters.iter().find_map(|parameter| {
         let constant = &model.registry[model.registry.slot(&parameter.symbol)?];
         let compliance = constant.nominal + *entry.amounts.get(&parameter.symbol)?;
         is_too_soft(model, constant.kind, compliance, limits).then(|| {
             let (symbol, unit) = (&parameter.symbol, constant.kind.unit());
-            told(format!("{own}: `{symbol}` is {compliance:.2e} {unit}, softer than any arm of this size"))
+            reported(format!("{own}: `{symbol}` is {compliance:.2e} {unit}, softer than any arm of this size"))
         })
     });
     if soft.is_some() {
@@ -177,7 +177,9 @@ fn impossible(model: &Model, entry: &EffectEntry, limits: &Limits) -> Option<Dia
         let is_much = most > 0.0 && amount.abs() > most;
         is_much.then(|| {
             let (symbol, unit) = (&parameter.symbol, parameter.unit);
-            told(format!("{own}: `{symbol}` is {amount:.3e} {unit}, in a robot whose lengths add up to {size:.2} m"))
+            reported(format!(
+                "{own}: `{symbol}` is {amount:.3e} {unit}, in a robot whose lengths add up to {size:.2} m"
+            ))
         })
     })
 }

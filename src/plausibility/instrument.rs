@@ -13,7 +13,7 @@ pub(super) fn scale(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(found) = evidence.found else { return Vec::new() };
     let scales = evidence.campaign.readings.iter().filter_map(|own| evidence.model.scale_slot(own.session));
     let [doubted, refused] = limits.instrument_scale;
-    let told = |slot: usize| {
+    let reported = |slot: usize| {
         let value = found.values.get(slot).copied().filter(|value| value.abs() > doubted)?;
         let name = &evidence.model.registry[slot].name;
         let message =
@@ -24,7 +24,7 @@ pub(super) fn scale(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         let diagnostic = if is_refused { Diagnostic::error(message) } else { Diagnostic::warning(message) };
         Some(diagnostic.code(Code::WrongUnits).remedy(remedy).figure("scale", value))
     };
-    scales.collect::<BTreeSet<usize>>().into_iter().filter_map(told).collect()
+    scales.collect::<BTreeSet<usize>>().into_iter().filter_map(reported).collect()
 }
 
 /// What fixed reflectors and rigid markers say against the campaign.

@@ -63,7 +63,7 @@ pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnost
     let later = || (0..evidence.campaign.readings.len()).filter(|&k| row(k) >= row(step.at));
     let are_some = 2 * later().filter(|k| wrong.contains(k)).count() < later().count();
     let step = if wrong.is_empty() || !are_some { Some(step) } else { stepped(evidence, limits, &wrong) };
-    step.map(|step| said(evidence, &step)).into_iter().collect()
+    step.map(|step| described(evidence, &step)).into_iter().collect()
 }
 
 /// A step that is not chance, certain readings left out.
@@ -115,7 +115,7 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     Some(Step { fall, ..step })
 }
 
-fn said(evidence: &Evidence, step: &Step) -> Diagnostic {
+fn described(evidence: &Evidence, step: &Step) -> Diagnostic {
     let (campaign, fall) = (evidence.campaign, step.fall);
     let address = campaign.address(&campaign.readings[step.at]);
     // Readings that were held out stand between the last fitted one before the step and the first one after it.

@@ -32,7 +32,7 @@ mod trial;
 mod turned;
 mod words;
 
-pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, told_once, why_not_computed};
+pub use checks::{CHECKS, Check, forced, judge, judge_result, misread, refusing, reported_once, why_not_computed};
 pub use compensator::{of_compliances, of_elasticity, of_mounting};
 pub use diagnosis::doubts;
 pub use evidence::{Evidence, Limits};

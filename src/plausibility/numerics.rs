@@ -77,8 +77,8 @@ pub(super) fn weak_directions(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic
 const COPIED: f64 = 1e6;
 
 pub(super) fn dependent(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let is_told = |error: &SharedError| error.p < limits.chance && error.shared > limits.shared_least;
-    let Some(error) = evidence.found.and_then(|found| found.shared).filter(is_told) else { return Vec::new() };
+    let is_reported = |error: &SharedError| error.p < limits.chance && error.shared > limits.shared_least;
+    let Some(error) = evidence.found.and_then(|found| found.shared).filter(is_reported) else { return Vec::new() };
     let SharedError { shared, own, ratio, between, within, p } = error;
     let message = match shared / own {
         times if times < COPIED => format!(
@@ -90,8 +90,9 @@ pub(super) fn dependent(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic>
         }
     };
     let figures = [("shared_in_stated_noise", shared), ("own_in_stated_noise", own), ("ratio", ratio), ("p", p)];
-    let warning =
-        figures.into_iter().fold(Diagnostic::warning(message), |said, (name, value)| said.figure(name, value));
+    let warning = figures
+        .into_iter()
+        .fold(Diagnostic::warning(message), |diagnostic, (name, value)| diagnostic.figure(name, value));
     let remedy = "measure more configurations instead of repeats; `diagnose` looks for what the model misses";
     vec![warning.remedy(remedy)]
 }

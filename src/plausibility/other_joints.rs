@@ -25,10 +25,10 @@ pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnosti
         mm(here),
         mm(there)
     );
-    let told = Diagnostic::warning(message).code(Code::OtherJoints).remedy(
+    let diagnostic = Diagnostic::warning(message).code(Code::OtherJoints).remedy(
         "say which one holds: `joints: commanded` or `joints: recorded` in the campaign; `diagnose` with `order` finds joints that were read too early",
     );
-    vec![told.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
+    vec![diagnostic.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
 }
 
 /// The campaign at its other joints; `None` where no row has any.

@@ -57,7 +57,7 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
     let middle = median(&mut last.clone())?;
     let wrong: Vec<usize> = (0..count).filter(|&k| last[k] > limits.hopeless * middle.max(allowed)).collect();
     let is_few = !wrong.is_empty() && wrong.len() as f64 <= limits.wrong_share * count as f64;
-    (is_few && middle <= limits.far * allowed).then(|| said(campaign, &wrong, &|k| last[k], middle))
+    (is_few && middle <= limits.far * allowed).then(|| described(campaign, &wrong, &|k| last[k], middle))
 }
 
 /// How the error of one reading is shown, as [`unit_of`]: beside readings of lengths a torque or an orientation alone in its own unit.
@@ -72,7 +72,7 @@ fn own_unit(campaign: &Campaign, reading: &Reading) -> (f64, &'static str) {
 }
 
 /// What is said of readings that are far off, of which others leave `left` (m).
-fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
+fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
     let mut worst = wrong.to_vec();
     worst.sort_by(|&a, &b| by(b).total_cmp(&by(a)));
     let (scale, unit) = unit_of(campaign);
@@ -104,13 +104,13 @@ fn said(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f
 
 /// After a calibration: fitted readings by deletion, held-out ones by their errors.
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let said =
-        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| said(evidence.campaign, &wrong, &|k| size[k], middle);
+    let described =
+        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| described(evidence.campaign, &wrong, &|k| size[k], middle);
     let hidden = || {
         let robust = robust(evidence)?;
         outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
     };
-    let few = || outlying(evidence, limits).or_else(hidden).map(said);
+    let few = || outlying(evidence, limits).or_else(hidden).map(described);
     many(evidence, limits).or_else(few).into_iter().collect()
 }
 
@@ -146,13 +146,13 @@ fn many(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         mm(scale * middle),
     );
     let remedy = "find what they have in common (a session, a marker, a time: `residuals` lists them) and leave them out, or say what differs there";
-    let told = Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy);
-    Some(told.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
+    let diagnostic = Diagnostic::warning(message).code(Code::UnlikeDescription).remedy(remedy);
+    Some(diagnostic.figure("readings", far as f64).figure("others_mm", 1e3 * middle))
 }
 
 /// Residuals over the stated noise from which wrong readings may have hidden each other: a judgement, which decides only whether the
 /// robust fit is made.
-const HIDING: f64 = 2.0;
+const HIDING: f64 = 1.2;
 
 /// Scale of Huber's loss, standard deviations: 95 % efficient on normal noise (Huber, *Ann. Math. Statist.* 35, 1964).
 const HUBER: f64 = 1.345;

@@ -54,12 +54,12 @@ pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Ve
                 _ => tolerances > limits.moved_hopelessly,
             };
             let is_far = widths > limits.significant && (tolerances > limits.moved || is_hopeless);
-            is_far.then(|| (tolerances, said(estimate, parameter), is_hopeless))
+            is_far.then(|| (tolerances, described(estimate, parameter), is_hopeless))
         })
         .collect();
     far.sort_by(|a, b| b.0.total_cmp(&a.0));
     let Some((tolerances, ..)) = far.first() else { return Vec::new() };
-    let named: Vec<&str> = far.iter().take(NAMED).map(|(_, said, _)| said.as_str()).collect();
+    let named: Vec<&str> = far.iter().take(NAMED).map(|(_, shown, _)| shown.as_str()).collect();
     let more = if far.len() > NAMED { format!(", and {} more", far.len() - NAMED) } else { String::new() };
     let message = format!(
         "calibrated constants are far from the description (up to {tolerances:.0} times its tolerance): {}{more}",
@@ -79,7 +79,7 @@ pub(super) fn near_their_description(evidence: &Evidence, limits: &Limits) -> Ve
 }
 
 /// What a parameter was and is.
-fn said(estimate: &Estimate, parameter: &Parameter) -> String {
+fn described(estimate: &Estimate, parameter: &Parameter) -> String {
     let name = &parameter.name;
     match parameter.kind {
         Kind::Angle => {
@@ -184,10 +184,10 @@ pub(super) fn as_stiff_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
 fn single_springs(mut far: Vec<(&str, f64)>) -> Option<Diagnostic> {
     far.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let (_, most) = *far.first()?;
-    let said = |(name, softer): &(&str, f64)| {
+    let described = |(name, softer): &(&str, f64)| {
         format!("`{name}` {:.0} times {}", softer.abs().exp(), if *softer > 0.0 { "softer" } else { "stiffer" })
     };
-    let named: Vec<String> = far.iter().take(NAMED).map(said).collect();
+    let named: Vec<String> = far.iter().take(NAMED).map(described).collect();
     let message = format!("springs came out far from the description: {}", named.join(", "));
     let remedy =
         "look at that spring's declared value and its unit; if it is right, something else gives way there: `diagnose`";

@@ -80,9 +80,9 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         let scaled = trials.scaled().and_then(|way| Some((vec![way], trials.error(&[way])?)));
         if let Some((trial, before)) = scaled.filter(&decisive).zip(before) {
             let parts = |ways: &[Hypothesis]| trials.parts(ways);
-            let told = explained(evidence, "registration", Some(before), &[trial], &parts);
+            let diagnostic = explained(evidence, "registration", Some(before), &[trial], &parts);
             let severity = severity(evidence, limits, [before, allowed], &trials);
-            return vec![Diagnostic { severity, ..told }.figure("allowed_mm", 1e3 * allowed)];
+            return vec![Diagnostic { severity, ..diagnostic }.figure("allowed_mm", 1e3 * allowed)];
         }
         return before
             .and_then(|before| unlike(evidence, limits, [before, allowed], &trials, tried))
@@ -90,21 +90,21 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
             .collect();
     }
     let parts = |ways: &[Hypothesis]| trials.parts(ways);
-    let told = explained(evidence, "registration", before, &named, &parts).figure("allowed_mm", 1e3 * allowed);
-    vec![with_shift(told, &named, &trials, limits)]
+    let diagnostic = explained(evidence, "registration", before, &named, &parts).figure("allowed_mm", 1e3 * allowed);
+    vec![with_shift(diagnostic, &named, &trials, limits)]
 }
 
 /// The same with how far the tool is off, where that is what is wrong.
-fn with_shift(told: Diagnostic, named: &[Trial], trials: &Trials, limits: &Limits) -> Diagnostic {
-    let Some((ways, _)) = named.first() else { return told };
+fn with_shift(diagnostic: Diagnostic, named: &[Trial], trials: &Trials, limits: &Limits) -> Diagnostic {
+    let Some((ways, _)) = named.first() else { return diagnostic };
     let is_tool = matches!(ways[..], [Hypothesis::Unknown { base: false, tool: true }]);
-    let Some(shift) = is_tool.then(|| trials.tool_shift(ways)).flatten() else { return told };
+    let Some(shift) = is_tool.then(|| trials.tool_shift(ways)).flatten() else { return diagnostic };
     let (size, axis) = (shift.norm(), shift.iamax());
     let is_radius = size < limits.reflector && shift[axis].abs() > ALONG * size;
     let what = if is_radius { ": is the radius of a reflector missing?" } else { "" };
     let axis = ["x", "y", "z"][axis];
-    let message = format!("{} It comes out {} mm away, most of it along {axis}{what}", told.message, mm(size));
-    Diagnostic { message, ..told }.figure("shift_mm", 1e3 * size)
+    let message = format!("{} It comes out {} mm away, most of it along {axis}{what}", diagnostic.message, mm(size));
+    Diagnostic { message, ..diagnostic }.figure("shift_mm", 1e3 * size)
 }
 
 /// Share of a displacement along one axis from which it is one along that axis.

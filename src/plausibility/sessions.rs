@@ -135,7 +135,7 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
     let is_plainly = |both: &Tried| shared >= fall * both.error && least >= limits.sessions_fall * both.error;
     let found = both.filter(is_plainly).or(one)?;
     let is_apart = found.apart.greatest() >= limits.sessions_apart * noise;
-    (shared >= limits.sessions_fall * found.error && is_apart).then(|| told(&found, shared, &parts, "registration"))
+    (shared >= limits.sessions_fall * found.error && is_apart).then(|| reported(&found, shared, &parts, "registration"))
 }
 
 /// The same after a calibration: the robot's own errors hide from a registration what they do not hide from it.
@@ -158,14 +158,14 @@ pub(super) fn agree_calibrated(evidence: &Evidence, limits: &Limits) -> Vec<Diag
     let noise = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
     let shared = found.after.fit.distance[1];
     let best = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
-    let is_told = |best: &Tried| {
+    let is_reported = |best: &Tried| {
         shared >= limits.sessions_fall * best.error && best.apart.greatest() >= limits.sessions_apart * noise
     };
-    let told = |best: Tried| told(&best, shared, &parts, "calibration");
-    best.filter(is_told).filter(|_| differ(evidence, limits).is_none()).map(told).into_iter().collect()
+    let reported = |best: Tried| reported(&best, shared, &parts, "calibration");
+    best.filter(is_reported).filter(|_| differ(evidence, limits).is_none()).map(reported).into_iter().collect()
 }
 
-fn told(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic {
+fn reported(found: &Tried, shared: f64, parts: &Parts, fit: &str) -> Diagnostic {
     let (what, key, apart) = (found.part.words(), found.part.keys(parts.of_each), &found.apart);
     let of_each = parts.of_each;
     let [one, other] = apart.parts.map(|part| parts.names.get(part).map_or("", String::as_str));

@@ -82,7 +82,7 @@ fn hiding(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
          much better than stated"
     );
     let remedy = "state the noise under `instrument: {sigma: ..}`, in the campaign's units: parameters that it hides stay as described";
-    Some(Diagnostic::error(message).code(Code::NoiseUnlikeStated).figure("ratio", ratio).remedy(remedy))
+    Some(Diagnostic::error(message).code(Code::Implausible).figure("ratio", ratio).remedy(remedy))
 }
 
 /// Greatest over least stated noise of lengths from which each half is judged by itself: another instrument, or another unit.

@@ -335,8 +335,8 @@ fn recorded(factor: f64) -> String {
         f if near(f, 1.0 / 0.0254) => &[["m", "inches"]],
         _ => &[["inches", "m"]],
     };
-    let said: Vec<String> = names.iter().map(|[is, was]| format!("in {is}, and declared in {was}")).collect();
-    said.join(" (or ") + if said.len() > 1 { ")" } else { "" }
+    let units: Vec<String> = names.iter().map(|[is, was]| format!("in {is}, and declared in {was}")).collect();
+    units.join(" (or ") + if units.len() > 1 { ")" } else { "" }
 }
 
 fn near(a: f64, b: f64) -> bool {

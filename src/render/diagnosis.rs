@@ -185,7 +185,7 @@ fn open(found: &Diagnosis) -> String {
         let _ = writeln!(out, "not tried, for what is missing: {}", all.join("; "));
     }
     if found.noise.source == NoiseFrom::Leftover {
-        out += "the noise is not known: it is taken from what the causes leave, and cannot show that nothing is left\n";
+        out += "noise not known: the model's own leftover stands for it, which cannot show that nothing is left\n";
     }
     if found.noise.orientation == Some(WeightSource::Residuals) {
         out += "noise of orientations not stated: they are weighed by what the model leaves of them\n";

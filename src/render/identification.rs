@@ -227,7 +227,7 @@ fn certainty(found: &Identification) -> String {
     let shown_by = match found.noise_sources.position {
         WeightSource::Stated => None,
         WeightSource::Residuals => {
-            out += "noise not stated: intervals take it from what the model leaves, its own errors included\n";
+            out += "noise not known: the model's own leftover stands for it in all intervals\n";
             None
         }
         WeightSource::Markers => Some("distances between rigid markers"),

@@ -139,7 +139,7 @@ impl NoiseFrom {
         match self {
             Self::Stated => "as the campaign states",
             Self::Repeats => "from repeated readings",
-            Self::Leftover => "from what the best explanation leaves",
+            Self::Leftover => "not known: the model's own leftover",
         }
     }
 }

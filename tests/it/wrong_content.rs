@@ -25,7 +25,7 @@ fn a_noise_that_hides_parameters_is_refused() {
         let sound = run(at, &["identify", "s"]);
         assert_eq!(sound.status, 0, "{}", sound.err);
         replaced(&campaign, "sigma: 0.3", "sigma: 3");
-        refuses(at, &["identify", "s", "--save", "x.yaml"], "noise-unlike-stated", &["parameters that it hides"]);
+        refuses(at, &["identify", "s", "--save", "x.yaml"], "implausible", &["parameters that it hides"]);
         assert!(!at.join("x.yaml").exists());
     }
 }

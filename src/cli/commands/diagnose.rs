@@ -73,9 +73,9 @@ fn apply(
     let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
     output.diagnostics.extend(worse_than_found(&raw, session, &expected, found)?);
     // Readings that are far off are borne where all of them were set aside.
-    let is_borne = |told: &Diagnostic| {
-        let count = told.figures.get("readings").copied().unwrap_or(f64::INFINITY);
-        told.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
+    let is_borne = |diagnostic: &Diagnostic| {
+        let count = diagnostic.figures.get("readings").copied().unwrap_or(f64::INFINITY);
+        diagnostic.code == Code::OutlyingReadings && count <= found.outliers.len() as f64
     };
     let doubt = output.doubt_in_values(session.arguments.force, is_borne);
     if doubt.is_some() {

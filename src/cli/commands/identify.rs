@@ -269,11 +269,11 @@ fn write_tables(output: &mut Output, result: &Identification, asked: &Asked) -> 
 /// Warnings of what a description does not hold: bases, tools and markers that are a session's or station's, of which it has one of each;
 /// gains and offsets of sensors of torques.
 fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) -> Vec<Diagnostic> {
-    let told = |why: &str, what: Vec<String>, remedy: &str| {
+    let reported = |why: &str, what: Vec<String>, remedy: &str| {
         let text = format!("`{}` holds {why}: {}", path.display(), what.join(", "));
         (!what.is_empty()).then(|| Diagnostic::warning(text).remedy(remedy))
     };
-    let arranged = told(
+    let arranged = reported(
         "one base and one of each marker, and those of the campaign's sessions are not written to it",
         of_sessions(model, values),
         "find them again with `register` and the campaign; `identify --table` or `--format json` holds them",
@@ -282,7 +282,7 @@ fn unwritten(model: &Model, campaign: &Campaign, values: &[f64], path: &Path) ->
     let sensors = campaign.targets.iter().filter(|target| prefixes.contains(&target.column));
     let unknown = sensors.flat_map(|target| &target.values).filter_map(|value| value.parameter.as_deref());
     let shown = unknown.filter_map(|name| Some(format!("{name} = {:.5e}", values.get(model.registry.slot(name)?)?)));
-    let of_sensors = told(
+    let of_sensors = reported(
         "no sensors of torques, and what was found of them is not written to it",
         shown.collect(),
         "write them under `torques:` of the campaign, in its units, where they are to be used again",

@@ -197,8 +197,8 @@ fn held_out_and_fitted(campaign: &Campaign, place: &impl Fn(usize, &str) -> Opti
     }
     let index = campaign.readings.iter().position(|own| own.check == Some(true) && fitted.contains(&at(own)))?;
     let message = format!("{both} of {all} readings that are held out stand at configurations that are fitted as well");
-    let told = Diagnostic::warning(message).at(place(index, "set"));
-    Some(told.remedy("hold whole configurations out: what is left of these is no error of unseen readings"))
+    let diagnostic = Diagnostic::warning(message).at(place(index, "set"));
+    Some(diagnostic.remedy("hold whole configurations out: what is left of these is no error of unseen readings"))
 }
 
 /// Least share of the readings that are copies of others before it is warned of: single ones are chance, of coarse readings.

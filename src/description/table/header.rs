@@ -115,9 +115,9 @@ impl Header {
         let mut header =
             Self { columns, titles: titles.clone(), count, nameless: None, is_line, writing, faults, undeclared: &[] };
         let used = header.find(&row, &titles, layout);
-        let is_told = |ours: &String| header.undeclared.contains(&ours.as_str());
+        let is_reported = |ours: &String| header.undeclared.contains(&ours.as_str());
         let unknown = layout.rename.keys().filter(|ours| !layout.dialect.is_shared && !layout.expects(ours));
-        for ours in unknown.filter(|ours| !is_told(ours)).collect::<Vec<_>>() {
+        for ours in unknown.filter(|ours| !is_reported(ours)).collect::<Vec<_>>() {
             let diagnostic = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"))
                 .at(row.fields_from(0));
             header.faults.push(diagnostic.suggest(ours, layout.expected.iter().map(|column| column.name.as_str())));

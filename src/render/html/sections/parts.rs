@@ -27,14 +27,14 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
         1 => (&sessions.stations, |reading| reading.session.station),
         _ => (&sessions.names, |reading| reading.session.session),
     };
-    let is_told = (2..=COLORS.len()).contains(&names.len());
+    let is_reported = (2..=COLORS.len()).contains(&names.len());
     let mut points = vec![Vec::new(); COLORS.len()];
     let step = campaign.readings.len().div_ceil(POINTS).max(1);
     for (index, (reading, own)) in campaign.by_reading(&stage.residual, 1).enumerate().step_by(step) {
         let lengths = &own[..reading.observes.length_rows().min(own.len())];
         let error = lengths.iter().map(|value| value * value).sum::<f64>().sqrt() * 1e3;
         if !lengths.is_empty() {
-            points[if is_told { of(reading) } else { 0 }].push(((index + 1) as f64, error));
+            points[if is_reported { of(reading) } else { 0 }].push(((index + 1) as f64, error));
         }
     }
     let frame =
@@ -47,7 +47,7 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
     let named = names.iter().zip(COLORS).map(|(name, (_, color))| format!("{name} {color}"));
     let context = context! {
         chart => drawn, stage => stage_label(stage.key),
-        named => is_told.then(|| named.collect::<Vec<_>>().join(", ")),
+        named => is_reported.then(|| named.collect::<Vec<_>>().join(", ")),
         angles => found.parts.iter().any(|part| part.errors.orientation.is_some()),
         loads => found.parts.iter().any(|part| part.errors.load.is_some()),
     };
