@@ -90,7 +90,7 @@ impl<'a> Signals<'a> {
         Ok(self.shown.iter().any(|shown| candidates.iter().any(|columns| reproduces(columns, shown))))
     }
 
-    /// The true effects fitted together, each with the best of its nonlinear values beside those before it.
+    /// The true effects fitted together, each with the best of its nonlinear values given those before it.
     fn fitted(&self, residual: &DVector<f64>, truth: &Truth) -> Result<Vec<DVector<f64>>, PredictionError> {
         let mut all: Vec<DMatrix<f64>> = Vec::new();
         for cause in &truth.causes {

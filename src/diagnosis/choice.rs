@@ -10,7 +10,7 @@ use super::compared::Tests;
 use super::flips::chances;
 use super::forward::{Forward, least};
 use super::free_errors::FreeErrors;
-use super::held_out::{Beside, HeldOut, paired};
+use super::held_out::{Additions, HeldOut, paired};
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::misfit::Readings;
@@ -36,7 +36,7 @@ pub fn choice(
     let selector = Selector::new(problem, &settings.selection);
     let folds = HeldOut::new(problem, &dealt(problem, settings));
     let known = noise.map_or(0.0, |noise| noise * noise * problem.rows() as f64);
-    let left = folds.losses(&Beside::new(&selector.projection, &[], &[])).base.iter().sum::<f64>();
+    let left = folds.losses(&Additions::new(&selector.projection, &[], &[])).base.iter().sum::<f64>();
     let forward = Forward {
         problem,
         selector: &selector,
@@ -84,7 +84,7 @@ pub fn choice(
 }
 
 /// Those of the members that are great enough to be named. The search also finds small corrections of what is not quite the law of
-/// another cause: fitted beside it, and not named.
+/// another cause: fitted with it, and not named.
 fn great(forward: &Forward, members: &[usize], is_sharp: bool) -> Vec<usize> {
     let mut great = members.to_vec();
     if is_sharp {
@@ -116,7 +116,7 @@ fn claimed(
             continue;
         }
         // Where something stays, a cause is judged as it entered: later ones may have been fitted to what it left.
-        let beside: Vec<usize> = match sharp {
+        let other_causes: Vec<usize> = match sharp {
             Some(_) => tests.members.iter().copied().filter(|member| !cause.contains(member)).collect(),
             None => causes[..entry].concat(),
         };
@@ -125,9 +125,9 @@ fn claimed(
             _ => None,
         };
         let own = own.zip(sharp).map(|(at, all)| all[at].as_slice());
-        let claims = claims(forward, cause, &beside, own, tests);
-        before.add(cause, &beside, claims.first());
-        found.extend(each_by_itself(forward, cause, &beside, claims, tests));
+        let claims = claims(forward, cause, &other_causes, own, tests);
+        before.add(cause, &other_causes, claims.first());
+        found.extend(each_by_itself(forward, cause, &other_causes, claims, tests));
     }
     // Two causes may be claimed by the same curve.
     let mut distinct: Vec<Claim> = Vec::new();
@@ -139,13 +139,13 @@ fn claimed(
     distinct
 }
 
-/// The claims of a cause; those of a lag at several joints each as it is judged beside the others, where that is not the law that they
+/// The claims of a cause; those of a lag at several joints each as it is judged with the others fitted, where that is not the law that they
 /// share: what another law or none has at one joint is taken along by the others. Compliances of all joints are one cause, which
 /// own weight excites together.
 fn each_by_itself(
     forward: &Forward,
     cause: &[usize],
-    beside: &[usize],
+    other_causes: &[usize],
     found: Vec<Claim>,
     tests: &Tests,
 ) -> Vec<Claim> {
@@ -156,7 +156,7 @@ fn each_by_itself(
     }
     let of_one = |shared: Claim| -> Vec<Claim> {
         let own = shared.hypothesis;
-        let others: Vec<usize> = beside.iter().chain(cause).copied().filter(|&h| h != own).collect();
+        let others: Vec<usize> = other_causes.iter().chain(cause).copied().filter(|&h| h != own).collect();
         let mut alone = claims(forward, &[own], &others, None, tests);
         let is_law =
             |claim: &Claim| claim.level == Level::Law && hypotheses[claim.hypothesis].is_same(&hypotheses[own]);
@@ -169,20 +169,20 @@ fn each_by_itself(
     found.into_iter().flat_map(of_one).collect()
 }
 
-/// Leaves out causes of which nothing is certain beside all others: the 95 % interval of their amounts then holds none. A curve that was
+/// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
 /// added at the site of a law takes all of it up where the law is another. A law that does better than any curve at its site stays: what
 /// a curve adds there is the rest.
 fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64) {
     let is_better = |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= 1.0);
     while claims.len() > 1 {
-        let beside = |at: usize| -> f64 {
+        let adds = |at: usize| -> f64 {
             let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
             let others: Vec<usize> = others.map(|(_, claim)| claim.hypothesis).collect();
             let gain = selector.gains(&others)[claims[at].hypothesis];
             gain.squares / gain.directions.max(1) as f64
         };
         let open = (0..claims.len()).filter(|&at| !is_better(&claims[at]));
-        let least = open.map(|at| (at, beside(at))).min_by(|a, b| a.1.total_cmp(&b.1));
+        let least = open.map(|at| (at, adds(at))).min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((least, _)) = least.filter(|(_, gain)| *gain < (normal95() * noise).powi(2)) else { return };
         claims.remove(least);
     }
@@ -195,9 +195,9 @@ struct Before<'a> {
 }
 
 impl Before<'_> {
-    fn add(&mut self, cause: &[usize], beside: &[usize], claim: Option<&Claim>) {
+    fn add(&mut self, cause: &[usize], other_causes: &[usize], claim: Option<&Claim>) {
         let rivals = claim.map_or(&[][..], |claim| &claim.rivals);
-        let of_joints = self.forward.of_all_joints(beside);
+        let of_joints = self.forward.of_all_joints(other_causes);
         let set =
             |rival: &Rival| match of_joints.iter().find(|set| rival.is_of_joints && set.contains(&rival.hypothesis)) {
                 Some(set) => set.clone(),
@@ -206,7 +206,7 @@ impl Before<'_> {
         self.causes.push((cause.to_vec(), rivals.iter().map(set).collect()));
     }
 
-    /// Whether a further cause is worth having beside each way to explain what came before: what is part of a rival of an
+    /// Whether a further cause is worth having with each way to explain what came before: what is part of a rival of an
     /// earlier cause, or corrects the one that was chosen among them, is not known to be a cause of its own.
     fn bears(&self, cause: &[usize]) -> bool {
         let hypotheses = &self.forward.problem.hypotheses;
@@ -219,7 +219,7 @@ impl Before<'_> {
                 let own: Vec<usize> = cause.iter().filter(is_new).copied().collect();
                 !own.is_empty() && {
                     let losses = self.forward.losses(&members, &[own]);
-                    self.forward.is_worth(&losses.base, &losses.beside[0])
+                    self.forward.is_worth(&losses.base, &losses.with[0])
                 }
             })
         })
@@ -280,14 +280,14 @@ fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Sett
         |&h: &usize| hypotheses[h].is_free() && is_there(h) && gains[h].directions > 0 && !taken.contains(&h);
     let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
     let sets: Vec<Vec<usize>> = candidates.iter().map(|&h| vec![h]).collect();
-    let beside = Beside::new(&forward.selector.projection, taken, &sets);
-    let losses = forward.folds.losses(&beside);
+    let additions = Additions::new(&forward.selector.projection, taken, &sets);
+    let losses = forward.folds.losses(&additions);
     let best = least(&losses)?;
-    if !forward.is_worth(&losses.base, &losses.beside[best]) {
+    if !forward.is_worth(&losses.base, &losses.with[best]) {
         return None;
     }
-    let chance = chances(forward.problem, &beside, settings.claims.flips, settings.seed);
-    let near = |&at: &usize| paired(&losses.beside[at], &losses.beside[best]).t < settings.claims.paired_t;
+    let chance = chances(forward.problem, &additions, settings.claims.flips, settings.seed);
+    let near = |&at: &usize| paired(&losses.with[at], &losses.with[best]).t < settings.claims.paired_t;
     let site = &hypotheses[candidates[best]].site.name;
     let is_certain = (0..candidates.len()).filter(near).all(|at| hypotheses[candidates[at]].site.name == *site);
     let mut order: Vec<usize> = (0..candidates.len()).collect();
@@ -300,7 +300,7 @@ fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Sett
         support: None,
         stability: stability(
             forward.problem,
-            &beside.only(&order),
+            &additions.only(&order),
             &ordered,
             0,
             (settings.claims.halves, settings.seed),

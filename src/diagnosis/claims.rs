@@ -11,7 +11,7 @@
 use super::compared::{Compared, Tests};
 use super::forward::Forward;
 use super::gates::Gates;
-use super::held_out::Beside;
+use super::held_out::Additions;
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability, Support};
 use super::rivals::Rival;
@@ -44,7 +44,7 @@ impl Claim {
     }
 }
 
-/// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being the causes beside it.
+/// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being all other causes.
 /// `sharp` are its rivals by the information criterion, where what is left is noise as it was stated. Empty where nothing can
 /// be claimed.
 pub fn claims(
@@ -63,10 +63,10 @@ pub fn claims(
     let singles = (0..hypotheses.len()).filter(is_possible).map(|h| vec![h]);
     let joints = forward.of_all_joints(others).into_iter().filter(|set| !set.iter().any(|h| cause.contains(h)));
     let sets: Vec<Vec<usize>> = std::iter::once(cause.to_vec()).chain(singles).chain(joints).collect();
-    let beside = Beside::new(&forward.selector.projection, others, &sets);
-    let losses = forward.folds.losses(&beside);
+    let additions = Additions::new(&forward.selector.projection, others, &sets);
+    let losses = forward.folds.losses(&additions);
     let is_sharp = sharp.is_some();
-    let compared = Compared { forward, others, sets: &sets, beside: &beside, losses: &losses, tests, is_sharp };
+    let compared = Compared { forward, others, sets: &sets, additions: &additions, losses: &losses, tests, is_sharp };
     let first = |at: usize| &hypotheses[sets[at][0]];
     if first(0).is_free() {
         return vec![compared.curve(0, Level::Site)];
@@ -100,7 +100,7 @@ pub fn claims(
 }
 
 impl Compared<'_> {
-    /// Of laws that the readings do not tell apart the one goes first beside which calibrated constants stay nearer to the description, where
+    /// Of laws that the readings do not tell apart the one goes first with which calibrated constants stay nearer to the description, where
     /// they do so clearly: the scale of an instrument goes before a robot all of whose lengths and ratios are off by one factor.
     fn nearest_first(&self, tied: &mut [(usize, Gates)]) {
         let is_single = |at: usize| self.sets[at].len() == 1;
@@ -115,7 +115,7 @@ impl Compared<'_> {
         }
     }
 
-    /// Squares of how far calibrated constants are from the description beside a candidate, by its tolerances.
+    /// Squares of how far calibrated constants are from the description with a candidate fitted, by its tolerances.
     fn far(&self, at: usize) -> f64 {
         let problem = self.forward.problem;
         let members: Vec<usize> = self.others.iter().chain(&self.sets[at]).copied().collect();
@@ -143,7 +143,7 @@ impl Compared<'_> {
             true => Vec::new(),
             false => self.free().filter(|&at| self.is_elsewhere(at, own) && self.is_rival(at, own)).collect(),
         };
-        // What may be another law in its limit is named only beside one that is not.
+        // What may be another law in its limit is named only together with one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
         let of_gap = self.gain(own) / self.forward.gap;
         // Beside what no law has, one that takes little of the whole gap is as often a part of that.
@@ -191,7 +191,7 @@ impl Compared<'_> {
     /// The best free curve, where no law holds and all that does as well sits at its site, or is of its family.
     fn unnamed(&self) -> Option<Claim> {
         let best = self.best_free()?;
-        if !self.forward.is_worth(&self.losses.base, &self.losses.beside[best]) {
+        if !self.forward.is_worth(&self.losses.base, &self.losses.with[best]) {
             return None;
         }
         let tied: Vec<&Hypothesis> = (0..self.sets.len())
@@ -213,7 +213,7 @@ impl Compared<'_> {
     fn curve_at(&self, own: usize) -> Option<Claim> {
         let at_site = self.free().filter(|&at| !self.is_elsewhere(at, own));
         let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
-        let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.beside[best]);
+        let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.with[best]);
         is_worth.then(|| self.curve(best, Level::Site))
     }
 

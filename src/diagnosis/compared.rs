@@ -2,7 +2,7 @@
 
 use super::forward::Forward;
 use super::free_errors::FreeErrors;
-use super::held_out::{Beside, HeldOut, Losses, paired};
+use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
 use super::level::Stability;
 use super::misfit::Readings;
@@ -23,13 +23,13 @@ pub struct Tests<'a> {
     pub members: &'a [usize],
 }
 
-/// Candidates beside the other causes, and what they leave.
+/// Candidates added to the other causes, and what they leave.
 pub struct Compared<'a> {
     pub forward: &'a Forward<'a>,
-    /// Causes that stand beside all of them.
+    /// Causes to which each of them is added.
     pub others: &'a [usize],
     pub sets: &'a [Vec<usize>],
-    pub beside: &'a Beside<'a>,
+    pub additions: &'a Additions<'a>,
     pub losses: &'a Losses,
     pub tests: &'a Tests<'a>,
     /// Whether the causes leave nothing but noise that is known.
@@ -43,11 +43,11 @@ impl Compared<'_> {
 
     /// What a candidate leaves.
     pub fn total(&self, at: usize) -> f64 {
-        self.losses.beside[at].iter().sum()
+        self.losses.with[at].iter().sum()
     }
 
     pub fn gain(&self, at: usize) -> f64 {
-        paired(&self.losses.base, &self.losses.beside[at]).sum
+        paired(&self.losses.base, &self.losses.with[at]).sum
     }
 
     pub fn free(&self) -> impl Iterator<Item = usize> {
@@ -59,14 +59,14 @@ impl Compared<'_> {
     pub fn is_near(&self, at: usize, own: usize) -> bool {
         let settings = self.forward.settings;
         self.gain(at) > settings.least_rival * self.gain(own)
-            && paired(&self.losses.beside[at], &self.losses.beside[own]).t < settings.paired_t
+            && paired(&self.losses.with[at], &self.losses.with[own]).t < settings.paired_t
     }
 
     /// Whether a candidate takes away most of what another does: a cause that does not is another one in addition, however near
     /// the two come by themselves.
     pub fn is_alternative(&self, at: usize, own: usize) -> bool {
-        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
-        let [own, other] = [own, at].map(|at| &self.beside.candidates[at]);
+        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let [own, other] = [own, at].map(|at| &self.additions.candidates[at]);
         let alone = own.tr_mul(&before).norm_squared();
         let in_addition = orthonormal(own, Some(other)).tr_mul(&before).norm_squared();
         in_addition < (1.0 - self.forward.settings.least_rival) * alone
@@ -98,6 +98,6 @@ impl Compared<'_> {
         near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
         let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();
         let halves = (settings.halves, settings.seed);
-        stability(self.forward.problem, &self.beside.only(&near), &first, tied.len(), halves)
+        stability(self.forward.problem, &self.additions.only(&near), &first, tied.len(), halves)
     }
 }

@@ -35,9 +35,9 @@ impl Compared<'_> {
             })
             .collect();
         let certain = normal_of_any(settings.of_any, changing.len().max(1)).max(settings.paired_t);
-        let losses = self.forward.folds.losses(&self.beside.with(&changing));
-        losses.beside.iter().any(|changed| {
-            paired(&self.losses.beside[at], changed).t > certain
+        let losses = self.forward.folds.losses(&self.additions.with(&changing));
+        losses.with.iter().any(|changed| {
+            paired(&self.losses.with[at], changed).t > certain
                 && self.gain(at) < settings.of_free * paired(&self.losses.base, changed).sum
         })
     }

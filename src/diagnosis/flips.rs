@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::held_out::Beside;
+use super::held_out::Additions;
 use super::linear_problem::LinearProblem;
 use crate::math::project_off;
 use crate::simulation::generator;
@@ -26,12 +26,12 @@ struct Score {
 }
 
 /// Probability that scores as great as those of each candidate are chance, over all of them.
-pub fn chances(problem: &LinearProblem, beside: &Beside, flips: usize, seed: u64) -> Vec<f64> {
-    let residual = project_off(&problem.residual, &beside.basis);
+pub fn chances(problem: &LinearProblem, additions: &Additions, flips: usize, seed: u64) -> Vec<f64> {
+    let residual = project_off(&problem.residual, &additions.basis);
     let poses = problem.poses();
     let pose: Vec<usize> = problem.pose.iter().map(|own| poses.partition_point(|pose| pose < own)).collect();
     let scores: Vec<Option<Score>> =
-        beside.candidates.par_iter().map(|own| Score::new(own, &beside.basis, &residual, &pose)).collect();
+        additions.candidates.par_iter().map(|own| Score::new(own, &additions.basis, &residual, &pose)).collect();
     let observed: Vec<f64> =
         scores.iter().map(|score| score.as_ref().map_or(f64::NEG_INFINITY, Score::observed)).collect();
     let greatest = |index: usize| {

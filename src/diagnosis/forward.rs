@@ -6,7 +6,7 @@
 use nalgebra::DVector;
 
 use super::flips::chances;
-use super::held_out::{Beside, HeldOut, Losses, paired};
+use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::selection::Selector;
@@ -35,12 +35,12 @@ impl Forward<'_> {
         for _ in 0..most {
             let members = causes.concat();
             let candidates = self.candidates(&members);
-            let beside = Beside::new(&self.selector.projection, &members, &candidates);
-            let losses = self.folds.losses(&beside);
+            let additions = Additions::new(&self.selector.projection, &members, &candidates);
+            let losses = self.folds.losses(&additions);
             let Some(best) = least(&losses) else { break };
-            let by_flips = || chances(self.problem, &beside, self.settings.flips, self.settings.seed)[best];
-            let gain = paired(&losses.base, &losses.beside[best]);
-            if !self.is_worth(&losses.base, &losses.beside[best])
+            let by_flips = || chances(self.problem, &additions, self.settings.flips, self.settings.seed)[best];
+            let gain = paired(&losses.base, &losses.with[best]);
+            if !self.is_worth(&losses.base, &losses.with[best])
                 || self.is_chance(&members, &candidates[best], gain.t, by_flips)
             {
                 break;
@@ -57,7 +57,7 @@ impl Forward<'_> {
         causes
     }
 
-    /// A lag of several joints without those at which another law certainly does better beside the others; these laws follow as
+    /// A lag of several joints without those at which another law certainly does better with the others; these laws follow as
     /// causes of their own. Compliances of all joints are kept: where one is a little off its law, a law of another shape at its joint
     /// does better without being there.
     fn without_others(&self, members: &[usize], mut cause: Vec<usize>) -> Vec<Vec<usize>> {
@@ -69,22 +69,22 @@ impl Forward<'_> {
                 break;
             }
             let stay = |&h: &usize| h != own;
-            let beside: Vec<usize> =
+            let remaining: Vec<usize> =
                 members.iter().chain(&cause).chain(others.iter().flatten()).copied().filter(stay).collect();
-            let gains = self.selector.gains(&beside);
+            let gains = self.selector.gains(&remaining);
             let is_possible = |&h: &usize| {
                 let (one, other) = (&hypotheses[h], &hypotheses[own]);
                 gains[h].directions > 0
                     && !one.is_free()
                     && one.site.name == other.site.name
                     && !one.is_same(other)
-                    && self.is_open(&beside, h)
+                    && self.is_open(&remaining, h)
             };
             let mut sets = vec![vec![own]];
             sets.extend((0..hypotheses.len()).filter(is_possible).map(|h| vec![h]));
-            let losses = self.losses(&beside, &sets);
+            let losses = self.losses(&remaining, &sets);
             let Some(best) = least(&losses).filter(|best| *best > 0) else { continue };
-            if paired(&losses.beside[0], &losses.beside[best]).t > self.settings.paired_t {
+            if paired(&losses.with[0], &losses.with[best]).t > self.settings.paired_t {
                 cause.remove(at);
                 others.push(sets.swap_remove(best));
             }
@@ -109,12 +109,12 @@ impl Forward<'_> {
         }
     }
 
-    /// Held-out losses of candidates beside members.
+    /// Held-out losses with members, and with each candidate added to them.
     pub fn losses(&self, members: &[usize], candidates: &[Vec<usize>]) -> Losses {
-        self.folds.losses(&Beside::new(&self.selector.projection, members, candidates))
+        self.folds.losses(&Additions::new(&self.selector.projection, members, candidates))
     }
 
-    /// Leaves out members from a position on that are not enough beside the others, the least one first. `is_enough` is given the
+    /// Leaves out members from a position on that add too little to the others, the least one first. `is_enough` is given the
     /// losses before and after.
     pub fn prune(&self, members: &mut Vec<usize>, from: usize, is_enough: impl Fn(&[f64], &[f64]) -> bool) {
         while members.len() > from.max(1) {
@@ -125,8 +125,8 @@ impl Forward<'_> {
             };
             let worth = |at: usize| {
                 let losses = self.losses(&without(at), &[vec![members[at]]]);
-                let gain = paired(&losses.base, &losses.beside[0]);
-                (gain.sum, is_enough(&losses.base, &losses.beside[0]))
+                let gain = paired(&losses.base, &losses.with[0]);
+                (gain.sum, is_enough(&losses.base, &losses.with[0]))
             };
             let worths: Vec<(f64, bool)> = (from..members.len()).map(worth).collect();
             let poor = worths.iter().enumerate().filter(|(_, (_, is_worth))| !is_worth);
@@ -142,7 +142,7 @@ impl Forward<'_> {
         gain.t > self.settings.paired_t && gain.sum > self.settings.least_share * left
     }
 
-    /// Hypotheses with a law that can stand beside the members, and all joints together.
+    /// Hypotheses with a law that can be added to the members, and all joints together.
     fn candidates(&self, members: &[usize]) -> Vec<Vec<usize>> {
         let hypotheses = &self.problem.hypotheses;
         let gains = self.selector.gains(members);
@@ -155,7 +155,7 @@ impl Forward<'_> {
         !members.iter().any(|&m| self.selector.excludes(m, h))
     }
 
-    /// For each effect whose like at all joints is one cause: those of its hypotheses that can stand beside the members.
+    /// For each effect whose like at all joints is one cause: those of its hypotheses that can be added to the members.
     pub fn of_all_joints(&self, members: &[usize]) -> Vec<Vec<usize>> {
         let hypotheses = &self.problem.hypotheses;
         let mut effects: Vec<(&str, Vec<usize>)> = Vec::new();
@@ -200,6 +200,6 @@ fn is_of_all_joints(hypothesis: &Hypothesis) -> bool {
 
 /// The candidate that leaves least.
 pub fn least(losses: &Losses) -> Option<usize> {
-    let sums = losses.beside.iter().map(|own| own.iter().sum::<f64>()).enumerate();
+    let sums = losses.with.iter().map(|own| own.iter().sum::<f64>()).enumerate();
     sums.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::compared::Compared;
-use super::held_out::{Beside, paired};
+use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
 use super::misfit::missed;
 use super::settings::ClaimSettings;
@@ -42,24 +42,24 @@ impl Compared<'_> {
         let at_site = self.free().filter(|&k| self.hypothesis(k).site.name == own.site.name).map(|k| self.gain(k));
         let of_free = at_site.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| gain / best);
         let is_better = |k: usize| {
-            paired(&self.losses.beside[at], &self.losses.beside[k]).t > settings.paired_t
+            paired(&self.losses.with[at], &self.losses.with[k]).t > settings.paired_t
                 && gain < settings.of_free * self.gain(k)
                 && self.is_alternative(k, at)
         };
         let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at);
-        let own_only = self.beside.only(&[at]);
+        let own_only = self.additions.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;
         for block in self.tests.blocks {
             let left_out = block.losses(&own_only);
             let poses: Vec<usize> = (0..left_out.base.len()).filter(|&pose| left_out.base[pose] > 0.0).collect();
-            let there: Vec<f64> = poses.iter().map(|&pose| left_out.base[pose] - left_out.beside[0][pose]).collect();
+            let there: Vec<f64> = poses.iter().map(|&pose| left_out.base[pose] - left_out.with[0][pose]).collect();
             let all = &self.losses;
-            let random: Vec<f64> = poses.iter().map(|&pose| all.base[pose] - all.beside[at][pose]).collect();
+            let random: Vec<f64> = poses.iter().map(|&pose| all.base[pose] - all.with[at][pose]).collect();
             let whole: f64 = random.iter().sum();
             let least: Vec<f64> = random.iter().map(|gain| settings.elsewhere * gain).collect();
             // Where most of the gain is left out, or the noise alone takes as much of it, what stays determines no law.
-            let by_noise = self.tests.noise.powi(2) * block.added_variance(self.beside, at);
+            let by_noise = self.tests.noise.powi(2) * block.added_variance(self.additions, at);
             if whole > 0.0 && whole < settings.left_out * gain && by_noise < settings.left_out * whole {
                 let share = there.iter().sum::<f64>() / whole;
                 let share = if paired(&least, &there).t > settings.paired_t { share } else { share.max(1.0) };
@@ -72,8 +72,8 @@ impl Compared<'_> {
 
     /// Other laws at the site of one that may be theirs in its limit, which take away as much but for what that loses.
     pub fn limits(&self, own: usize) -> impl Iterator<Item = usize> {
-        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
-        let taken = move |at: usize| self.beside.candidates[at].tr_mul(&before).norm_squared();
+        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let taken = move |at: usize| self.additions.candidates[at].tr_mul(&before).norm_squared();
         let law = self.hypothesis(own);
         let is_like = move |at: &usize| {
             let other = self.hypothesis(*at);
@@ -102,9 +102,10 @@ impl Compared<'_> {
         let ends: Vec<usize> = ends.filter(|(_, is_other)| *is_other).filter_map(|(end, _)| Some(end?.1)).collect();
         let others: Vec<usize> = self.others.iter().copied().filter(|&h| !problem.hypotheses[h].is_same(law)).collect();
         let sets: Vec<Vec<usize>> = std::iter::once(own).chain(ends).map(|h| vec![h]).collect();
-        let beside = Beside::new(&self.forward.selector.projection, &others, &sets);
-        let before = project_off(&problem.residual, &beside.basis);
-        let taken: Vec<f64> = beside.candidates.iter().map(|columns| columns.tr_mul(&before).norm_squared()).collect();
+        let additions = Additions::new(&self.forward.selector.projection, &others, &sets);
+        let before = project_off(&problem.residual, &additions.basis);
+        let taken: Vec<f64> =
+            additions.candidates.iter().map(|columns| columns.tr_mul(&before).norm_squared()).collect();
         taken.split_first().is_some_and(|(own, ends)| ends.iter().any(|end| own - end < self.least_loss()))
     }
 
@@ -133,10 +134,9 @@ impl Compared<'_> {
             columns().map(of_row).collect::<Vec<_>>()
         };
         let apart: Vec<DVector<f64>> = markers.iter().flat_map(of_marker).collect();
-        let losses = self.forward.folds.losses(&self.beside.with(&[DMatrix::from_columns(&apart)]));
-        let gain = paired(&self.losses.base, &losses.beside[0]).sum;
-        paired(&self.losses.beside[at], &losses.beside[0]).t > settings.paired_t
-            && self.gain(at) < settings.of_free * gain
+        let losses = self.forward.folds.losses(&self.additions.with(&[DMatrix::from_columns(&apart)]));
+        let gain = paired(&self.losses.base, &losses.with[0]).sum;
+        paired(&self.losses.with[at], &losses.with[0]).t > settings.paired_t && self.gain(at) < settings.of_free * gain
     }
 
     /// Share of the error at its site that a law misses, all other causes fitted.
@@ -146,10 +146,10 @@ impl Compared<'_> {
         let law = &problem.hypotheses[own];
         let is_other = |h: &usize| !self.sets[0].contains(h) && !problem.hypotheses[*h].is_same(law);
         let others: Vec<usize> = self.tests.members.iter().copied().filter(is_other).collect();
-        let beside = Beside::new(&self.forward.selector.projection, &others, &[vec![own]]);
-        let before = project_off(&problem.residual, &beside.basis);
+        let additions = Additions::new(&self.forward.selector.projection, &others, &[vec![own]]);
+        let before = project_off(&problem.residual, &additions.basis);
         let (free, readings) = (self.tests.free_errors, self.tests.readings);
-        missed(free, &law.site, (&before, &beside.candidates[0]), readings, self.forward.settings)
+        missed(free, &law.site, (&before, &additions.candidates[0]), readings, self.forward.settings)
     }
 
     /// Squares that the candidate takes away, over what an error free in every configuration carries at its site.
@@ -159,8 +159,8 @@ impl Compared<'_> {
         if self.is_sharp {
             return None;
         }
-        let before = project_off(&self.forward.problem.residual, &self.beside.basis);
-        let taken = self.beside.candidates[at].tr_mul(&before).norm_squared();
+        let before = project_off(&self.forward.problem.residual, &self.additions.basis);
+        let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
         let carried = self.tests.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
         (carried > 0.0).then(|| taken / carried)
     }

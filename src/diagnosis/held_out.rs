@@ -32,7 +32,7 @@ pub struct Losses {
     /// With the members alone.
     pub base: Vec<f64>,
     /// With each candidate in addition, in the order asked.
-    pub beside: Vec<Vec<f64>>,
+    pub with: Vec<Vec<f64>>,
 }
 
 /// A difference of two losses over the configurations.
@@ -79,9 +79,9 @@ impl HeldOut {
         Self { poses: known.len(), pose, folds }
     }
 
-    /// Losses with the members of `beside` and each of its candidates; zero of configurations that no fold holds out.
-    pub fn losses(&self, beside: &Beside) -> Losses {
-        let Beside { basis, residual, right, candidates } = beside;
+    /// Losses with the members of `additions` and each of its candidates; zero of configurations that no fold holds out.
+    pub fn losses(&self, additions: &Additions) -> Losses {
+        let Additions { basis, residual, right, candidates } = additions;
         let folds: Vec<Fold> = self.folds.iter().map(|rows| Fold::new(basis, residual, right, rows)).collect();
         let loss = |own: &DMatrix<f64>| {
             let all = own.tr_mul(*residual);
@@ -93,17 +93,17 @@ impl HeldOut {
             }
             losses
         };
-        Losses { base: loss(&DMatrix::zeros(residual.len(), 0)), beside: candidates.par_iter().map(loss).collect() }
+        Losses { base: loss(&DMatrix::zeros(residual.len(), 0)), with: candidates.par_iter().map(loss).collect() }
     }
 }
 
 impl HeldOut {
     /// Sum over all rows held out of the variance that the uncertainty of a candidate's amounts adds to their prediction, for
     /// noise of one sigma; infinite where the rows fitted do not determine them.
-    pub fn added_variance(&self, beside: &Beside, at: usize) -> f64 {
-        let own = &beside.candidates[at];
+    pub fn added_variance(&self, additions: &Additions, at: usize) -> f64 {
+        let own = &additions.candidates[at];
         let of_fold = |rows: &Vec<usize>| {
-            let fold = Fold::new(&beside.basis, beside.residual, &beside.right, rows);
+            let fold = Fold::new(&additions.basis, additions.residual, &additions.right, rows);
             let factor = fold.factor.as_ref()?;
             let own_held = own.select_rows(rows);
             let cross = -tr_mul(&own_held, &fold.held);
@@ -116,8 +116,8 @@ impl HeldOut {
     }
 }
 
-/// Members, and candidates beside them, made orthogonal over all rows.
-pub struct Beside<'a> {
+/// Members, and candidates to be added to them, made orthogonal over all rows.
+pub struct Additions<'a> {
     /// Orthonormal basis of the nuisance and the members.
     pub basis: DMatrix<f64>,
     residual: &'a DVector<f64>,
@@ -126,8 +126,8 @@ pub struct Beside<'a> {
     pub candidates: Vec<DMatrix<f64>>,
 }
 
-impl<'a> Beside<'a> {
-    /// Sets of hypotheses beside the members.
+impl<'a> Additions<'a> {
+    /// Sets of hypotheses to be added to the members.
     pub fn new(projection: &'a Projection, members: &[usize], candidates: &[Vec<usize>]) -> Self {
         let used = projection.span(members).unwrap_or_else(|| DMatrix::zeros(projection.nuisance.nrows(), 0));
         // The blocks are orthogonal to the nuisance already.

@@ -146,7 +146,7 @@ pub struct ClaimSettings {
     pub least_rival: f64,
     /// Most that can be tied and one of them still be named, as the scoring of sealed campaigns allows.
     pub group: usize,
-    /// Of those tied the one goes first beside which constants are nearer to the description by so much, in squares of its tolerances: the
+    /// Of those tied the one goes first with which constants are nearer to the description by so much, in squares of its tolerances: the
     /// odds of [`RivalSettings::margin`].
     pub nearer: f64,
     /// Hypotheses among which halves of the configurations choose: what comes next hardly ever wins.
@@ -158,7 +158,7 @@ pub struct ClaimSettings {
     /// *Stability selection*, J. R. Stat. Soc. B 72, 2010, theorem 1).
     pub least_halves: f64,
     /// Share of the halves that choose the law, or something tied with it, below which a curve at its site is claimed instead. A curve
-    /// that holds the law comes as near, and wins more halves than not beside a true one; of names below it in campaigns of another
+    /// that holds the law comes as near, and wins more halves than not where a true one competes; of names below it in campaigns of another
     /// generator 18 of 24 were false, of all 70 of 431.
     pub least_law: f64,
     /// How often names are right, by their stability at the claimed level and by the share of the gap that they take: a constant and

@@ -5,7 +5,7 @@
 
 use rand::seq::SliceRandom;
 
-use super::held_out::{Beside, HeldOut};
+use super::held_out::{Additions, HeldOut};
 use super::level::Stability;
 use super::linear_problem::LinearProblem;
 use crate::simulation::generator;
@@ -14,7 +14,7 @@ use crate::simulation::generator;
 /// configurations.
 pub fn stability(
     problem: &LinearProblem,
-    beside: &Beside,
+    additions: &Additions,
     candidates: &[usize],
     tied: usize,
     (pairs, seed): (usize, u64),
@@ -27,10 +27,10 @@ pub fn stability(
         order.shuffle(&mut generator(seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
         let mut half = vec![None; poses];
         order.iter().enumerate().for_each(|(k, &pose)| half[pose] = Some(usize::from(2 * k >= poses)));
-        let losses = HeldOut::new(problem, &half).losses(beside);
+        let losses = HeldOut::new(problem, &half).losses(additions);
         for side in 0..2 {
             let loss = |at: usize| -> f64 {
-                (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| losses.beside[at][pose]).sum()
+                (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| losses.with[at][pose]).sum()
             };
             let Some(best) = (0..candidates.len()).min_by(|&a, &b| loss(a).total_cmp(&loss(b))) else { continue };
             let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);

@@ -26,7 +26,7 @@ pub(super) fn of_calibration(evidence: &Evidence, limits: &Limits) -> Vec<Diagno
     reported(springs.collect(), limits).into_iter().collect()
 }
 
-/// Of the causes that a diagnosis found, and of what it fitted beside them.
+/// Of the causes that a diagnosis found, and of what it fitted with them.
 pub(super) fn of_causes(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
     // Of deflections it is told before anything is fitted.
     if campaign.is_difference() {

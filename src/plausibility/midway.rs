@@ -24,7 +24,7 @@ use crate::prediction::{Linearised, Predictor};
 /// Least number of readings on either side: two or three wrong ones in a row are outliers and no step, and the three values of a
 /// step are then found from 15 coordinates at least.
 const LEAST: usize = 5;
-/// Least diagonal of the Cholesky factor of a step's information beside what is fitted, of its information alone: below, fitted
+/// Least diagonal of the Cholesky factor of a step's information given what is fitted, over its information alone: below, fitted
 /// parameters make the step themselves to within 0.1 %, and its size would be that of the model's errors times a thousand.
 const FREE: f64 = 1e-3;
 

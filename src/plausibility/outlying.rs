@@ -60,7 +60,7 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
     (is_few && middle <= limits.far * allowed).then(|| described(campaign, &wrong, &|k| last[k], middle))
 }
 
-/// How the error of one reading is shown, as [`unit_of`]: beside readings of lengths a torque or an orientation alone in its own unit.
+/// How the error of one reading is shown, as [`unit_of`]: among readings of lengths a torque or an orientation alone in its own unit.
 fn own_unit(campaign: &Campaign, reading: &Reading) -> (f64, &'static str) {
     let limits = Limits::default();
     let is_mixed = unit_of(campaign).1 == "mm" && reading.observes.length_rows() == 0;

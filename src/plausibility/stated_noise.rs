@@ -65,7 +65,9 @@ pub(super) fn as_noisy_as_stated(evidence: &Evidence, limits: &Limits) -> Vec<Di
 /// far below it.
 fn hiding(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
     let found = evidence.found.filter(|found| found.noise_ratio < limits.noise[1])?;
-    let is_stated = |reading: &Reading| row_kinds(reading).all(|kind| reading.noise.is_stated[kind]);
+    // What contacts leave scales with robot and fixtures, so that all parameters together span it whatever it is.
+    let is_stated =
+        |reading: &Reading| !reading.observes.touches() && row_kinds(reading).all(|kind| reading.noise.is_stated[kind]);
     let campaign = evidence.campaign;
     if campaign.noise_origin != NoiseOrigin::Stated || !campaign.readings.iter().all(is_stated) {
         return None;

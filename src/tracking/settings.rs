@@ -20,7 +20,7 @@ settings! {
         /// The change that it should show where none is named, in standard deviations of the last check's estimate.
         pub change: f64 = 3.0,
         /// Twice the logarithm of the likelihood by which a parameter explains a change better than another that is still named
-        /// beside it: below 6 evidence is not strong (Kass and Raftery, *J. Am. Stat. Assoc.* 90, 1995).
+        /// next to it: below 6 evidence is not strong (Kass and Raftery, *J. Am. Stat. Assoc.* 90, 1995).
         pub rival: f64 = 6.0,
         /// Most poses of a next check that are looked at, in multiples of the last check's.
         pub most: f64 = 100.0,
