@@ -139,9 +139,9 @@ fn claimed(
     distinct
 }
 
-/// The claims of a cause; those of a lag at several joints each as it is judged with the others fitted, where that is not the law that they
-/// share: what another law or none has at one joint is taken along by the others. Compliances of all joints are one cause, which
-/// own weight excites together.
+/// The claims of a cause. Of a lag at several joints, where some of them are of that law with the others fitted, each of the others as it is
+/// judged so: what another law or none has at one joint is taken along by the rest. Where it is at none, all deviate alike from the
+/// law that they share. Compliances of all joints are one cause, which own weight excites together.
 fn each_by_itself(
     forward: &Forward,
     cause: &[usize],
@@ -154,19 +154,29 @@ fn each_by_itself(
     if found.len() < 2 || !found.iter().all(is_lag) {
         return found;
     }
-    let of_one = |shared: Claim| -> Vec<Claim> {
+    let alone = |shared: &Claim| -> Vec<Claim> {
         let own = shared.hypothesis;
         let others: Vec<usize> = other_causes.iter().chain(cause).copied().filter(|&h| h != own).collect();
-        let mut alone = claims(forward, &[own], &others, None, tests);
-        let is_law =
-            |claim: &Claim| claim.level == Level::Law && hypotheses[claim.hypothesis].is_same(&hypotheses[own]);
-        if alone.iter().any(is_law) {
+        claims(forward, &[own], &others, None, tests)
+    };
+    let judged: Vec<Vec<Claim>> = found.iter().map(alone).collect();
+    let is_own = |shared: &Claim, claim: &Claim| {
+        claim.level == Level::Law && hypotheses[claim.hypothesis].is_same(&hypotheses[shared.hypothesis])
+    };
+    let is_law = |(shared, alone): (&Claim, &Vec<Claim>)| alone.iter().any(|claim| is_own(shared, claim));
+    let laws: Vec<bool> = found.iter().zip(&judged).map(is_law).collect();
+    if !laws.contains(&true) {
+        return found;
+    }
+    let of_one = |((shared, mut alone), is_law): ((Claim, Vec<Claim>), bool)| {
+        if is_law {
             return vec![shared];
         }
-        alone.retain(|claim| hypotheses[claim.hypothesis].site.name == hypotheses[own].site.name);
+        let site = &hypotheses[shared.hypothesis].site.name;
+        alone.retain(|claim| hypotheses[claim.hypothesis].site.name == *site);
         alone
     };
-    found.into_iter().flat_map(of_one).collect()
+    found.into_iter().zip(judged).zip(laws).flat_map(of_one).collect()
 }
 
 /// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was

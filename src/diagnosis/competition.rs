@@ -128,7 +128,7 @@ impl Competition {
 }
 
 /// Megabytes meant for the columns of all hypotheses.
-const MOST_MEGABYTES: usize = 240;
+const MOST_MEGABYTES: usize = 300;
 
 /// Copies of all columns that are held at one time: of all readings, of those fitted, as they are and projected.
 const COPIES: usize = 4;

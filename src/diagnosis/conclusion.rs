@@ -55,29 +55,19 @@ pub fn conclude(
     let mut causes =
         merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
-    let set_aside: Vec<&Reading> = inputs
-        .campaign
-        .readings
-        .iter()
-        .zip(marked)
-        .filter(|(_, marked)| **marked)
-        .map(|(reading, _)| reading)
-        .collect();
+    let both = inputs.campaign.readings.iter().zip(marked);
+    let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
     let outliers = outliers::cause(inputs, competition, members, set_aside.len(), [gap.rms, rms_after])?;
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
     causes.splice(0..0, outliers.map(|(cause, _)| cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
     progress("proposing configurations");
-    let next_poses = match settings.propose && is_open {
-        true => next_poses(inputs, competition, members, &rivals),
-        false => Vec::new(),
-    };
+    let is_asked = settings.propose && is_open;
+    let next_poses = if is_asked { next_poses(inputs, competition, members, &rivals) } else { Vec::new() };
     let evidence = evidence(competition);
-    let verdict = match verdict {
-        Verdict::NoGap => without_causes(inputs, competition, &gap, evidence, is_open),
-        other => other,
-    };
+    let is_closed = verdict == Verdict::NoGap;
+    let verdict = if is_closed { without_causes(inputs, competition, &gap, evidence, is_open) } else { verdict };
     Ok(Diagnosis {
         gap,
         location,

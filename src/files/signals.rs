@@ -6,6 +6,12 @@ use std::sync::{Arc, OnceLock};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::{flag, low_level};
 
+/// Signals that end a program: by hand, by the system, and by a terminal that closes.
+#[cfg(unix)]
+const ENDING: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+#[cfg(not(unix))]
+const ENDING: [i32; 2] = [SIGINT, SIGTERM];
+
 /// While it lives, signals to end are noted; they take effect when it is dropped.
 pub(super) struct Deferred(Option<&'static State>);
 
@@ -30,7 +36,7 @@ impl Deferred {
         static STATE: OnceLock<State> = OnceLock::new();
         let state = STATE.get_or_init(|| {
             let state = State { effective: Arc::new(AtomicBool::new(true)), noted: Arc::default() };
-            for signal in [SIGINT, SIGTERM] {
+            for signal in ENDING {
                 // Where it cannot be registered the program ends at once, as it would without.
                 let _ = flag::register_conditional_default(signal, Arc::clone(&state.effective));
                 let _ = flag::register_usize(signal, Arc::clone(&state.noted), signal.unsigned_abs() as usize);

@@ -325,6 +325,33 @@ fn in_range(raw: &RawCampaign, between: Between, given: f64) -> Result<f64, (Str
     }
 }
 
+/// Whether a key names these two contacts, in either order.
+fn is_of_pair(raw: &RawCampaign, key: &str, [one, other]: [&str; 2]) -> bool {
+    pair(raw, key).is_some_and(|[(a, _), (b, _)]| [a, b] == [one, other] || [b, a] == [one, other])
+}
+
+/// What is wrong with an entry of one contact, or of two for which an entry before it stands; and a remedy.
+fn once(
+    raw: &RawCampaign,
+    between: Between,
+    key: &str,
+    [one, other]: [&str; 2],
+    what: &str,
+) -> Result<(), (String, String)> {
+    if one == other {
+        return Err((format!("`{key}` names one contact twice"), format!("write `a-b: {what}` of two contacts")));
+    }
+    let list: Vec<&String> = match between {
+        Between::Normals => raw.angles.keys().collect(),
+        _ => raw.distances.keys().collect(),
+    };
+    let mut before = list.into_iter().take_while(|known| *known != key);
+    match before.find(|known| is_of_pair(raw, known, [one, other])) {
+        Some(again) => Err((format!("`{key}` is the {what} that `{again}` gives"), "leave one of the two out".into())),
+        None => Ok(()),
+    }
+}
+
 /// One entry of `distances:` or `angles:` in each group, and the target that holds it if it is unknown; what is wrong with it,
 /// and a remedy.
 fn constraint(
@@ -341,18 +368,8 @@ fn constraint(
             format!("write `a-b: {what}`, a and b as in `contacts`"),
         ));
     };
-    if one == other {
-        return Err((format!("`{key}` names one contact twice"), format!("write `a-b: {what}` of two contacts")));
-    }
-    let is_same_pair =
-        |key: &String| pair(raw, key).is_some_and(|[(a, _), (b, _)]| [a, b] == [one, other] || [b, a] == [one, other]);
-    let list: Vec<&String> = match between {
-        Between::Normals => raw.angles.keys().collect(),
-        _ => raw.distances.keys().collect(),
-    };
-    if let Some(again) = list.into_iter().take_while(|known| *known != key).find(|known| is_same_pair(known)) {
-        return Err((format!("`{key}` is the {what} that `{again}` gives"), "leave one of the two out".into()));
-    }
+    once(raw, between, key, [one, other], what)?;
+    let is_same_pair = |known: &String| is_of_pair(raw, known, [one, other]);
     let is_plane = |contact: &RawContact| contact.kind == ContactKind::Plane;
     if is_plane(first) != is_plane(second) || between == Between::Normals && !is_plane(first) {
         let shapes = if between == Between::Normals { "planes" } else { "sockets or spheres, or two planes" };
