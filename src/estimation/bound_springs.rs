@@ -1,4 +1,4 @@
-//! Springs that a fit moved from what is declared, up to what no instrument tells from free or rigid, though readings hardly
+//! Springs that a fit moved far from what is declared, up to what no instrument tells from free or rigid, though readings hardly
 //! tell them.
 //!
 //! Where noise outweighs what a spring does, the best fit may lie anywhere between rigid and soft. Such a spring is held as
@@ -75,7 +75,7 @@ const CERTAIN: f64 = 10.83;
 /// Degrees of freedom of a variance that is known.
 const MANY: f64 = 1e6;
 
-/// Springs that ended further off than the spread, or that may as well be rigid as what is declared, and the squares of standard deviations by which their declared values would be
+/// Springs that ended further off than the spread, and the squares of standard deviations by which their declared values would be
 /// off. Those at a bound of their own are where a description wants them.
 fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot, f64)> {
     let of = |own: &Estimate| {
@@ -84,25 +84,11 @@ fn far_off(model: &Model, found: &Calibration, settings: &Settings) -> Vec<(Slot
         let is_declared = own.nominal > 0.0 && parameter.kind != Kind::Length;
         let is_spring = parameter.group == Group::Elastic && is_declared && own.ci95.is_some() && !is_end;
         let apart = (own.value / own.nominal).ln().abs() / SPREAD.ln();
-        let is_open = is_compliance(parameter.kind) && own.ci95.is_some_and(|width| holds_all(own, width));
-        let unlikely = match own.at_bound {
-            true => CERTAIN,
-            false if is_open => USUAL,
-            false => apart.powi(2).min(USUAL),
-        };
-        let is_far = own.at_bound || settings.hold_far_springs && (apart > 1.0 || is_open);
+        let unlikely = if own.at_bound { CERTAIN } else { apart.powi(2).min(USUAL) };
+        let is_far = own.at_bound || settings.hold_far_springs && apart > 1.0;
         (is_spring && is_far).then_some((own.slot, unlikely))
     };
     found.estimates.iter().filter_map(of).collect()
-}
-
-fn is_compliance(kind: Kind) -> bool {
-    matches!(kind, Kind::LinearCompliance | Kind::RotationalCompliance)
-}
-
-/// Whether an interval holds both a rigid spring and the declared one: readings do not tell it.
-fn holds_all(own: &Estimate, width: f64) -> bool {
-    width >= own.value && width >= (own.value - own.nominal).abs()
 }
 
 /// Probability that the squares of the fitted readings rise as they do where so many springs are held, if these are as declared.
