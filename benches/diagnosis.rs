@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::RawEffect;
-use elastogeo::diagnosis::{Diagnosis, Settings, diagnose, nuisance};
+use elastogeo::diagnosis::{Diagnosis, Settings, diagnose};
 use elastogeo::effects::EffectEntry;
 use elastogeo::estimation::{self, calibrate};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
-use elastogeo::model::Model;
+use elastogeo::model::{Model, nuisance};
 use elastogeo::observation::POSITION;
 use elastogeo::parameter::Slot;
 use elastogeo::prediction::survey;
