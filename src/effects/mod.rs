@@ -18,6 +18,7 @@ mod geometry;
 mod gravity_compensator;
 mod hysteresis;
 mod incidence;
+mod instrument_encoder;
 mod instrument_scale;
 mod joint_compliance;
 mod joint_coupling;
@@ -47,7 +48,7 @@ use law::Law;
 impl Catalogue {
     /// The effects of `docs/effects.md`, in its order.
     pub fn standard() -> Self {
-        let laws: [&'static Law; 32] = [
+        let laws: [&'static Law; 33] = [
             &geometry::LAW,
             &joint_offset::LAW,
             &gear_ratio::LAW,
@@ -76,6 +77,7 @@ impl Catalogue {
             &warm_up::TOOL,
             &frame_drift::LAW,
             &instrument_scale::LAW,
+            &instrument_encoder::LAW,
             &refraction::LAW,
             &incidence::LAW,
             &free_form::LAW,

@@ -7,12 +7,15 @@ use elastogeo::blind::without;
 use elastogeo::description::campaign::{Campaign, Conditions};
 use elastogeo::description::raw::{RawAmount, RawEffect};
 use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
-use elastogeo::effects::{Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, Site, SiteKind};
+use elastogeo::effects::{
+    Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, ReadingContext, Site, SiteKind,
+};
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
 use elastogeo::observation::{DEFLECTION, POSITION};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, measure, simulate};
+use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
 const SIGMA: f64 = 3e-5;
@@ -90,6 +93,16 @@ fn laws_are_named_or_in_a_small_group() {
         ),
         ("tool-warm-up", "tool", vec![("z", number(4e-4)), ("time_constant", number(1500.0))]),
         ("refraction", "instrument", vec![("curvature", number(1e-4))]),
+        (
+            "instrument-encoder",
+            "instrument",
+            vec![("cos", number(1e-4)), ("sin", number(2e-4)), ("angle", word("azimuth")), ("periods", number(2.0))],
+        ),
+        (
+            "instrument-encoder",
+            "instrument",
+            vec![("cos", number(2e-4)), ("sin", number(1e-4)), ("angle", word("elevation")), ("periods", number(2.0))],
+        ),
         ("incidence", "instrument", vec![("amount", number(4e-4)), ("axis", word("z"))]),
     ];
     let wrong: Vec<String> = cases
@@ -278,5 +291,58 @@ fn a_delayed_temperature_solves_its_equation() {
         let angle = omega * time;
         let exact = 20.0 + 5.0 * (angle.sin() - lag * angle.cos() + lag * left) / (1.0 + lag * lag);
         assert!((sine - exact).abs() < 1e-4, "{time}: {sine} {exact}");
+    }
+}
+
+/// A point at azimuth 30 deg and elevation 40 deg, 2 m away: what each angle that is read too great by one shows.
+#[test]
+fn angles_of_the_instrument_move_points_across_the_line_of_sight() {
+    let (azimuth, elevation, distance) = (30f64.to_radians(), 40f64.to_radians(), 2.0);
+    let at = |a: f64, e: f64| Vector3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin()) * distance;
+    let (plain, _) = arm("refraction", "instrument", &[("curvature", RawAmount::from(1e-4))]);
+    let law = plain.catalogue.get("instrument-encoder").expect("of the catalogue");
+    let site = law.sites(&plain).remove(0);
+    let step = 1e-6;
+    let context = ReadingContext {
+        q: &[],
+        joints: &[],
+        load: &[],
+        own_load: &[],
+        side: &[],
+        last_move: &[],
+        earlier_moves: &[],
+        time: None,
+        session_time: None,
+        temperature: None,
+        position: at(azimuth, elevation),
+        base: Vector3::zeros(),
+        body: Rotation3::identity(),
+        up: Vector3::z(),
+        deflection: Vector3::zeros(),
+        is_difference: false,
+    };
+    for (name, angle, across) in [
+        ("azimuth", azimuth, (at(azimuth + step, elevation) - at(azimuth - step, elevation)) / (2.0 * step)),
+        ("elevation", elevation, (at(azimuth, elevation + step) - at(azimuth, elevation - step)) / (2.0 * step)),
+    ] {
+        for periods in [1.0, 2.0] {
+            let stated = [("cos", 1e-5.into()), ("angle", RawAmount::from(name)), ("periods", periods.into())];
+            let parameters = stated.map(|(name, value)| (name.to_string(), value)).into();
+            let raw = RawEffect {
+                effect: Some("instrument-encoder".into()),
+                site: Some("instrument".into()),
+                parameters,
+                ..RawEffect::default()
+            };
+            let entry = plain.resolve_effect(&raw).expect("an effect");
+            let mut shown = Vec::new();
+            law.changes(&plain, &site, &entry.nonlinear)(&context, &mut shown);
+            let expected = [(periods * angle).cos(), (periods * angle).sin()].map(|share| across * share);
+            for ((_, change), expected) in shown.iter().zip(expected) {
+                let Change::Point(moved, _) = change else { panic!("{change:?}") };
+                assert!((moved - expected).norm() < 1e-9, "{name} {periods}: {moved} and {expected}");
+            }
+            assert_eq!(shown.len(), 2);
+        }
     }
 }
