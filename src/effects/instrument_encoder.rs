@@ -1,8 +1,9 @@
 //! `instrument-encoder`: an angle encoder of a laser tracker or total station that sits off its axis or is not round.
 //!
 //! Its angle swings once a turn where the circle is off the axis, twice where it or its axis is out of round (ASME B89.4.19;
-//! Muralikrishnan et al., J. Res. NIST 114 (2009) 21: encoder eccentricity and second-order scale error). The instrument
-//! is at the origin of the measurement frame, or where its station is, and stands upright; without gravity along z.
+//! Muralikrishnan et al., J. Res. NIST 114 (2009) 21: encoder eccentricity and second-order scale error); several times
+//! by the long waves of its graduation. The instrument is at the origin of the measurement frame, or where its station is,
+//! and stands upright; without gravity along z.
 
 use std::sync::Arc;
 
@@ -22,14 +23,15 @@ static ANGLE: NonlinearParameter = NonlinearParameter {
     meaning: "`angle`: which angle swings, that about the vertical (azimuth) or that above the horizon (elevation)",
 };
 
-/// Once a turn: off its axis; twice: out of round.
-const MOST_PERIODS: usize = 2;
+/// Periods in a turn that are tried: off its axis, out of round, and long waves of the graduation.
+const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
+const MOST_PERIODS: usize = 12;
 static PERIODS: NonlinearParameter = NonlinearParameter {
     name: "periods",
     kind: NonlinearKind::Count(MOST_PERIODS),
     default: Some(NonlinearValue::Count(1)),
     only_with: None,
-    meaning: "`periods`: periods in a turn of the instrument, 1 or 2",
+    meaning: "`periods`: periods in a turn of the instrument, 1 to 12",
 };
 
 pub(super) static LAW: Law = Law {
@@ -43,7 +45,7 @@ pub(super) static LAW: Law = Law {
         let of = |angle: &'static str, periods| {
             Nonlinear::new([(&ANGLE, NonlinearValue::Choice(angle)), (&PERIODS, NonlinearValue::Count(periods))])
         };
-        ANGLES.iter().flat_map(|angle| (1..=MOST_PERIODS).map(move |periods| of(angle, periods))).collect()
+        ANGLES.iter().flat_map(|angle| TRIED.map(|periods| of(angle, periods))).collect()
     },
     // 2 arc seconds, some 50 um at 5 m.
     parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 1e-5)).to_vec()),
