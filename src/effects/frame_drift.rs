@@ -24,8 +24,8 @@ static JUMP_AT: NonlinearParameter = NonlinearParameter {
     meaning: "`jump_at`: the time of the jump, s",
 };
 
-/// Most times of a jump that are tried.
-const MOST_TIMES: usize = 24;
+/// Most times of a jump that are tried: readings between the true one and the nearest tried are outliers to the law.
+const MOST_TIMES: usize = 60;
 /// Configurations before and after a jump, at least: fewer than three are outliers.
 const LEAST_BEFORE: usize = 3;
 

@@ -8,7 +8,7 @@ use elastogeo::description::campaign::{Campaign, Conditions};
 use elastogeo::description::raw::{RawAmount, RawEffect};
 use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
 use elastogeo::effects::{
-    Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, ReadingContext, Site, SiteKind,
+    Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, NonlinearValue, ReadingContext, Site, SiteKind,
 };
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
@@ -36,12 +36,17 @@ fn arm(effect: &str, site: &str, parameters: &[(&str, RawAmount)]) -> (Model, Mo
 
 /// Readings of an arm with errors, and an effect.
 fn read(plain: &Model, spoiled: &Model, spread: f64) -> Campaign {
+    read_at(120, plain, spoiled, spread)
+}
+
+/// The same in so many configurations.
+fn read_at(count: usize, plain: &Model, spoiled: &Model, spread: f64) -> Campaign {
     let mut random = generator(11);
     let truth = spoiled.completed(&draw_errors(plain, 0.3, 0.0, &mut random));
     let geometry = Geometry::new(plain, &truth).expect("assembled");
     let plan = Plan {
         conditions: true,
-        configurations: draw_configurations(&geometry, 120, spread, &mut random).expect("drawn"),
+        configurations: draw_configurations(&geometry, count, spread, &mut random).expect("drawn"),
         markers: (0..plain.markers.len()).map(Some).collect(),
         repeats: 1,
         wrenches: Vec::new(),
@@ -153,6 +158,34 @@ fn a_law_in_the_limit_of_another_is_not_named() {
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         assert!(found.causes.iter().all(|cause| cause.effect != other), "{effect}: {said:?}");
         assert!(found.causes.iter().any(|cause| cause.site == site && cause.level != Level::Law), "{effect}: {said:?}");
+    }
+}
+
+/// The time of a jump lies between the two configurations where it happened: any other makes sound readings outliers.
+#[test]
+fn a_jump_of_the_base_is_found_between_two_configurations() {
+    let jump = |at: f64| {
+        let number = |value: f64| RawAmount::from(value);
+        let amounts =
+            [("x", number(3e-4)), ("y", number(2e-4)), ("course", RawAmount::from("jump")), ("jump_at", number(at))];
+        let (plain, spoiled) = arm("frame-drift", "base", &amounts);
+        let campaign = read_at(50, &plain, &spoiled, 0.7);
+        (plain, campaign)
+    };
+    let mut times = jump(0.0).1.conditions.time.expect("times");
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    for after in [17, 31] {
+        let [before, after] = [times[after - 1], times[after]];
+        let (plain, campaign) = jump(0.5 * (before + after));
+        let found = found(&plain, &campaign);
+        let said: Vec<_> = found.causes.iter().map(|cause| (cause.effect.as_str(), &cause.entries)).collect();
+        let [cause] = &found.causes[..] else { panic!("{said:?}") };
+        let at = match cause.entries.first().map(|entry| entry.nonlinear.values()).as_deref() {
+            Some([_, NonlinearValue::Real(at)]) => *at,
+            _ => panic!("{said:?}"),
+        };
+        assert!(cause.effect == "frame-drift" && before < at && at <= after, "{said:?}: {before} to {after}");
     }
 }
 
