@@ -23,10 +23,8 @@ pub enum Odd {
     Foot { along: Vector3<f64> },
     /// The instrument wanders, slowly more than fast: cycles over the campaign, phase, direction.
     Wander { waves: Vec<(f64, f64, Vector3<f64>)> },
-    /// The instrument's horizontal circle is not round: errors across the line of sight, twice a turn.
+    /// The instrument's circle is off its centre: errors across the line of sight, twice a turn.
     Circle { phase: f64 },
-    /// Distances are long and short in turn, as where a meter's own light strays: length of a wave.
-    Ripple { wave: f64, phase: f64 },
 }
 
 impl Odd {
@@ -72,10 +70,6 @@ impl Odd {
             Self::Circle { phase } => {
                 let azimuth = seen.y.atan2(seen.x);
                 Some(Vector3::new(-seen.y, seen.x, 0.0) * (2.0 * azimuth + phase).sin())
-            }
-            Self::Ripple { wave, phase } => {
-                let beam = seen.try_normalize(1e-9)?;
-                Some(beam * (std::f64::consts::TAU * seen.norm() / wave + phase).sin())
             }
             _ => None,
         }

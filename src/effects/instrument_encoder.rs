@@ -47,8 +47,8 @@ pub(super) static LAW: Law = Law {
         };
         ANGLES.iter().flat_map(|angle| TRIED.map(|periods| of(angle, periods))).collect()
     },
-    // 2 arc seconds, some 50 um at 5 m.
-    parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 1e-5)).to_vec()),
+    // Trackers and total stations measure angles to 0.5 to 10 arc seconds; sixty times this, 12 arc seconds, is not exceeded.
+    parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 1e-6)).to_vec()),
     changes: |_, _, nonlinear| {
         let [NonlinearValue::Choice(angle), NonlinearValue::Count(periods)] = nonlinear.values()[..] else {
             return nothing();

@@ -101,12 +101,12 @@ fn laws_are_named_or_in_a_small_group() {
         (
             "instrument-encoder",
             "instrument",
-            vec![("cos", number(1e-4)), ("sin", number(2e-4)), ("angle", word("azimuth")), ("periods", number(2.0))],
+            vec![("cos", number(3e-5)), ("sin", number(5e-5)), ("angle", word("azimuth")), ("periods", number(2.0))],
         ),
         (
             "instrument-encoder",
             "instrument",
-            vec![("cos", number(2e-4)), ("sin", number(1e-4)), ("angle", word("elevation")), ("periods", number(2.0))],
+            vec![("cos", number(5e-5)), ("sin", number(3e-5)), ("angle", word("elevation")), ("periods", number(4.0))],
         ),
         ("incidence", "instrument", vec![("amount", number(4e-4)), ("axis", word("z"))]),
     ];

@@ -11,20 +11,13 @@ use crate::model::Model;
 
 /// Share of the known causes of positions that go with the last move.
 const OF_MOVES: f64 = 0.12;
-/// Share of them that are of the instrument's horizontal circle.
-const OF_CIRCLES: f64 = 0.06;
 /// Waves of a function, of the instrument's wander, and the cycles of the fastest.
 const WAVES: usize = 12;
 const WANDER: usize = 14;
 
-/// An effect of the catalogue at a site: those of the laboratory, joints that stop short, and circles that are not round.
+/// An effect of the catalogue at a site: those of the laboratory, and joints that stop short.
 pub fn of_catalogue(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng) -> Drawing {
-    let kind = random.random::<f64>();
-    if !is_deflection && kind > 1.0 - OF_CIRCLES {
-        let phase = std::f64::consts::TAU * random.random::<f64>();
-        return Some(("instrument-encoder", "instrument".into(), Shape::Odd(Odd::Circle { phase })));
-    }
-    if !is_deflection && kind < OF_MOVES {
+    if !is_deflection && random.random::<f64>() < OF_MOVES {
         let variable = random.random_range(0..model.variables.len());
         let less = 0.15 * random.random::<f64>();
         let site = format!("joint:{}", model.frames[model.joint_of(variable)?].name);
@@ -84,10 +77,7 @@ pub fn off_catalogue(model: &Model, is_deflection: bool, random: &mut ChaCha8Rng
             let waves = waves.iter().enumerate().map(wave).collect();
             ("wandering instrument", "instrument".into(), Shape::Odd(Odd::Wander { waves }))
         }
-        _ => {
-            let (wave, phase) = (within(0.15, 0.6), within(0.0, turn));
-            ("ripple of distances", "instrument".into(), Shape::Odd(Odd::Ripple { wave, phase }))
-        }
+        _ => ("circle off its centre", "instrument".into(), Shape::Odd(Odd::Circle { phase: within(0.0, turn) })),
     };
     Some((name, site, shape))
 }
