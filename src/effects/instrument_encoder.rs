@@ -47,7 +47,7 @@ pub(super) static LAW: Law = Law {
         };
         ANGLES.iter().flat_map(|angle| TRIED.map(|periods| of(angle, periods))).collect()
     },
-    // Trackers and total stations measure angles to 0.5 to 10 arc seconds; sixty times this, 12 arc seconds, is not exceeded.
+    // A diagnosis accepts up to sixty times this, 12 arc seconds; makers state 0.5 to 10 for trackers and total stations.
     parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 1e-6)).to_vec()),
     changes: |_, _, nonlinear| {
         let [NonlinearValue::Choice(angle), NonlinearValue::Count(periods)] = nonlinear.values()[..] else {
