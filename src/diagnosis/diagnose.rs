@@ -8,11 +8,11 @@ use super::competition::Competition;
 use super::conclusion::conclude;
 use super::inputs::Inputs;
 use super::level::Level;
-use super::outliers::{outliers, stand_apart};
+use super::outliers::{are_of_one_place, outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
-use crate::estimation::{self, CalibrationError};
+use crate::estimation::{self, CalibrationError, predicts_as_well, run_away};
 use crate::model::Model;
 use crate::model::nuisance;
 use crate::simulation::generator;
@@ -62,7 +62,7 @@ pub fn diagnose(
     let asked = estimation::Settings { only: Some(nuisance.clone()), ..estimation::Settings::default() };
     // The weight of angles whose noise is not stated is estimated once; a robot with nothing to calibrate leaves it as assumed.
     let campaign = &*estimation::weighed(model, campaign, held_out, &asked).unwrap_or(Cow::Borrowed(campaign));
-    let inputs = Inputs { model, campaign, held_out, settings, nuisance };
+    let mut inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];
     let mut marked = none.clone();
     let mut competition = match Competition::new(&inputs, &marked, progress) {
@@ -77,10 +77,28 @@ pub fn diagnose(
         }
         other => other?,
     };
+    // What is to be explained moves constants that readings hardly tell to where no arm has them: they stay as described.
+    let hidden = competition.calibration.as_ref().map(|found| run_away(model, &competition.campaign, found));
+    if let Some(hidden) = hidden.filter(|hidden| !hidden.is_empty()) {
+        let held = inputs.without(&hidden);
+        let other = Competition::new(&held, &marked, progress)?;
+        let both = other.calibration.as_ref().zip(competition.calibration.as_ref());
+        if both.is_some_and(|(one, other)| predicts_as_well(one, other)) {
+            (inputs, competition) = (held, other);
+        }
+    }
     // Outliers are those of what explains the other readings, and are left out of the next competition.
     for _ in 0..settings.outliers.competitions {
         let found = outliers(&competition, &marked, &settings.outliers);
         if found == marked {
+            break;
+        }
+        if are_of_one_place(&inputs, &competition, &found)? {
+            // Nothing is wrong with them: the robot itself is off there.
+            if marked.contains(&true) {
+                competition = Competition::new(&inputs, &none, progress)?;
+            }
+            marked = none.clone();
             break;
         }
         marked = found;

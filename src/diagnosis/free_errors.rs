@@ -68,13 +68,11 @@ impl<'a> FreeErrors<'a> {
     /// Errors over their sigmas at a site of one direction, by configuration of the problem: what each of its readings shows of
     /// them together. `None` where there is no such site, or it has several directions.
     pub fn amounts(&self, site: &str, residual: &DVector<f64>) -> Option<Vec<f64>> {
-        let (all, width) = &self.columns;
-        let at = self.names.iter().position(|(name, count)| name == site && *count == 1)?;
-        let column: usize = self.names.iter().take(at).map(|(_, count)| count).sum();
+        let column = self.column(site)?;
         let poses = self.problem.poses();
         let mut sums = vec![(0.0, 0.0); poses.len()];
         for row in 0..residual.len() {
-            let own = all[row * width + column] / self.problem.sigmas[row];
+            let own = column[row];
             let sum = &mut sums[poses.partition_point(|pose| *pose < self.problem.pose[row])];
             *sum = (sum.0 + own * residual[row], sum.1 + own * own);
         }
@@ -83,6 +81,15 @@ impl<'a> FreeErrors<'a> {
                 .map(|(product, square): (f64, f64)| product / square.sqrt().max(f64::MIN_POSITIVE))
                 .collect(),
         )
+    }
+
+    /// What an error of one direction at a site moves each row by, over its sigma. `None` as for [`FreeErrors::amounts`].
+    pub fn column(&self, site: &str) -> Option<DVector<f64>> {
+        let (all, width) = &self.columns;
+        let at = self.names.iter().position(|(name, count)| name == site && *count == 1)?;
+        let column: usize = self.names.iter().take(at).map(|(_, count)| count).sum();
+        let sigmas = &self.problem.sigmas;
+        Some(DVector::from_fn(sigmas.len(), |row, _| all[row * width + column] / sigmas[row]))
     }
 
     /// Squares above the noise that a free error at one site carries; `None` where there is no such site, or where too few

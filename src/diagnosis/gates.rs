@@ -14,8 +14,8 @@ use crate::math::project_off;
 pub struct Gates {
     pub of_free: Option<f64>,
     pub elsewhere: Option<f64>,
-    /// Whether a free curve anywhere, an amount of each marker's own, or one that changes along a joint, is certainly better, and by
-    /// much.
+    /// Whether a free curve anywhere, an amount of each marker's own, one that changes along a joint, or an error at a few of its
+    /// angles, is certainly better, and by much.
     pub is_beaten: bool,
     /// Share of what an error free in every configuration carries at the site.
     pub of_site: Option<f64>,
@@ -46,7 +46,8 @@ impl Compared<'_> {
                 && gain < settings.of_free * self.gain(k)
                 && self.is_alternative(k, at)
         };
-        let is_beaten = self.free().any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at);
+        let is_beaten =
+            self.free().any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at) || self.is_local(at);
         let own_only = self.additions.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;

@@ -18,3 +18,11 @@ pub struct Inputs<'a> {
     /// Parameters of the model that are calibrated with every hypothesis.
     pub nuisance: Vec<Slot>,
 }
+
+impl Inputs<'_> {
+    /// The same with parameters held.
+    pub fn without(&self, held: &[Slot]) -> Self {
+        let nuisance = self.nuisance.iter().copied().filter(|slot| !held.contains(slot)).collect();
+        Self { nuisance, ..*self }
+    }
+}

@@ -25,6 +25,7 @@ mod inputs;
 mod level;
 mod linear_fit;
 mod linear_problem;
+mod locality;
 mod location;
 mod misfit;
 mod next_poses;
@@ -43,6 +44,7 @@ mod shared_site;
 mod stability;
 mod untried;
 mod verdict;
+mod windows;
 
 pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;

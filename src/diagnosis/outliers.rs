@@ -2,16 +2,20 @@
 //!
 //! Source: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*, sec. 5.1 (median absolute deviation).
 
+use nalgebra::DVector;
+
 use super::competition::Competition;
+use super::free_errors::FreeErrors;
 use super::inputs::Inputs;
 use super::level::Level;
 use super::linear_fit::{LinearFit, entry};
 use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
-use crate::effects::Family;
+use super::windows::{LEAST, windows};
+use crate::effects::{Family, SiteKind};
 use crate::estimation::{CalibrationError, errors_of};
-use crate::math::{least_squares, median};
+use crate::math::{distinct, least_squares, median};
 use crate::prediction::{Linearised, Predictor};
 
 /// Median absolute deviation of normal noise, to its sigma.
@@ -47,14 +51,61 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
     of(true).fold(f64::INFINITY, f64::min) > settings.apart * of(false).fold(0.0, f64::max)
 }
 
-/// Greatest weighted residual of each reading, nuisance and members fitted to those that are not marked; and the robust
-/// sigma of these.
-fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
+/// Share of the squares of the marked readings that one error at a few angles of one joint takes away, from which on they are no wrong
+/// readings. Wrong ones at three configurations and more share neither direction nor size; a damaged tooth or ring does, and the
+/// shape of its window leaves a tenth or so.
+const OF_ONE_PLACE: f64 = 0.7;
+
+/// Whether the marked readings are wrong by what one joint does at a few of its angles.
+///
+/// # Errors
+/// A configuration that cannot be assembled.
+pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bool]) -> Result<bool, CalibrationError> {
+    let (model, campaign, all) = (inputs.model, inputs.campaign, &competition.all);
+    let is_marked = |row: &usize| marked.get(all.reading[*row]) == Some(&true);
+    let rows: Vec<usize> = (0..all.rows()).filter(is_marked).collect();
+    if distinct(rows.iter().map(|&row| all.pose[row])).len() < LEAST {
+        return Ok(false);
+    }
+    let free = FreeErrors::new(model, campaign, &competition.values, all)?;
+    let (residual, _) = residuals(competition, marked);
+    let squares = |left: &DVector<f64>| rows.iter().map(|&row| left[row] * left[row]).sum::<f64>();
+    let before = squares(&residual);
+    for site in model.sites(SiteKind::Joint) {
+        let Some(variable) = site.coordinate.filter(|&of| model.variables.get(of).is_some_and(|own| own.is_angle))
+        else {
+            continue;
+        };
+        let Some(joint) = free.column(&site.name) else { continue };
+        let angles: Vec<f64> = (0..campaign.readings.len()).map(|k| campaign.configuration(k)[variable]).collect();
+        for window in windows(&angles) {
+            let weight = |row: usize| angles.get(all.reading[row]).map_or(0.0, |angle| window.weight(*angle));
+            let column = DVector::from_fn(all.rows(), |row, _| joint[row] * weight(row));
+            let size = column.norm_squared();
+            if size > 0.0
+                && squares(&(&residual - &column * (column.dot(&residual) / size))) < (1.0 - OF_ONE_PLACE) * before
+            {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+/// Weighted residuals, nuisance and members fitted to the readings that are not marked; and the rows of these.
+fn residuals(competition: &Competition, marked: &[bool]) -> (DVector<f64>, Vec<usize>) {
     let all = &competition.all;
     let design = all.design(competition.members());
     let rows: Vec<usize> = (0..all.rows()).filter(|&row| marked.get(all.reading[row]) != Some(&true)).collect();
     let x = least_squares(&design.select_rows(&rows), &all.residual.select_rows(&rows));
-    let residual = &all.residual - design * x;
+    (&all.residual - design * x, rows)
+}
+
+/// Greatest weighted residual of each reading, nuisance and members fitted to those that are not marked; and the robust
+/// sigma of these.
+fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
+    let all = &competition.all;
+    let (residual, rows) = residuals(competition, marked);
     let mut used: Vec<f64> = rows.iter().map(|&row| residual[row].abs()).collect();
     let sigma = (NORMAL * median(&mut used).unwrap_or(0.0)).max(competition.noise.unwrap_or(0.0));
     let mut distances = vec![0.0_f64; marked.len()];

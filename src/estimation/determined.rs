@@ -4,16 +4,24 @@
 //! sockets that stand anywhere), some of these are told by next to nothing, and what no model describes moves them to where no arm
 //! has them: a twist of an axis by 48 deg. Where a constant has moved by a hundred times its tolerance, and its 95 % interval is as
 //! wide, parameters that noise decides are left as described ([`Criterion::Noise`]); so they are where one has moved by ten times its
-//! tolerance and its interval holds the description. A wide interval alone does no harm.
+//! tolerance and its interval holds the description. A wide interval alone does no harm. Nor is a narrow one enough: of a payload
+//! the weight alone tells a length along the last axis from where the tool is, and springs that are off moved it by 0.3 m, many times
+//! its interval. One that moved by a hundred times its tolerance and that noise would hide is left as described too, where readings
+//! held out are then predicted no worse: of nearly parallel axes such constants stand for small angles.
 
 use super::calibration::calibrate_as_asked;
 use super::far::calibrate_far;
+use super::problem::row_sigmas;
+use super::reduction::reduced;
 use super::result::{Calibration, CalibrationError, Estimate};
 use super::settings::Settings;
 use super::task::Request;
-use crate::identifiability::{Criterion, DEFAULT_TOLERANCE};
+use crate::description::campaign::Campaign;
+use crate::identifiability::{Criterion, DEFAULT_TOLERANCE, Scaling};
 use crate::least_squares::Progress;
-use crate::parameter::Group;
+use crate::model::Model;
+use crate::parameter::{Group, Slot};
+use crate::prediction::Predictor;
 
 /// Change of a constant, and half width of its 95 % interval, over its tolerance, beyond which it is not determined: no arm is as far
 /// from its description. It holds of both measured campaigns with sockets, and of two of eight with an instrument: one where nothing
@@ -42,15 +50,49 @@ pub(super) fn calibrate_determined(
         let is_far = |times: f64| moved.min(ci95) > times * parameter.tolerance;
         is_far(WIDE) || is_far(NOT_SIGNIFICANT) && moved < ci95
     };
-    if !is_usual || !found.converged() || !found.estimates.iter().any(is_undetermined) {
+    if !is_usual || !found.converged() {
         return Ok(found);
     }
-    // Noise that is not stated is what calibration leaves.
-    let criterion = match request.campaign.sigma {
+    let is_undetermined = found.estimates.iter().any(is_undetermined);
+    if !is_undetermined && run_away(model, request.campaign, &found).is_empty() {
+        return Ok(found);
+    }
+    let asked = Settings { criterion: by_noise(request.campaign, &found), ..settings.clone() };
+    let other = calibrate_as_asked(request.with(&asked), progress).ok().filter(Calibration::converged);
+    let other = other.filter(|other| is_undetermined || predicts_as_well(other, &found));
+    Ok(other.unwrap_or(found))
+}
+
+/// Whether readings held out are as near to one calibration as to another; not so where none are.
+pub fn predicts_as_well(one: &Calibration, other: &Calibration) -> bool {
+    one.after.check.readings > 0 && one.after.check.distance[1] <= other.after.check.distance[1]
+}
+
+/// Noise that is not stated is what calibration leaves.
+fn by_noise(campaign: &Campaign, found: &Calibration) -> Criterion {
+    match campaign.sigma {
         Some(_) => Criterion::Noise,
         None => Criterion::NoiseTimes(found.noise_ratio),
+    }
+}
+
+/// Where constants moved by a hundred times their tolerance that the noise of the fitted readings would hide: all constants that it hides.
+/// What no model describes moved them there.
+pub fn run_away(model: &Model, campaign: &Campaign, found: &Calibration) -> Vec<Slot> {
+    let far = |own: &&Estimate| {
+        let parameter = &model.registry[own.slot];
+        parameter.group == Group::Geometry && (own.value - own.nominal).abs() > WIDE * parameter.tolerance
     };
-    let asked = Settings { criterion, ..settings.clone() };
-    let other = calibrate_as_asked(request.with(&asked), progress).ok();
-    Ok(other.filter(Calibration::converged).unwrap_or(found))
+    let far: Vec<Slot> = found.estimates.iter().filter(far).map(|own| own.slot).collect();
+    if far.is_empty() {
+        return Vec::new();
+    }
+    let fitted = campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
+    let seen = Predictor::new(model, &fitted, found.slots.clone()).and_then(|predictor| {
+        reduced(&predictor, &found.values, &row_sigmas(&fitted), &[], Scaling::Norm, by_noise(campaign, found))
+    });
+    let Ok(seen) = seen else { return Vec::new() };
+    let dropped = seen.identifiability.dropped.iter().filter_map(|(column, _)| seen.slots.get(*column).copied());
+    let hidden: Vec<Slot> = dropped.filter(|&slot| model.registry[slot].group == Group::Geometry).collect();
+    if far.iter().any(|slot| hidden.contains(slot)) { hidden } else { Vec::new() }
 }

@@ -37,6 +37,7 @@ mod weighing;
 pub use against::{Against, OtherSet, against};
 pub use bound_springs::calibrate_as_weighed;
 pub use bounds::bounds;
+pub use determined::{predicts_as_well, run_away};
 pub use equivalence::{Equivalence, Split, SpringGroup};
 pub use network::{CHANGED, Network, Together};
 pub use problem::{row_kinds, row_sigmas};

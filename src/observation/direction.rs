@@ -138,6 +138,10 @@ impl Observation for Direction {
         (read(measured).norm() < LEAST).then_some((self.columns[0].name, self.fault))
     }
 
+    fn reversed(&self, measured: &Rows) -> Option<Rows> {
+        Some(rows_of(&-read(measured)))
+    }
+
     fn value(&self, point: &MeasuredPoint) -> Rows {
         rows_of(&(self.predicted)(point))
     }

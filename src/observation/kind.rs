@@ -323,6 +323,12 @@ pub trait Observation: Sync {
         None
     }
 
+    /// The same read by an instrument that counts the other way, where there is one: an accelerometer at rest shows the reaction to
+    /// gravity, upwards.
+    fn reversed(&self, _measured: &Rows) -> Option<Rows> {
+        None
+    }
+
     /// The measured position of the point, m, where the reading holds it: base and markers can then be fitted point by
     /// point.
     fn measured_position(&self, _measured: &Rows) -> Option<Vector3<f64>> {

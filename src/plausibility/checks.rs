@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters, placement,
-    points, readings, sessions, springs, stated_noise,
+    amount, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters, payload,
+    placement, points, readings, sessions, springs, stated_noise,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -124,6 +124,12 @@ pub const CHECKS: &[Check] = &[
         of_result: true,
         about: "with the other column of each joint (commanded beside recorded) calibration leaves as much",
         find: other_joints::as_declared,
+    },
+    Check {
+        codes: &[Code::WrongUnits],
+        of_result: true,
+        about: "with the payload's mass or centre in another unit calibration leaves as much",
+        find: payload::as_declared,
     },
     Check {
         codes: &[Code::UnlikeDescription],

@@ -42,6 +42,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let about_figures = |diagnostic: &Diagnostic| {
         let is_shown = diagnostic.code.is_about_figures() || diagnostic.code == Code::DependentReadings;
         let is_own = is_shown && diagnostic.code != Code::TooLittleData;
+        let is_own = is_own && !(diagnostic.code == Code::MovedMidway && is_in_time(found));
         is_own && !is_gap(diagnostic) && !is_explained(diagnostic)
     };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
@@ -103,6 +104,11 @@ fn unlike_noise(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
 }
 
+/// Whether a cause goes with time: it is itself the step or drift that calibration leaves.
+fn is_in_time(found: &Diagnosis) -> bool {
+    found.causes.iter().any(|cause| cause.family == Family::Time)
+}
+
 /// Where causes leave a gap, or readings were set aside and are not named as a cause: what forbids `identify` to write its calibration of
 /// all readings, those that the diagnosis set aside included.
 /// Outliers may hide a step, and a calibration that the tolerances pull is not judged.
@@ -117,10 +123,8 @@ fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, 
     let held_out: Vec<bool> = campaign.readings.iter().map(|reading| reading.check == Some(true)).collect();
     let asked = Settings { second_order: false, ..Settings::default() };
     let Ok(calibrated) = calibrate(model, campaign, &held_out, &asked, &mut |_| {}) else { return Vec::new() };
-    // A cause that goes with time is itself such a step or drift.
-    let is_in_time = found.causes.iter().any(|cause| cause.family == Family::Time);
     let forbids = |diagnostic: &Diagnostic| match diagnostic.code {
-        Code::MovedMidway => !is_in_time,
+        Code::MovedMidway => !is_in_time(found),
         // Of the amount the verdict has its own limits.
         Code::TooLittleData => false,
         code => code.forbids_saving(),

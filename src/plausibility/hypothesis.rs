@@ -7,9 +7,10 @@ use nalgebra::Vector3;
 
 use super::changes::{ROW, each, mirror, move_rows, shifted, take_back};
 use super::evidence::Limits;
-use super::reordered::Reordered;
+use super::reordered::{Reordered, TURNS};
 use super::turned::{Angles, Turned};
 use crate::description::campaign::{Campaign, Reading};
+use crate::math::distinct;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 
@@ -20,6 +21,8 @@ pub enum Hypothesis {
     Negated(usize),
     /// The columns of two joints are exchanged.
     Swapped(usize, usize),
+    /// The same of one that slides and one that turns, with lengths over angles of the columns as in [`Reordered::turn`].
+    SwappedKinds(usize, usize, f64),
     /// The columns of all joints are in another order.
     Reordered(Reordered),
     /// The column of the joint after this one holds the sum of both, or (-1) their difference.
@@ -28,8 +31,12 @@ pub enum Hypothesis {
     QuarterTurns(usize, i8),
     /// All angles of joints are in the unit before, declared in the one after.
     JointAngles(Angles, Angles),
+    /// The angle of one joint is in the unit before, declared in the one after.
+    AngleOf(usize, Angles, Angles),
     /// All lengths of joints are in another unit: times the factor.
     JointLengths(f64),
+    /// The length of one joint is in another unit: times the factor.
+    LengthOf(usize, f64),
     /// Measured lengths times a factor.
     ReadingUnit(f64),
     /// Values along one axis times a factor.
@@ -40,6 +47,9 @@ pub enum Hypothesis {
     Mirrored(usize, bool),
     /// Two measured axes are exchanged; orientations too, or as they are.
     Exchanged(usize, usize, bool),
+    /// Measured directions point the other way, of all sensors or of one target's: gravity up. With the mounting of the sensor unknown
+    /// a reflection of its axes is the same.
+    DirectionsReversed(Option<usize>),
     /// The wrench is that of the robot on its surroundings, not on the robot.
     Reaction,
     /// Moments of the wrench times a factor, its forces as they are.
@@ -48,7 +58,7 @@ pub enum Hypothesis {
     Forces(f64),
     /// Measured orientations are written by another convention.
     Turned(Turned),
-    /// Rows of joints belong to readings one further up (-1) or down (+1); whole configurations, or single rows.
+    /// Rows of joints belong to readings so many further up (below zero) or down; whole configurations, or single rows.
     Shifted(isize, bool),
     /// Two markers are exchanged.
     Markers(usize, usize),
@@ -78,7 +88,10 @@ pub const LENGTH_FACTORS: [f64; 12] =
     [1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1, 100.0, 0.01, 39.37007874015748, 0.0254, 304.8, 1.0 / 304.8];
 
 /// Of one column of readings: a unit of its own, or a decimal sign in another place.
-const AXIS_FACTORS: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
+const AXIS_FACTORS: [f64; 6] = [10.0, 0.1, 1e3, 1e-3, 25.4, 1.0 / 25.4];
+
+/// By how many rows a table of joints and one of readings are shifted against each other: a line of a heading more, or two.
+const SHIFTS: [isize; 4] = [1, -1, 2, -2];
 
 /// Of moments about the other sense, or recorded in N.mm, or in kN.m, where N.m are declared, and the reverse.
 const MOMENT_FACTORS: [f64; 3] = [-1.0, 1e-3, 1e3];
@@ -119,6 +132,14 @@ impl Hypothesis {
             all.extend(handedness(campaign));
             all.extend(axis_units());
         }
+        let is_direction = |reading: &&Reading| reading.observes.reversed(&reading.measured).is_some();
+        let sensors = distinct(campaign.readings.iter().filter(is_direction).map(|reading| reading.target));
+        if !sensors.is_empty() {
+            all.push(Self::DirectionsReversed(None));
+        }
+        if sensors.len() > 1 {
+            all.extend(sensors.into_iter().flatten().map(|target| Self::DirectionsReversed(Some(target))));
+        }
         if campaign.readings.iter().any(has_rotation) {
             all.extend(Turned::ALL.map(Self::Turned));
         }
@@ -145,13 +166,21 @@ impl Hypothesis {
         let joints = 0..model.variables.len();
         let angles = || joints.clone().filter(|&k| model.variables[k].is_angle);
         let mut all: Vec<Self> = joints.clone().map(Self::Negated).collect();
-        all.extend(pairs(joints.len()).filter(|&(a, b)| same_kind(model, a, b)).map(|(a, b)| Self::Swapped(a, b)));
+        all.extend(pairs(joints.len()).flat_map(|(a, b)| swapped(model, a, b)));
         all.extend(angles().flat_map(|k| [1, 2, 3].map(|quarters| Self::QuarterTurns(k, quarters))));
         if angles().count() > 0 {
             all.extend(Angles::MISTAKEN.map(|(meant, read)| Self::JointAngles(meant, read)));
         }
-        if angles().count() < joints.len() {
+        if angles().count() > 1 {
+            let of = |k: usize| Angles::EXCHANGED.map(|(meant, read)| Self::AngleOf(k, meant, read));
+            all.extend(angles().flat_map(of));
+        }
+        let lengths = || joints.clone().filter(|&k| !model.variables[k].is_angle);
+        if lengths().count() > 0 {
             all.extend(LENGTH_FACTORS.map(Self::JointLengths));
+        }
+        if lengths().count() > 1 {
+            all.extend(lengths().flat_map(|k| LENGTH_FACTORS.map(|factor| Self::LengthOf(k, factor))));
         }
         all.extend(Reordered::all(model).into_iter().map(Self::Reordered));
         let coupled = (1..joints.len()).filter(|&k| model.variables[k].is_angle && model.variables[k - 1].is_angle);
@@ -160,9 +189,9 @@ impl Hypothesis {
         if campaign.poses.len() < Limits::default().fewest_configurations {
             return all;
         }
-        all.extend([Self::Shifted(1, false), Self::Shifted(-1, false)]);
+        all.extend(SHIFTS.map(|by| Self::Shifted(by, false)));
         if campaign.readings.len() > campaign.poses.len() {
-            all.extend([Self::Shifted(1, true), Self::Shifted(-1, true)]);
+            all.extend(SHIFTS.map(|by| Self::Shifted(by, true)));
         }
         all
     }
@@ -181,17 +210,23 @@ impl Hypothesis {
         match *self {
             Self::Negated(joint) => each(campaign, |q| q[joint] = -q[joint]),
             Self::Swapped(a, b) => each(campaign, |q| q.swap(a, b)),
+            Self::SwappedKinds(slides, turns, turn) => each(campaign, |q| {
+                (q[slides], q[turns]) = (q[turns] / turn, q[slides] * turn);
+            }),
             Self::QuarterTurns(joint, quarters) => {
                 each(campaign, |q| q[joint] += f64::from(quarters) * FRAC_PI_2);
             }
             Self::Reordered(way) => each(campaign, |q| way.apply(model, q)),
             Self::Coupled(first, sign) => each(campaign, |q| q[first + 1] -= f64::from(sign) * q[first]),
             Self::JointAngles(meant, read) => scale(model, campaign, true, meant.size() / read.size()),
+            Self::AngleOf(joint, meant, read) => each(campaign, |q| q[joint] *= meant.size() / read.size()),
             Self::JointLengths(factor) => scale(model, campaign, false, factor),
+            Self::LengthOf(joint, factor) => each(campaign, |q| q[joint] *= factor),
             Self::ReadingUnit(factor) | Self::Scale(factor) => multiply_lengths(campaign, factor),
             Self::AxisUnit(axis, factor) => multiply_axis(campaign, axis, factor),
             Self::Mirrored(axis, turns) => mirror(campaign, turns, |v| v[axis] = -v[axis]),
             Self::Exchanged(a, b, turns) => mirror(campaign, turns, |v| v.swap_rows(a, b)),
+            Self::DirectionsReversed(target) => reverse(campaign, target),
             Self::Reaction => multiply_wrenches(campaign, 0..6, -1.0),
             Self::Moments(factor) => multiply_wrenches(campaign, 3..6, factor),
             Self::Forces(factor) => multiply_wrenches(campaign, 0..3, factor),
@@ -231,6 +266,11 @@ impl Hypothesis {
         matches!(self, Self::Unknown { .. })
     }
 
+    /// Whether it makes readings smaller, and with them what is left of any: another way that explains them is not behind for that.
+    pub fn shrinks(&self) -> bool {
+        matches!(*self, Self::ReadingUnit(factor) | Self::AxisUnit(_, factor) if factor < 1.0)
+    }
+
     /// Whether it changes what another one changes, so that both together are a third of the same kind, or nothing.
     pub fn undoes(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
@@ -250,6 +290,13 @@ fn multiply_lengths(campaign: &mut Campaign, factor: f64) {
 fn multiply_axis(campaign: &mut Campaign, axis: usize, factor: f64) {
     let of_axes = campaign.readings.iter_mut().filter(|reading| reading.observes.length_rows() == 3);
     of_axes.filter_map(|reading| reading.measured.get_mut(axis)).for_each(|value| *value *= factor);
+}
+
+/// Reads all directions the other way, or those of one target.
+fn reverse(campaign: &mut Campaign, target: Option<usize>) {
+    for reading in campaign.readings.iter_mut().filter(|reading| target.is_none() || reading.target == target) {
+        reading.measured = reading.observes.reversed(&reading.measured).unwrap_or(reading.measured);
+    }
 }
 
 /// Each axis in other units.
@@ -322,8 +369,13 @@ fn is_table(model: &Model) -> bool {
     rows.len() == chain.len() && model.stages.is_empty() && model.actuators.is_empty()
 }
 
-fn same_kind(model: &Model, a: usize, b: usize) -> bool {
-    model.variables[a].is_angle == model.variables[b].is_angle
+/// The columns of two joints exchanged; of a length and an angle in each pair of units.
+fn swapped(model: &Model, a: usize, b: usize) -> Vec<Hypothesis> {
+    match [a, b].map(|k| model.variables[k].is_angle) {
+        [false, true] => TURNS.map(|turn| Hypothesis::SwappedKinds(a, b, turn)).into(),
+        [true, false] => TURNS.map(|turn| Hypothesis::SwappedKinds(b, a, turn)).into(),
+        _ => vec![Hypothesis::Swapped(a, b)],
+    }
 }
 
 /// The robot's own slots of a kind, once each.

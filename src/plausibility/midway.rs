@@ -5,19 +5,20 @@
 //! Each row of the files is tried as the first one after the step, with columns that are zero before it and what moves each reading
 //! from it on, fitted with all that was fitted before (the test of Quandt, *J. Am. Stat. Assoc.* 55, 1960, for a change at an
 //! unknown place; its chance is bounded by the sum over the places). Of several the one with the least information criterion is told
-//! (Schwarz, *Ann. Statist.* 6, 1978).
+//! (Schwarz, *Ann. Statist.* 6, 1978); where the same motion, growing evenly from the first row to the last, takes more out of the
+//! residuals, it is a drift and no step.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
 use super::outlying::outlying;
-use super::words::mm;
+use super::step::{Step, What, described};
 use crate::description::campaign::Reading;
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::Diagnostic;
 use crate::kinematics::{Geometry, Placements};
-use crate::math::median;
 use crate::math::quantiles::f_tail;
+use crate::math::{distinct, median};
 use crate::noise::reference_noise;
 use crate::prediction::{Linearised, Predictor};
 
@@ -28,39 +29,13 @@ const LEAST: usize = 5;
 /// parameters make the step themselves to within 0.1 %, and its size would be that of the model's errors times a thousand.
 const FREE: f64 = 1e-3;
 
-/// What moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum What {
-    /// The instrument, or the robot's base.
-    Instrument,
-    /// The marker on its body, or the tool.
-    Marker,
-    /// The zero of a variable, by index.
-    Zero(usize),
-}
-
-/// A step: what moved, the first reading after it, its size (m; of a zero what half of the readings after it moved at least), how many
-/// values it has, what it takes out of the weighted squares.
-struct Step {
-    what: What,
-    at: usize,
-    by: f64,
-    /// Of a zero, rad or m.
-    change: f64,
-    values: f64,
-    gain: f64,
-    /// Residuals with it over those without.
-    fall: f64,
-    /// The same of half of the readings: a few that are wrong leave the others where they were.
-    fall_of_half: f64,
-}
-
 pub(super) fn stands_still(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let Some(step) = stepped(evidence, limits, &[]) else { return Vec::new() };
     // A few readings that are simply wrong make a step of their own; after a knock all are.
     let wrong = outlying(evidence, limits).map_or_else(Vec::new, |(wrong, ..)| wrong);
     let row = |k: usize| evidence.campaign.readings[k].row;
-    let later = || (0..evidence.campaign.readings.len()).filter(|&k| row(k) >= row(step.at));
+    let is_of = |k: usize| !matches!(step.what, What::Marker(of) if evidence.campaign.readings[k].marker != Some(of));
+    let later = || (0..evidence.campaign.readings.len()).filter(|&k| row(k) >= row(step.at) && is_of(k));
     let are_some = 2 * later().filter(|k| wrong.contains(k)).count() < later().count();
     let step = if wrong.is_empty() || !are_some { Some(step) } else { stepped(evidence, limits, &wrong) };
     step.map(|step| described(evidence, &step)).into_iter().collect()
@@ -84,14 +59,25 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     }
     let total = fit.residual.norm_squared();
     let moves = Moves::of(&fit)?;
-    let bodies = [What::Instrument, What::Marker].into_iter().filter_map(|what| greatest::<3>(&fit, &moves, what));
+    let one_of_several = moves.markers.iter().map(|&marker| What::Marker(marker));
+    let bodies = [What::Instrument, What::Tool].into_iter().chain(one_of_several);
+    let bodies = bodies.filter_map(|what| greatest::<3>(&fit, &moves, what));
     let zeros = (0..moves.variables).filter_map(|k| greatest::<1>(&fit, &moves, What::Zero(k)));
     let price = (fit.residual.len() as f64).ln();
+    // A drift and a step have as many values.
     let merit = |step: &Step| {
         let left = (total - step.gain).max(f64::MIN_POSITIVE);
         fit.residual.len() as f64 * left.ln() + price * step.values
     };
     let step = bodies.chain(zeros).min_by(|a, b| merit(a).total_cmp(&merit(b)))?;
+    let drift = match step.what {
+        What::Zero(_) => drifted::<1>(&fit, &moves, step.what),
+        _ => drifted::<3>(&fit, &moves, step.what),
+    };
+    let step = match drift.filter(|drift| drift.gain > step.gain) {
+        Some(drift) => Step { at: step.at, ..drift },
+        None => step,
+    };
     // Fixed reflectors that moved by less say that instrument and base stood still.
     let moved = reference_noise(&campaign.references).and_then(|seen| seen.motion).map(|motion| motion.greatest);
     if step.what == What::Instrument && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
@@ -103,68 +89,28 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
         return None;
     }
     let left = (total - step.gain).max(f64::MIN_POSITIVE);
-    let tried = ((2 + moves.variables) * fit.readings().len()) as f64;
+    let tried = ((3 + moves.variables) * fit.readings().len()) as f64;
     let chance = f_tail((step.gain / step.values) / (left / freedom), step.values, freedom) * tried;
-    let fall = (total / left).sqrt();
     let noise = fit.least() * (left / freedom).sqrt().max(1.0);
     // Of half of the readings 1.5 in squares: those near the middle of a step hardly fall.
     let is_of_few = step.fall_of_half < limits.sessions_fall.sqrt();
-    if chance > limits.chance || fall < limits.sessions_fall || is_of_few || step.by < limits.sessions_apart * noise {
+    if chance > limits.chance
+        || step.fall < limits.sessions_fall
+        || is_of_few
+        || step.by < limits.sessions_apart * noise
+    {
         return None;
     }
-    Some(Step { fall, ..step })
-}
-
-fn described(evidence: &Evidence, step: &Step) -> Diagnostic {
-    let (campaign, fall) = (evidence.campaign, step.fall);
-    let address = campaign.address(&campaign.readings[step.at]);
-    // Readings that were held out stand between the last fitted one before the step and the first one after it.
-    let row = |index: usize| campaign.readings[index].row;
-    let is_before = |index: &usize| row(*index) < row(step.at);
-    let held_out = evidence.found.map_or(&[][..], |found| &found.held_out);
-    let last = (0..campaign.readings.len()).filter(is_before).max_by_key(|&index| row(index));
-    let fitted = |index: &usize| held_out.get(*index) != Some(&true);
-    let before = (0..campaign.readings.len()).filter(is_before).filter(fitted).max_by_key(|&index| row(index));
-    let since = match before.filter(|_| last != before) {
-        Some(before) => {
-            format!("from a row after {} and up to {address}", campaign.address(&campaign.readings[before]))
-        }
-        None => format!("from {address} on"),
-    };
-    let (what, remedy) = match step.what {
-        What::Marker => (
-            "the marker moved on its body, or the tool was changed".to_owned(),
-            "name sessions before and after it (column `session`) and write `estimate: {tool: per-session}`; or leave one part out",
-        ),
-        What::Instrument => (
-            "the instrument or the robot's base was moved".to_owned(),
-            "name sessions before and after it (column `session`) and write `estimate: {base: per-session}`; or leave one part out",
-        ),
-        What::Zero(k) => (
-            evidence.model.variables.get(k).map_or_else(String::new, |variable| {
-                let change = match variable.is_angle {
-                    true => format!("{:+.4} deg", step.change.to_degrees()),
-                    false => format!("{:+.4} mm", 1e3 * step.change),
-                };
-                format!("the zero of `{}` changed by {change} (an encoder set anew, a slip)", variable.name)
-            }),
-            "calibrate the part before it and the part after it each by itself; or correct the column of that joint in one of them",
-        ),
-    };
-    let message = format!(
-        "{since} readings are {} mm away from those before, and without that step errors fall to 1/{fall:.1}: {what}?",
-        mm(step.by)
-    );
-    Diagnostic::warning(message)
-        .code(Code::MovedMidway)
-        .remedy(remedy)
-        .figure("step_mm", 1e3 * step.by)
-        .figure("fall", fall)
+    Some(step)
 }
 
 /// What turns and shifts move the fitted readings by.
 struct Moves {
     variables: usize,
+    /// Markers that were read, where there are several.
+    markers: Vec<usize>,
+    /// The marker of each fitted reading.
+    of: Vec<Option<usize>>,
     /// Axes of the body of each reading's marker, measurement frame.
     bodies: Vec<Matrix3<f64>>,
     /// What a unit of each variable moves each reading by, m/rad or 1, measurement frame: reading by reading.
@@ -182,14 +128,24 @@ impl Moves {
             geometry.place(campaign.configuration(index), &mut placements).ok()?;
             bodies.push(axes_of_body(&geometry, &placements, &campaign.readings[index]));
         }
-        Some(Self { variables: model.variables.len(), bodies, zeros: by_variables(fit, values)? })
+        let of: Vec<Option<usize>> = fit.readings().iter().map(|&index| campaign.readings[index].marker).collect();
+        let mut markers = distinct(of.iter().flatten().copied());
+        if markers.len() < 2 {
+            markers.clear();
+        }
+        Some(Self { variables: model.variables.len(), markers, of, bodies, zeros: by_variables(fit, values)? })
+    }
+
+    /// Whether a reading, by its place among the fitted ones, moves with it.
+    fn concerns(&self, what: What, k: usize) -> bool {
+        !matches!(what, What::Marker(marker) if self.of.get(k) != Some(&Some(marker)))
     }
 
     /// Of a reading, by its place among the fitted ones.
     fn columns<const N: usize>(&self, what: What, k: usize) -> SMatrix<f64, 3, N> {
         let full = match what {
             What::Instrument => Matrix3::identity(),
-            What::Marker => self.bodies[k],
+            What::Tool | What::Marker(_) => self.bodies[k],
             What::Zero(variable) => {
                 let moved = self.zeros[k * self.variables + variable];
                 Matrix3::from_columns(&[moved, Vector3::zeros(), Vector3::zeros()])
@@ -233,37 +189,23 @@ fn by_variables(fit: &Fitted, values: &[f64]) -> Option<Vec<Vector3<f64>>> {
 /// The step that takes most out of the residuals.
 fn greatest<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<Step> {
     let campaign = fit.evidence.campaign;
-    let count = fit.readings().len();
     // Rows of the files in their order.
-    let mut order: Vec<usize> = (0..count).collect();
+    let mut order: Vec<usize> = (0..fit.readings().len()).filter(|&k| moves.concerns(what, k)).collect();
+    let count = order.len();
     order.sort_by_key(|&k| campaign.readings[fit.reading(k)].row);
-    let width = fit.basis.ncols();
-    let mut on_basis = DMatrix::<f64>::zeros(width, N);
-    let (mut square, mut right) = (DMatrix::<f64>::zeros(N, N), DVector::<f64>::zeros(N));
+    let mut sums = Sums::<N>::new(fit);
     let mut best: Option<(Step, usize, DVector<f64>, DMatrix<f64>)> = None;
     let mut behind: Vec<(usize, SMatrix<f64, 3, N>)> = Vec::with_capacity(count);
     for (before, &k) in order.iter().enumerate().rev() {
-        let first = fit.rows[k];
-        let weights = Vector3::from_fn(|row, _| 1.0 / fit.sigma(first + row));
-        let own: SMatrix<f64, 3, N> = Matrix3::from_diagonal(&weights) * moves.columns::<N>(what, k);
-        behind.push((first, own));
-        square += own.transpose() * own;
-        right += own.transpose() * fit.residual.fixed_rows::<3>(first);
-        on_basis += fit.basis.rows(first, 3).transpose() * own;
-        let scale = square.trace();
-        if before < LEAST || count - before < LEAST || scale <= 0.0 {
+        behind.push(sums.add(fit, moves, (what, k), 1.0));
+        if before < LEAST || count - before < LEAST {
             continue;
         }
-        let free = &square - on_basis.transpose() * &on_basis;
-        // A step that the fitted parameters can make themselves.
-        let Some(factor) = (free / scale).cholesky().filter(|factor| factor.l().diagonal().min() > FREE) else {
-            continue;
-        };
-        let by = factor.solve(&right) / scale;
-        let gain = right.dot(&by);
+        let Some((by, gain)) = sums.solve() else { continue };
         if best.as_ref().is_none_or(|(best, ..)| gain > best.gain) {
             let step = Step {
                 what,
+                is_drift: false,
                 at: fit.reading(k),
                 by: 0.0,
                 change: by.get(0).copied().unwrap_or(0.0),
@@ -272,18 +214,90 @@ fn greatest<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<S
                 fall: 1.0,
                 fall_of_half: 1.0,
             };
-            best = Some((step, behind.len(), by, on_basis.clone()));
+            best = Some((step, behind.len(), by, sums.on_basis.clone()));
         }
     }
     let (best, last, by, on_basis) = best?;
-    let mut left = &fit.residual + &fit.basis * (on_basis * &by);
-    for (first, own) in &behind[..last] {
-        let mut rows = left.fixed_rows_mut::<3>(*first);
-        rows -= own * &by;
-    }
     let mut moved: Vec<f64> =
         order.iter().rev().take(last).map(|&k| (moves.columns::<N>(what, k) * &by).norm()).collect();
-    Some(Step { by: median(&mut moved)?, fall_of_half: fall_to(fit, &order, &left), ..best })
+    let [fall, fall_of_half] = falls(fit, &order, &without(fit, &behind[..last], &on_basis, &by));
+    Some(Step { by: median(&mut moved)?, fall, fall_of_half, ..best })
+}
+
+/// What grows evenly from the first row to the last.
+fn drifted<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<Step> {
+    let campaign = fit.evidence.campaign;
+    let mut order: Vec<usize> = (0..fit.readings().len()).filter(|&k| moves.concerns(what, k)).collect();
+    order.sort_by_key(|&k| campaign.readings[fit.reading(k)].row);
+    let last = order.len().checked_sub(1).filter(|last| *last > 0)? as f64;
+    let mut sums = Sums::<N>::new(fit);
+    let all: Vec<(usize, SMatrix<f64, 3, N>)> =
+        (order.iter().enumerate()).map(|(place, &k)| sums.add(fit, moves, (what, k), place as f64 / last)).collect();
+    let (by, gain) = sums.solve()?;
+    let mut moved: Vec<f64> = order.iter().map(|&k| (moves.columns::<N>(what, k) * &by).norm()).collect();
+    let [fall, fall_of_half] = falls(fit, &order, &without(fit, &all, &sums.on_basis, &by));
+    let change = by.get(0).copied().unwrap_or(0.0);
+    let at = fit.reading(*order.first()?);
+    let by = median(&mut moved)?;
+    Some(Step { what, is_drift: true, at, by, change, values: N as f64, gain, fall, fall_of_half })
+}
+
+/// Sums over readings of which columns of a motion, fitted with all that was fitted before, are solved.
+struct Sums<const N: usize> {
+    square: DMatrix<f64>,
+    right: DVector<f64>,
+    on_basis: DMatrix<f64>,
+}
+
+impl<const N: usize> Sums<N> {
+    fn new(fit: &Fitted) -> Self {
+        Self { square: DMatrix::zeros(N, N), right: DVector::zeros(N), on_basis: DMatrix::zeros(fit.basis.ncols(), N) }
+    }
+
+    /// Adds a reading, by its place among the fitted ones, which moves by a share of the motion: its first row, and its weighted columns.
+    fn add(
+        &mut self,
+        fit: &Fitted,
+        moves: &Moves,
+        (what, k): (What, usize),
+        share: f64,
+    ) -> (usize, SMatrix<f64, 3, N>) {
+        let first = fit.rows[k];
+        let weights = Vector3::from_fn(|row, _| share / fit.sigma(first + row));
+        let own: SMatrix<f64, 3, N> = Matrix3::from_diagonal(&weights) * moves.columns::<N>(what, k);
+        self.square += own.transpose() * own;
+        self.right += own.transpose() * fit.residual.fixed_rows::<3>(first);
+        self.on_basis += fit.basis.rows(first, 3).transpose() * own;
+        (first, own)
+    }
+
+    /// The motion and what it takes out of the weighted squares; `None` of one that the fitted parameters can make themselves.
+    fn solve(&self) -> Option<(DVector<f64>, f64)> {
+        let scale = self.square.trace();
+        if scale <= 0.0 {
+            return None;
+        }
+        let free = &self.square - self.on_basis.transpose() * &self.on_basis;
+        let factor = (free / scale).cholesky().filter(|factor| factor.l().diagonal().min() > FREE)?;
+        let by = factor.solve(&self.right) / scale;
+        let gain = self.right.dot(&by);
+        Some((by, gain))
+    }
+}
+
+/// Residuals without a motion, and what fitted parameters then take up less.
+fn without<const N: usize>(
+    fit: &Fitted,
+    moved: &[(usize, SMatrix<f64, 3, N>)],
+    on_basis: &DMatrix<f64>,
+    by: &DVector<f64>,
+) -> DVector<f64> {
+    let mut left = &fit.residual + &fit.basis * (on_basis * by);
+    for (first, own) in moved {
+        let mut rows = left.fixed_rows_mut::<3>(*first);
+        rows -= own * by;
+    }
+    left
 }
 
 /// Axes of the body that a reading's marker is on, measurement frame.
@@ -294,11 +308,14 @@ fn axes_of_body(geometry: &Geometry, placements: &Placements, reading: &Reading)
     (base * placements.frames[frame]).rotation.into_inner()
 }
 
-/// By which factor the median error of readings falls to that of other residuals.
-fn fall_to(fit: &Fitted, readings: &[usize], left: &DVector<f64>) -> f64 {
-    let middle = |all: &DVector<f64>| {
-        median(&mut readings.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect::<Vec<f64>>())
+/// By which factor errors of readings fall to those of other residuals: their root mean square, and their median.
+fn falls(fit: &Fitted, readings: &[usize], left: &DVector<f64>) -> [f64; 2] {
+    let errors = |all: &DVector<f64>| -> Vec<f64> {
+        readings.iter().map(|&k| all.fixed_rows::<3>(fit.rows[k]).norm()).collect()
     };
-    let both = middle(&fit.residual).zip(middle(left));
-    both.map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE))
+    let (mut before, mut after) = (errors(&fit.residual), errors(left));
+    let size = |all: &[f64]| all.iter().map(|error| error * error).sum::<f64>().sqrt();
+    let of_all = size(&before) / size(&after).max(f64::MIN_POSITIVE);
+    let of_half = median(&mut before).zip(median(&mut after));
+    [of_all, of_half.map_or(1.0, |(with, without)| with / without.max(f64::MIN_POSITIVE))]
 }

@@ -10,7 +10,7 @@ use super::trial::{Trials, errors, noise, typical};
 use super::words::{Words, both, mm, unit_of, words_of};
 use crate::description::campaign::NoiseOrigin;
 use crate::diagnostic::{Code, Diagnostic, Severity};
-use crate::math::median;
+use crate::math::{distinct, median};
 
 /// A way to read the files, and what a fit then leaves, m.
 pub(super) type Trial = (Vec<Hypothesis>, f64);
@@ -122,7 +122,10 @@ fn searched(
         Hypothesis::all(evidence.model, evidence.campaign).into_iter().map(|way| vec![way]).collect();
     let mut found = tried(trials, &singles);
     let mut count = singles.len();
-    if !found.first().is_some_and(&decisive) {
+    // Few configurations are explained by two of hundreds of changes whatever they are.
+    let configurations = distinct(evidence.campaign.readings.iter().map(|reading| reading.pose)).len();
+    let tells_pairs = configurations >= limits.fewest_configurations;
+    if !found.first().is_some_and(&decisive) && tells_pairs {
         let begun: Vec<Hypothesis> = found.iter().take(BEGUN).flat_map(|(ways, _)| ways.iter().copied()).collect();
         let pairs = begun.iter().flat_map(|&first| {
             let others = singles.iter().flatten().filter(move |way| **way != first && !way.undoes(&first));
@@ -143,24 +146,29 @@ fn searched(
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
     }
     found.retain(decisive);
-    // More unknowns take up what tolerances make, to a third or so: a way without them goes before.
+    // More unknowns take up what tolerances make, to a third or so, and readings that are made smaller leave less: a way without
+    // either goes before.
     let least = |found: &[Trial]| found.first().map_or(f64::INFINITY, |(_, error)| *error);
-    let adds = |(ways, _): &Trial| ways.iter().any(Hypothesis::adds_unknowns);
-    let bound = limits.far * least(&found);
-    if found.iter().any(|trial| !adds(trial) && trial.1 <= bound) {
-        found.retain(|trial| !adds(trial));
+    for flatters in [Hypothesis::adds_unknowns, Hypothesis::shrinks] {
+        let does = |(ways, _): &Trial| ways.iter().any(flatters);
+        let bound = limits.far * least(&found);
+        if found.iter().any(|trial| !does(trial) && trial.1 <= bound) {
+            found.retain(|trial| !does(trial));
+        }
     }
     let bound = AS_GOOD * least(&found);
     found.retain(|trial| trial.1 <= bound);
     // The same ways in another order are the same.
-    let mut distinct: Vec<Trial> = Vec::new();
+    let mut different: Vec<Trial> = Vec::new();
     for trial in found {
         let is_same = |(ways, _): &Trial| ways.len() == trial.0.len() && trial.0.iter().all(|way| ways.contains(way));
-        if !distinct.iter().any(is_same) {
-            distinct.push(trial);
+        if !different.iter().any(is_same) {
+            different.push(trial);
         }
     }
-    let mut found = distinct;
+    let mut found = different;
+    // Half a turn of a joint whose axis is level reverses gravity as well: a sensor's sign is mistaken more easily than a zero.
+    found.sort_by_key(|(ways, _)| !ways.iter().any(|way| matches!(way, Hypothesis::DirectionsReversed(_))));
     found.truncate(SAID);
     (count, found)
 }

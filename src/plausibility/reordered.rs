@@ -24,7 +24,7 @@ pub enum Order {
 }
 
 /// Angle over length units of tables: deg and mm, rad and m, deg and m, rad and mm.
-const TURNS: [f64; 4] = [PI / 180.0 / 1e-3, 1.0, PI / 180.0, 1e3];
+pub const TURNS: [f64; 4] = [PI / 180.0 / 1e-3, 1.0, PI / 180.0, 1e3];
 
 impl Order {
     /// The column in which the value of joint `k` of `count` stands.

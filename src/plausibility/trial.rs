@@ -115,6 +115,17 @@ impl<'a> Trials<'a> {
     /// What registration may leave of a reading where every free constant of the description is off by its tolerance and the
     /// instrument by its noise: root mean square, m. First order, at the description's values, with the files read in these ways.
     pub fn allowed(&self, ways: &[Hypothesis]) -> Option<f64> {
+        // Of directions that are reversed derivatives grow without bound: those of the direction itself hold.
+        let is_direction = |reading: &Reading| reading.observes.reversed(&reading.measured).is_some();
+        let reversed = self.sample.readings.iter().any(is_direction).then(|| {
+            let ways: Vec<Hypothesis> = ways.iter().copied().chain([Hypothesis::DirectionsReversed(None)]).collect();
+            self.allowed_as_read(&ways)
+        });
+        let least = [self.allowed_as_read(ways), reversed.flatten()];
+        least.into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    fn allowed_as_read(&self, ways: &[Hypothesis]) -> Option<f64> {
         let (campaign, values) = self.read(ways);
         let model = self.model;
         let free = model.free_slots().into_iter().filter(|&slot| model.registry[slot].group == Group::Geometry);

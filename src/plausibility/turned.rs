@@ -13,12 +13,16 @@ pub enum Turned {
     Inverse,
     /// A rotation vector in the unit before, declared in the one after.
     Unit(Angles, Angles),
-    /// Three angles about z, y', x'' are in the order x, y, z.
+    /// Three angles about z, y', x'' in the unit before, declared in the one after.
+    AnglesUnit(Angles, Angles),
+    /// They are in the order x, y, z.
     Reversed,
     /// They turn about x, y', z''.
     Xyz,
     /// They turn about z, y', z''.
     Zyz,
+    /// The same, the second of them beyond a quarter turn, as where a tool points down.
+    ZyzDown,
     /// They are the components of a rotation vector.
     Vector,
     /// The components of a rotation vector are angles about z, y', x''.
@@ -51,6 +55,9 @@ impl Angles {
         (Self::Turns, Self::Radians),
     ];
 
+    /// Of one column among right ones.
+    pub const EXCHANGED: [(Self, Self); 2] = [(Self::Radians, Self::Degrees), (Self::Degrees, Self::Radians)];
+
     /// One, rad.
     pub const fn size(self) -> f64 {
         match self {
@@ -74,15 +81,17 @@ impl Angles {
 
 impl Turned {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Inverse,
         Self::Unit(Angles::Radians, Angles::Degrees),
         Self::Unit(Angles::Degrees, Angles::Radians),
         Self::Unit(Angles::Gon, Angles::Degrees),
         Self::Unit(Angles::Gon, Angles::Radians),
+        Self::AnglesUnit(Angles::Radians, Angles::Degrees),
         Self::Reversed,
         Self::Xyz,
         Self::Zyz,
+        Self::ZyzDown,
         Self::Vector,
         Self::Zyx,
         Self::RollPitchYaw,
@@ -99,9 +108,15 @@ impl Turned {
         let meant = match self {
             Self::Inverse => rotation.inverse(),
             Self::Unit(meant, read) => Rotation3::new(declared * (meant.size() / read.size())),
+            Self::AnglesUnit(meant, read) => {
+                let factor = meant.size() / read.size();
+                about(z_axis, factor * z) * about(y_axis, factor * y) * about(x_axis, factor * x)
+            }
             Self::Reversed => about(z_axis, x) * about(y_axis, y) * about(x_axis, z),
             Self::Xyz => about(x_axis, x) * about(y_axis, y) * about(z_axis, z),
             Self::Zyz => about(z_axis, z) * about(y_axis, y) * about(z_axis, x),
+            // The same rotation as three angles of which the second is beyond a quarter turn.
+            Self::ZyzDown => about(z_axis, z + PI) * about(y_axis, PI - y) * about(z_axis, x + PI),
             Self::Vector => Rotation3::new(Vector3::new(z, y, x)),
             Self::Zyx => about(z_axis, declared.x) * about(y_axis, declared.y) * about(x_axis, declared.z),
             Self::RollPitchYaw => about(z_axis, declared.z) * about(y_axis, declared.y) * about(x_axis, declared.x),

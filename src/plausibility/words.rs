@@ -38,17 +38,29 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
     match *hypothesis {
         Hypothesis::Negated(k) => negated(joint(k)),
         Hypothesis::Swapped(a, b) => swapped([a, b].map(joint)),
+        Hypothesis::SwappedKinds(a, b, _) => swapped([a, b].map(joint)),
         Hypothesis::QuarterTurns(k, quarters) => quarter_turns(joint(k), quarters),
         Hypothesis::Reordered(way) => reordered(way, model),
         Hypothesis::Coupled(first, sign) => coupled(joint(first + 1), joint(first), sign),
         Hypothesis::JointAngles(meant, read) => joint_angles(meant, read),
+        Hypothesis::AngleOf(k, meant, read) => angle_of(joint(k), meant, read),
         Hypothesis::JointLengths(factor) => joint_lengths(factor),
+        Hypothesis::LengthOf(k, factor) => length_of(joint(k), factor),
         Hypothesis::ReadingUnit(factor) => reading_unit(factor),
         Hypothesis::Scale(factor) => scale(factor),
         Hypothesis::AxisUnit(a, factor) => Words::unit(
             format!("{} of the readings times {}", axis(a), number(factor)),
             "is that column in another unit, or its decimal sign in another place?",
             "write all coordinates in the unit that `units:` states",
+        ),
+        Hypothesis::DirectionsReversed(target) => Words::new(
+            match target.and_then(|target| campaign.targets.get(target)) {
+                Some(target) => format!("the directions that `{}` measured reversed", target.name),
+                None => "measured directions reversed".into(),
+            },
+            "does the sensor show the reaction to gravity, upwards, has it two axes exchanged, or does `gravity` of the description point up?",
+            "give the direction in which gravity pulls, in right-handed axes: negate gx, gy and gz, or name the columns right; look at \
+             `gravity` of the description",
         ),
         Hypothesis::Reaction => Words::new(
             "the wrenches reversed",
@@ -148,6 +160,28 @@ fn joint_lengths(factor: f64) -> Words {
     )
 }
 
+/// What to do about one joint column in another unit than the others.
+fn own_unit(joint: &str) -> String {
+    format!("write the column `{joint}` in the unit that `units:` of the campaign states for all of them")
+}
+
+fn angle_of(joint: &str, meant: Angles, read: Angles) -> Words {
+    let [written, declared] = [meant, read].map(Angles::name);
+    Words::unit(
+        format!("`{joint}` alone read as {written}"),
+        format!("is that column in {written}, and declared in {declared}?"),
+        own_unit(joint),
+    )
+}
+
+fn length_of(joint: &str, factor: f64) -> Words {
+    Words::unit(
+        format!("`{joint}` alone times {}", number(factor)),
+        format!("is that column {}?", recorded(factor)),
+        own_unit(joint),
+    )
+}
+
 fn reading_unit(factor: f64) -> Words {
     Words::unit(
         format!("the readings times {}", number(factor)),
@@ -201,9 +235,13 @@ fn forces(factor: f64) -> Words {
 fn shifted(by: isize, whole: bool) -> Words {
     let what = if whole { "configuration" } else { "row" };
     let place = if by > 0 { "after" } else { "before" };
+    let [which, count] = match by.unsigned_abs() {
+        1 => [format!("the {what}"), "one".into()],
+        by => [format!("the {what} {by} places"), by.to_string()],
+    };
     Words::new(
-        format!("the joints of the {what} {place} at each reading"),
-        "rows shifted by one?",
+        format!("the joints of {which} {place} at each reading"),
+        format!("rows shifted by {count}?"),
         "put joints and readings of one configuration into one row; look for a row that is missing in one of two files",
     )
 }
@@ -268,6 +306,13 @@ fn turned(way: Turned) -> Words {
                 "state the angle unit of the table under `units:` of the campaign, or convert the columns".into();
             return Words { with, question, remedy, is_unit: true };
         }
+        Turned::AnglesUnit(meant, read) => {
+            let with = format!("the angles of the orientations read as {}", meant.name());
+            let question = format!("are they in {}, and declared in {}?", meant.name(), read.name());
+            let remedy =
+                "state the angle unit of the table under `units:` of the campaign, or convert the columns".into();
+            return Words { with, question, remedy, is_unit: true };
+        }
         Turned::Reversed => (
             "the three angles of the orientations in the reverse order".into(),
             "columns of A, B, C exchanged with those about x, y, z?",
@@ -278,7 +323,7 @@ fn turned(way: Turned) -> Words {
             "another sequence of axes?",
             "convert them to a rotation vector or a quaternion, or declare the sequence under `columns:`",
         ),
-        Turned::Zyz => (
+        Turned::Zyz | Turned::ZyzDown => (
             "the angles of the orientations about z, y', z''".into(),
             "another sequence of axes?",
             "convert them to a rotation vector or a quaternion, or declare the sequence under `columns:`",

@@ -68,6 +68,7 @@ mod placing;
 mod planar_misalignment;
 mod planning;
 mod plausibility;
+mod plausible_columns;
 mod plausible_loads;
 mod plausible_rows;
 mod plausible_ways;

@@ -46,6 +46,7 @@ pub fn doubts(
     diagnostics.extend(one_side(campaign, robot, &place));
     diagnostics
         .extend(campaign.payloads.iter().filter_map(|(name, payload)| heavy_or_far(name, payload, robot, locate)));
+    diagnostics.extend(weightless(campaign, robot, locate));
     let mut differences = campaign.readings.iter().filter(|reading| reading.observes.is_difference()).peekable();
     if differences.peek().is_some() && differences.all(|reading| !reading.is_loaded()) {
         let diagnostic =
@@ -80,6 +81,16 @@ fn heavy_or_far(name: &str, payload: &Payload, robot: &Robot, locate: Locate) ->
     };
     let diagnostic = Diagnostic::warning(message).at(locate(&["payloads", name, key]));
     Some(diagnostic.remedy("check the value and the unit"))
+}
+
+/// Payloads of which nothing shows, since nothing weighs anything.
+fn weightless(campaign: &Campaign, robot: &Robot, locate: Locate) -> Option<Diagnostic> {
+    let carried = campaign.readings.iter().filter_map(|reading| reading.payload).any(|payload| payload.mass > 0.0);
+    (carried && robot.elastic.gravity.norm() == 0.0).then(|| {
+        Diagnostic::warning("payloads have no weight: gravity of the description is zero")
+            .at(locate(&["payloads"]))
+            .remedy("state `gravity` in the description, in base axes: [0, 0, -9.81] m/s2 of a robot on the floor")
+    })
 }
 
 /// The first pose whose readings have different joints, and how many more there are.
@@ -204,11 +215,17 @@ fn held_out_and_fitted(campaign: &Campaign, place: &impl Fn(usize, &str) -> Opti
 /// Least share of the readings that are copies of others before it is warned of: single ones are chance, of coarse readings.
 const COPIED: f64 = 0.1;
 
+/// Least number of copies that are warned of where all readings of a configuration that was read again are copies: rows were pasted.
+/// Coarse readings agree by chance in some of their repeats, not in all.
+const PASTED: usize = 3;
+
 /// Readings that agree with another one to the last digit, in everything that was measured, or but for digits that were cut: noise
 /// never does.
 fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
     let is_many = |copied: &Vec<usize>| copied.len() as f64 >= COPIED * campaign.readings.len() as f64;
-    let found = Some((exact_copies(campaign), "to the last digit")).filter(|(copied, _)| is_many(copied));
+    let (exact, repeated) = exact_copies(campaign);
+    let are_pasted = exact.len() >= PASTED && exact.len() == repeated;
+    let found = Some((exact, "to the last digit")).filter(|(copied, _)| are_pasted || is_many(copied));
     let (copied, how) = found.or_else(|| {
         Some((near_copies(campaign), "but for digits that were cut")).filter(|(copied, _)| is_many(copied))
     })?;
@@ -223,21 +240,27 @@ fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
     )
 }
 
-/// By index, in order.
-fn exact_copies(campaign: &Campaign) -> Vec<usize> {
-    let mut seen = HashSet::new();
+/// By index, in order; and how many readings are of a configuration that was read before.
+fn exact_copies(campaign: &Campaign) -> (Vec<usize>, usize) {
+    let (mut seen, mut read) = (HashSet::new(), HashSet::new());
     let mut copied: Vec<usize> = Vec::new();
+    let mut repeated = 0;
     let times = campaign.conditions.time.as_ref();
     for (index, reading) in campaign.readings.iter().enumerate() {
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         let measured = &reading.measured[..reading.observes.columns().len()];
         let time = times.and_then(|times| times.get(index)).map(|time| time.to_bits());
         let what = (reading.observes.name(), reading.marker, reading.target, bits(&reading.wrench), time);
-        if !measured.is_empty() && !seen.insert((bits(campaign.configuration(index)), bits(measured), what)) {
+        if measured.is_empty() {
+            continue;
+        }
+        let joints = bits(campaign.configuration(index));
+        repeated += usize::from(!read.insert((joints.clone(), what.clone())));
+        if !seen.insert((joints, bits(measured), what)) {
             copied.push(index);
         }
     }
-    copied
+    (copied, repeated)
 }
 
 /// Joints within this (rad, m) are those of one configuration: two thousandths of a degree, files are seldom rounded more.

@@ -1,0 +1,108 @@
+//! What the tool carries, stated with a mass or a centre in another unit: springs take up part of it, and the rest is left.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::evidence::{Evidence, Limits};
+use super::readings::AS_GOOD;
+use super::words::mm;
+use crate::description::campaign::Campaign;
+use crate::diagnostic::{Code, Diagnostic};
+use crate::estimation::{Settings, calibrate};
+
+/// A payload that was meant instead: its mass and its centre times a factor, and what the number then is.
+struct Meant {
+    mass: f64,
+    com: f64,
+    question: &'static str,
+}
+
+/// Pound, kg.
+const POUND: f64 = 0.453_592_37;
+/// Standard gravity, m/s2.
+const GRAVITY: f64 = 9.80665;
+
+/// Powers of ten, pounds and weights for masses; units of length for centres.
+const MEANT: [Meant; 12] = [
+    Meant::of_mass(0.1, "a decimal sign in another place"),
+    Meant::of_mass(10.0, "a decimal sign in another place"),
+    Meant::of_mass(1e-3, "a mass in g"),
+    Meant::of_mass(1e3, "a mass in t or in Mg"),
+    Meant::of_mass(POUND, "a mass in lb"),
+    Meant::of_mass(1.0 / POUND, "a mass in kg where lb were meant"),
+    Meant::of_mass(1.0 / GRAVITY, "a weight in N"),
+    Meant::of_mass(GRAVITY, "a mass divided by gravity"),
+    Meant::of_com(10.0, "a centre in cm"),
+    Meant::of_com(0.1, "a centre in mm where cm were meant"),
+    Meant::of_com(1e3, "a centre in m"),
+    Meant::of_com(25.4, "a centre in inches"),
+];
+
+impl Meant {
+    const fn of_mass(mass: f64, question: &'static str) -> Self {
+        Self { mass, com: 1.0, question }
+    }
+
+    const fn of_com(com: f64, question: &'static str) -> Self {
+        Self { mass: 1.0, com, question }
+    }
+
+    fn apply(&self, campaign: &Campaign) -> Campaign {
+        let mut meant = campaign.clone();
+        for payload in meant.readings.iter_mut().filter_map(|reading| reading.payload.as_mut()) {
+            payload.mass *= self.mass;
+            payload.com *= self.com;
+        }
+        meant
+    }
+
+    fn with(&self) -> String {
+        match self.com {
+            1.0 => format!("the payload's mass times {}", short(self.mass)),
+            com => format!("the payload's centre of mass times {}", short(com)),
+        }
+    }
+}
+
+fn short(factor: f64) -> String {
+    format!("{}", (factor * 1e4).round() / 1e4)
+}
+
+/// Where calibration leaves more than the noise, the same with the payload as it may be meant.
+pub(super) fn as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
+    let (model, campaign) = (evidence.model, evidence.campaign);
+    let is_open = |found: &&crate::estimation::Calibration| {
+        found.converged() && found.noise_ratio > limits.joints_fall && found.degrees_of_freedom >= limits.noise_freedom
+    };
+    let Some(found) = evidence.found.filter(is_open).filter(|_| !campaign.is_difference()) else { return Vec::new() };
+    let carried = || campaign.readings.iter().filter_map(|reading| reading.payload).filter(|own| own.mass > 0.0);
+    if carried().next().is_none() {
+        return Vec::new();
+    }
+    let is_off_centre = carried().any(|payload| payload.com != Vector3::zeros());
+    let settings = Settings { only: Some(found.slots.clone()), second_order: false, ..Settings::default() };
+    let left = |meant: &Meant| {
+        let again = calibrate(model, &meant.apply(campaign), &found.held_out, &settings, &mut |_| {}).ok()?;
+        again.converged().then_some(again.after.fit.distance[1])
+    };
+    let all: Vec<&Meant> = MEANT.iter().filter(|meant| meant.com == 1.0 || is_off_centre).collect();
+    let here = found.after.fit.distance[1];
+    let mut tried: Vec<(&Meant, f64)> =
+        all.into_par_iter().filter_map(|meant| left(meant).map(|there| (meant, there))).collect();
+    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+    tried.retain(|(_, there)| here >= limits.joints_fall * there);
+    let Some(&(best, there)) = tried.first() else { return Vec::new() };
+    let alike = tried.iter().skip(1).filter(|(_, error)| *error <= AS_GOOD * there);
+    let others: String =
+        alike.map(|(meant, error)| format!("; or {} ({} mm): {}?", meant.with(), mm(*error), meant.question)).collect();
+    let message = format!(
+        "with {} the error of calibration falls from {} to {} mm: {}?{others}",
+        best.with(),
+        mm(here),
+        mm(there),
+        best.question
+    );
+    let remedy = "look at `mass` and `com` under `payloads:`, and at `units:`; weigh what the tool carried";
+    let diagnostic = Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy);
+    vec![diagnostic.figure("before_mm", 1e3 * here).figure("after_mm", 1e3 * there)]
+}
