@@ -4,6 +4,7 @@ use super::autocorrelation::autocorrelation;
 use super::bootstrap::Bootstrap;
 use super::claims::Claim;
 use super::competition::Competition;
+use super::few_angles::few_angles;
 use super::implied::{curve, implied};
 use super::inputs::Inputs;
 use super::level::Level;
@@ -14,7 +15,7 @@ use super::outliers;
 use super::refit::refit;
 use super::regions::{excess_compliance, regions};
 use super::result::{
-    Autocorrelation, Cause, Diagnosis, EffectAtSite, Gap, Location, NoiseSource, Rest, Shrinkage, Verdict,
+    Autocorrelation, Cause, Diagnosis, EffectAtSite, FewAngles, Gap, Location, NoiseSource, Rest, Shrinkage, Verdict,
 };
 use super::rivals::{Rival, look_alikes, rejected};
 use super::selection::Selector;
@@ -68,6 +69,7 @@ pub fn conclude(
     let evidence = evidence(competition);
     let is_closed = verdict == Verdict::NoGap;
     let verdict = if is_closed { without_causes(inputs, competition, &gap, evidence, is_open) } else { verdict };
+    let few_angles = at_few_angles(inputs, competition, &judgement, verdict)?;
     Ok(Diagnosis {
         gap,
         location,
@@ -93,7 +95,7 @@ pub fn conclude(
         look_alikes: look_alikes(&selector, members, settings.look_alikes),
         not_tried: competition.not_tried.clone(),
         excluded: competition.excluded.clone(),
-        rest: rest(competition, &selector, members, (rms_after, gap.noise), inputs),
+        rest: Rest { few_angles, ..rest(competition, &selector, members, (rms_after, gap.noise), inputs) },
         hypotheses: problem.named(),
         noise_source: judgement.noise_source,
     })
@@ -149,7 +151,23 @@ fn rest(
         rms: (after * after - noise * noise).max(0.0).sqrt(),
         site: best.map(|hypothesis| hypothesis.site.name.clone()),
         follows: best.and_then(|own| own.follows(&inputs.model.coordinate_names(), competition.is_loaded())),
+        few_angles: None,
     }
+}
+
+/// The few angles of one joint at which most of an open rest lies.
+fn at_few_angles(
+    inputs: &Inputs,
+    competition: &Competition,
+    judgement: &Judgement,
+    verdict: Verdict,
+) -> Result<Option<FewAngles>, PredictionError> {
+    if !matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        return Ok(None);
+    }
+    // Residuals that stand for the noise are never above it.
+    let is_known = judgement.noise_source != NoiseSource::Residual;
+    few_angles(inputs, competition, judgement.members(), if is_known { judgement.noise } else { 0.0 })
 }
 
 /// Tests of the residuals that the causes leave.

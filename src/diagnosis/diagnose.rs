@@ -64,8 +64,7 @@ pub fn diagnose(
     let campaign = &*estimation::weighed(model, campaign, held_out, &asked).unwrap_or(Cow::Borrowed(campaign));
     let mut inputs = Inputs { model, campaign, held_out, settings, nuisance };
     let none = vec![false; campaign.readings.len()];
-    let mut marked = none.clone();
-    let mut competition = match Competition::new(&inputs, &marked, progress) {
+    let mut competition = match Competition::new(&inputs, &none, progress) {
         Err(CalibrationError::TooMuch { megabytes, most }) => {
             let share = MARGIN * most as f64 / megabytes as f64;
             let Some((some, own, drawn_from)) = drawn(campaign, held_out, share, settings.seed) else {
@@ -77,34 +76,10 @@ pub fn diagnose(
         }
         other => other?,
     };
-    // What is to be explained moves constants that readings hardly tell to where no arm has them: they stay as described.
-    let hidden = competition.calibration.as_ref().map(|found| run_away(model, &competition.campaign, found));
-    if let Some(hidden) = hidden.filter(|hidden| !hidden.is_empty()) {
-        let held = inputs.without(&hidden);
-        let other = Competition::new(&held, &marked, progress)?;
-        let both = other.calibration.as_ref().zip(competition.calibration.as_ref());
-        if both.is_some_and(|(one, other)| predicts_as_well(one, other)) {
-            (inputs, competition) = (held, other);
-        }
+    if let Some((held, other)) = with_constants_held(&inputs, &competition, progress)? {
+        (inputs, competition) = (held, other);
     }
-    // Outliers are those of what explains the other readings, and are left out of the next competition.
-    for _ in 0..settings.outliers.competitions {
-        let found = outliers(&competition, &marked, &settings.outliers);
-        if found == marked {
-            break;
-        }
-        if are_of_one_place(&inputs, &competition, &found)? {
-            // Nothing is wrong with them: the robot itself is off there.
-            if marked.contains(&true) {
-                competition = Competition::new(&inputs, &none, progress)?;
-            }
-            marked = none.clone();
-            break;
-        }
-        marked = found;
-        progress("outliers left out");
-        competition = Competition::new(&inputs, &marked, progress)?;
-    }
+    let (competition, marked) = without_outliers(&inputs, competition, progress)?;
     let found = conclude(&inputs, &competition, &marked, progress)?;
     // To a curve, or to what nothing explains, those are outliers that it fits worst.
     let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
@@ -114,6 +89,52 @@ pub fn diagnose(
         return conclude(&inputs, &competition, &none, progress);
     }
     Ok(found)
+}
+
+/// What is to be explained can move constants that readings hardly tell to where no arm has them. They are then held as described, and the
+/// competition is held so, where that predicts readings held out no worse.
+fn with_constants_held<'a>(
+    inputs: &Inputs<'a>,
+    competition: &Competition,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Option<(Inputs<'a>, Competition)>, CalibrationError> {
+    let Some(found) = &competition.calibration else { return Ok(None) };
+    let hidden = run_away(inputs.model, &competition.campaign, found);
+    if hidden.is_empty() {
+        return Ok(None);
+    }
+    let held = inputs.without(&hidden);
+    let other = Competition::new(&held, &vec![false; inputs.campaign.readings.len()], progress)?;
+    let is_as_good = other.calibration.as_ref().is_some_and(|other| predicts_as_well(other, found));
+    Ok(is_as_good.then_some((held, other)))
+}
+
+/// Outliers are those of what explains the other readings, and are left out of the next competition: the last one, and which they are.
+fn without_outliers(
+    inputs: &Inputs,
+    mut competition: Competition,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(Competition, Vec<bool>), CalibrationError> {
+    let settings = &inputs.settings.outliers;
+    let none = vec![false; inputs.campaign.readings.len()];
+    let mut marked = none.clone();
+    for _ in 0..settings.competitions {
+        let found = outliers(&competition, &marked, settings);
+        if found == marked {
+            break;
+        }
+        if are_of_one_place(inputs, &competition, &found)? {
+            // Nothing is wrong with them: the robot itself is off there.
+            if marked.contains(&true) {
+                competition = Competition::new(inputs, &none, progress)?;
+            }
+            return Ok((competition, none));
+        }
+        marked = found;
+        progress("outliers left out");
+        competition = Competition::new(inputs, &marked, progress)?;
+    }
+    Ok((competition, marked))
 }
 
 /// Part of the memory that configurations drawn from many take up.

@@ -19,9 +19,9 @@ pub struct Inputs<'a> {
     pub nuisance: Vec<Slot>,
 }
 
-impl Inputs<'_> {
+impl<'a> Inputs<'a> {
     /// The same with parameters held.
-    pub fn without(&self, held: &[Slot]) -> Self {
+    pub fn without(&self, held: &[Slot]) -> Inputs<'a> {
         let nuisance = self.nuisance.iter().copied().filter(|slot| !held.contains(slot)).collect();
         Self { nuisance, ..*self }
     }

@@ -14,6 +14,7 @@ mod conclusion;
 mod constancy;
 mod cross_validation;
 mod diagnose;
+mod few_angles;
 mod flips;
 mod forward;
 mod free_errors;
@@ -50,8 +51,8 @@ pub use autocorrelation::autocorrelation;
 pub use diagnose::diagnose;
 pub use level::{Level, Stability, Support};
 pub use result::{
-    Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, Gap, Location,
-    LookAlikes, NextPose, NoiseSource, NotTried, Region, Rejected, Rest, Shrinkage, SiteShare, Verdict,
+    Autocorrelation, Cause, CauseParameter, Curve, Diagnosis, EffectAtSite, ExcessCompliance, Excluded, FewAngles, Gap,
+    Location, LookAlikes, NextPose, NoiseSource, NotTried, Region, Rejected, Rest, Shrinkage, SiteShare, Verdict,
 };
 pub use settings::{
     AutocorrelationSettings, ClaimSettings, LocationSettings, OutlierSettings, ProposalSettings, RivalSettings,

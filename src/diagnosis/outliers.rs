@@ -12,8 +12,8 @@ use super::linear_fit::{LinearFit, entry};
 use super::refit::with_nuisance;
 use super::result::{Cause, CauseParameter, Shrinkage};
 use super::settings::OutlierSettings;
-use super::windows::{LEAST, windows};
-use crate::effects::{Family, SiteKind};
+use super::windows::{self, LEAST};
+use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
 use crate::math::{distinct, least_squares, median};
 use crate::prediction::{Linearised, Predictor};
@@ -71,25 +71,13 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
     let (residual, _) = residuals(competition, marked);
     let squares = |left: &DVector<f64>| rows.iter().map(|&row| left[row] * left[row]).sum::<f64>();
     let before = squares(&residual);
-    for site in model.sites(SiteKind::Joint) {
-        let Some(variable) = site.coordinate.filter(|&of| model.variables.get(of).is_some_and(|own| own.is_angle))
-        else {
-            continue;
-        };
-        let Some(joint) = free.column(&site.name) else { continue };
-        let angles: Vec<f64> = (0..campaign.readings.len()).map(|k| campaign.configuration(k)[variable]).collect();
-        for window in windows(&angles) {
-            let weight = |row: usize| angles.get(all.reading[row]).map_or(0.0, |angle| window.weight(*angle));
-            let column = DVector::from_fn(all.rows(), |row, _| joint[row] * weight(row));
-            let size = column.norm_squared();
-            if size > 0.0
-                && squares(&(&residual - &column * (column.dot(&residual) / size))) < (1.0 - OF_ONE_PLACE) * before
-            {
-                return Ok(true);
-            }
-        }
-    }
-    Ok(false)
+    let mut are = false;
+    windows::each((model, campaign), all, &free, |_, _, column| {
+        let size = column.norm_squared();
+        let left = || squares(&(&residual - column * (column.dot(&residual) / size)));
+        are = are || size > 0.0 && left() < (1.0 - OF_ONE_PLACE) * before;
+    });
+    Ok(are)
 }
 
 /// Weighted residuals, nuisance and members fitted to the readings that are not marked; and the rows of these.

@@ -161,6 +161,26 @@ pub struct Rest {
     pub site: Option<String>,
     /// What that curve follows.
     pub follows: Option<String>,
+    /// The few angles of one joint at which most of it lies, where that is certain and the answer is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub few_angles: Option<FewAngles>,
+}
+
+/// An error at a few angles of one joint, as a damaged tooth makes: a raised cosine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FewAngles {
+    /// The joint's site.
+    pub site: String,
+    /// Its variable.
+    pub variable: String,
+    /// Where the error is greatest, deg.
+    pub at_deg: f64,
+    /// How far from there it is none, deg.
+    pub half_width_deg: f64,
+    /// The greatest error of the joint's angle, deg.
+    pub amount_deg: f64,
+    /// Share of the squares above the noise that it takes away.
+    pub share: f64,
 }
 
 /// A hypothesis that was not selected.

@@ -2,6 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use nalgebra::DVector;
+
+use super::free_errors::FreeErrors;
+use super::linear_problem::LinearProblem;
+use crate::description::campaign::Campaign;
+use crate::effects::{Site, SiteKind};
+use crate::model::Model;
+
 /// Half widths of the windows that are tried, rad: 5 to 40 deg. Wider ones are a swing of the joint's angle themselves.
 const HALF_WIDTHS: [f64; 4] = [PI / 36.0, PI / 18.0, PI / 9.0, 2.0 * PI / 9.0];
 /// Least number of configurations within a window: fewer are outliers.
@@ -10,8 +18,10 @@ pub const LEAST: usize = 3;
 /// A raised cosine of the angle, the same after a whole turn.
 #[derive(Debug, Clone, Copy)]
 pub struct Window {
-    centre: f64,
-    half_width: f64,
+    /// Angle at which its weight is 1, rad.
+    pub centre: f64,
+    /// Angle from there at which it is 0, rad.
+    pub half_width: f64,
 }
 
 impl Window {
@@ -33,4 +43,29 @@ pub fn windows(angles: &[f64]) -> Vec<Window> {
     };
     let holds_enough = |window: &Window| angles.iter().filter(|angle| window.weight(**angle) > 0.1).count() >= LEAST;
     HALF_WIDTHS.into_iter().flat_map(of_width).filter(holds_enough).collect()
+}
+
+/// Calls `look` with each window of each joint that turns: its site, and what an error of 1 rad there, within the window, moves the rows of
+/// a problem by, over their sigmas. `problem` holds the readings of `campaign`.
+pub fn each(
+    (model, campaign): (&Model, &Campaign),
+    problem: &LinearProblem,
+    free: &FreeErrors,
+    mut look: impl FnMut(&Site, Window, &DVector<f64>),
+) {
+    for site in model.sites(SiteKind::Joint) {
+        let is_angle = |of: &usize| model.variables.get(*of).is_some_and(|own| own.is_angle);
+        let (Some(variable), Some(joint)) = (site.coordinate.filter(is_angle), free.column(&site.name)) else {
+            continue;
+        };
+        let angles: Vec<f64> = (0..campaign.readings.len()).map(|k| campaign.configuration(k)[variable]).collect();
+        let mut one_of_each = angles.clone();
+        one_of_each.sort_by(f64::total_cmp);
+        one_of_each.dedup();
+        for window in windows(&one_of_each) {
+            // Constraints are no readings.
+            let weight = |row: usize| angles.get(problem.reading[row]).map_or(0.0, |angle| window.weight(*angle));
+            look(&site, window, &DVector::from_fn(problem.rows(), |row, _| joint[row] * weight(row)));
+        }
+    }
 }

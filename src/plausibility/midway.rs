@@ -70,14 +70,7 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
         fit.residual.len() as f64 * left.ln() + price * step.values
     };
     let step = bodies.chain(zeros).min_by(|a, b| merit(a).total_cmp(&merit(b)))?;
-    let drift = match step.what {
-        What::Zero(_) => drifted::<1>(&fit, &moves, step.what),
-        _ => drifted::<3>(&fit, &moves, step.what),
-    };
-    let step = match drift.filter(|drift| drift.gain > step.gain) {
-        Some(drift) => Step { at: step.at, ..drift },
-        None => step,
-    };
+    let step = drift_or(step, &fit, &moves);
     // Fixed reflectors that moved by less say that instrument and base stood still.
     let moved = reference_noise(&campaign.references).and_then(|seen| seen.motion).map(|motion| motion.greatest);
     if step.what == What::Instrument && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
@@ -222,6 +215,18 @@ fn greatest<const N: usize>(fit: &Fitted, moves: &Moves, what: What) -> Option<S
         order.iter().rev().take(last).map(|&k| (moves.columns::<N>(what, k) * &by).norm()).collect();
     let [fall, fall_of_half] = falls(fit, &order, &without(fit, &behind[..last], &on_basis, &by));
     Some(Step { by: median(&mut moved)?, fall, fall_of_half, ..best })
+}
+
+/// A step, or the drift of the same that takes more out of the residuals.
+fn drift_or(step: Step, fit: &Fitted, moves: &Moves) -> Step {
+    let drift = match step.what {
+        What::Zero(_) => drifted::<1>(fit, moves, step.what),
+        _ => drifted::<3>(fit, moves, step.what),
+    };
+    match drift.filter(|drift| drift.gain > step.gain) {
+        Some(drift) => Step { at: step.at, ..drift },
+        None => step,
+    }
 }
 
 /// What grows evenly from the first row to the last.

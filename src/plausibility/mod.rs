@@ -27,6 +27,7 @@ mod points;
 mod readings;
 mod reordered;
 mod sessions;
+mod shown;
 mod springs;
 mod stated_noise;
 mod step;

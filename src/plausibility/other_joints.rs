@@ -1,7 +1,7 @@
 //! Joint columns beside those at which the model is evaluated: of commanded and recorded joints one may be nearer to what the robot did.
 
 use super::evidence::{Evidence, Limits};
-use super::words::mm;
+use super::shown::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, calibrate};

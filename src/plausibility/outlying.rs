@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
+use super::shown::{mm, unit_of};
 use super::trial::{Trials, errors, lever, searching};
-use super::words::{mm, unit_of};
 use crate::description::campaign::{Campaign, Reading};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, Settings, calibrate, registered};

@@ -2,7 +2,7 @@
 
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::own_slots;
-use super::words::mm;
+use super::shown::mm;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::Estimate;
 use crate::math::median;
@@ -250,12 +250,14 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
     let ratio = |k: usize| after.distance[k] / before.distance[k];
     // The root mean square is what is shown; of mean and root mean square one wrong reading decides neither alone.
     let (shown, worse) = (ratio(1), ratio(0).min(ratio(1)));
-    if after.readings == 0 || !shown.is_finite() || shown <= limits.worse[0] {
+    // Where the fit leaves more than the noise, its parameters take up what the description does not have, and are good for nothing
+    // where they do not make unseen readings better.
+    let is_open = evidence.campaign.sigma.is_some() && found.noise_ratio > limits.noise[1];
+    let least = if is_open { 1.0 } else { limits.worse[0] };
+    if after.readings == 0 || !shown.is_finite() || shown <= least {
         return Vec::new();
     }
     let [from, to] = [before.distance[1], after.distance[1]].map(mm);
-    // Where the fit leaves more than the noise, its parameters take up what the description does not have.
-    let is_open = evidence.campaign.sigma.is_some() && found.noise_ratio > limits.noise[1];
     let fits = if is_open { "what is fitted takes up what is held or not described" } else { "it fits noise" };
     let message = format!("calibration makes readings that it did not see worse, from {from} to {to} mm: {fits}");
     let diagnostic = if worse > limits.worse[1] { Diagnostic::error(message) } else { Diagnostic::warning(message) };

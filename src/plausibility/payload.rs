@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
 use super::readings::AS_GOOD;
-use super::words::mm;
+use super::shown::mm;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Settings, calibrate};

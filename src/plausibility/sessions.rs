@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 
 use super::evidence::{Evidence, Limits};
+use super::shown::mm;
 use super::trial::typical;
-use super::words::mm;
 use crate::description::campaign::{Campaign, InSession, Reading, Sharing};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::estimation::{Calibration, RegistrationSettings, Settings, calibrate, registered};

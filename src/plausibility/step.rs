@@ -1,7 +1,7 @@
 //! Something that moved between readings, and how it is said.
 
 use super::evidence::Evidence;
-use super::words::mm;
+use super::shown::mm;
 use crate::diagnostic::{Code, Diagnostic};
 
 /// What moved.

@@ -1,10 +1,10 @@
 //! How a hypothesis is said.
 
-use super::evidence::Limits;
 use super::hypothesis::Hypothesis;
 use super::reordered::{Order, Reordered};
+use super::shown::{near, number, recorded};
 use super::turned::{Angles, Turned};
-use crate::description::campaign::{Campaign, Reading};
+use crate::description::campaign::Campaign;
 use crate::model::Model;
 
 /// How a hypothesis is said.
@@ -53,20 +53,10 @@ pub fn words_of(hypothesis: &Hypothesis, model: &Model, campaign: &Campaign) -> 
             "is that column in another unit, or its decimal sign in another place?",
             "write all coordinates in the unit that `units:` states",
         ),
-        Hypothesis::DirectionsReversed(target) => Words::new(
-            match target.and_then(|target| campaign.targets.get(target)) {
-                Some(target) => format!("the directions that `{}` measured reversed", target.name),
-                None => "measured directions reversed".into(),
-            },
-            "does the sensor show the reaction to gravity, upwards, has it two axes exchanged, or does `gravity` of the description point up?",
-            "give the direction in which gravity pulls, in right-handed axes: negate gx, gy and gz, or name the columns right; look at \
-             `gravity` of the description",
-        ),
-        Hypothesis::Reaction => Words::new(
-            "the wrenches reversed",
-            "are they those of the robot on the load cell?",
-            "give the force and torque that act on the robot: negate their columns",
-        ),
+        Hypothesis::DirectionsReversed(target) => {
+            directions(target.and_then(|target| campaign.targets.get(target)).map(|target| target.name.as_str()))
+        }
+        Hypothesis::Reaction => reaction(),
         Hypothesis::Moments(factor) => moments(factor),
         Hypothesis::Forces(factor) => forces(factor),
         Hypothesis::Turned(way) => turned(way),
@@ -108,6 +98,28 @@ const MARKERS: &str = "name the markers right in the column `marker`, or in the 
 
 fn axis(k: usize) -> &'static str {
     ["x", "y", "z"][k.min(2)]
+}
+
+/// Of one sensor's target, or of all.
+fn directions(target: Option<&str>) -> Words {
+    let with = match target {
+        Some(target) => format!("the directions that `{target}` measured reversed"),
+        None => "measured directions reversed".into(),
+    };
+    Words::new(
+        with,
+        "does the sensor show the reaction to gravity, upwards, has it two axes exchanged, or does `gravity` of the description point up?",
+        "give the direction in which gravity pulls, in right-handed axes: negate gx, gy and gz, or name the columns right; look at `gravity` \
+         of the description",
+    )
+}
+
+fn reaction() -> Words {
+    Words::new(
+        "the wrenches reversed",
+        "are they those of the robot on the load cell?",
+        "give the force and torque that act on the robot: negate their columns",
+    )
 }
 
 fn negated(joint: &str) -> Words {
@@ -299,15 +311,10 @@ fn turned(way: Turned) -> Words {
             "of the base in the body, a conjugate quaternion or a transposed matrix?",
             "give the orientation of the body in the instrument's frame",
         ),
-        Turned::Unit(meant, read) => {
-            let with = format!("measured rotations read as {}", meant.name());
-            let question = format!("are they in {}, and declared in {}?", meant.name(), read.name());
-            let remedy =
-                "state the angle unit of the table under `units:` of the campaign, or convert the columns".into();
-            return Words { with, question, remedy, is_unit: true };
-        }
-        Turned::AnglesUnit(meant, read) => {
-            let with = format!("the angles of the orientations read as {}", meant.name());
+        Turned::Unit(meant, read) | Turned::AnglesUnit(meant, read) => {
+            let is_vector = matches!(way, Turned::Unit(..));
+            let what = if is_vector { "measured rotations" } else { "the angles of the orientations" };
+            let with = format!("{what} read as {}", meant.name());
             let question = format!("are they in {}, and declared in {}?", meant.name(), read.name());
             let remedy =
                 "state the angle unit of the table under `units:` of the campaign, or convert the columns".into();
@@ -353,69 +360,4 @@ fn turned(way: Turned) -> Words {
         ),
     };
     Words { with, question: question.into(), remedy: remedy.into(), is_unit: false }
-}
-
-/// A factor as it is said.
-fn number(factor: f64) -> String {
-    if factor >= 1.0 {
-        format!("{}", (factor * 1e3).round() / 1e3)
-    } else {
-        format!("{}", (factor * 1e5).round() / 1e5)
-    }
-}
-
-/// What a factor on lengths means: the unit in which they are recorded, and the one declared.
-fn recorded(factor: f64) -> String {
-    let names: &[[&str; 2]] = match factor {
-        f if near(f, 1e3) => &[["m", "mm"], ["mm", "um"]],
-        f if near(f, 1e-3) => &[["mm", "m"], ["um", "mm"]],
-        f if near(f, 25.4) => &[["inches", "mm"]],
-        f if near(f, 1.0 / 25.4) => &[["mm", "inches"]],
-        f if near(f, 10.0) => &[["cm", "mm"]],
-        f if near(f, 0.1) => &[["mm", "cm"]],
-        f if near(f, 100.0) => &[["m", "cm"]],
-        f if near(f, 0.01) => &[["cm", "m"]],
-        f if near(f, 304.8) => &[["feet", "mm"]],
-        f if near(f, 1.0 / 304.8) => &[["mm", "feet"]],
-        f if near(f, 1.0 / 0.0254) => &[["m", "inches"]],
-        _ => &[["inches", "m"]],
-    };
-    let units: Vec<String> = names.iter().map(|[is, was]| format!("in {is}, and declared in {was}")).collect();
-    units.join(" (or ") + if units.len() > 1 { ")" } else { "" }
-}
-
-fn near(a: f64, b: f64) -> bool {
-    (a / b - 1.0).abs() < 1e-6
-}
-
-/// How errors (m, rotations and loads by what they are at the end of [`Limits::arm`]) are shown: a factor before [`mm`], and the unit.
-/// Readings without lengths are of angles or of loads alone.
-pub fn unit_of(campaign: &Campaign) -> (f64, &'static str) {
-    let arm = Limits::default().arm;
-    let all = |is: fn(&Reading) -> bool| !campaign.readings.is_empty() && campaign.readings.iter().all(is);
-    if all(|reading| reading.observes.by_variable().is_some()) {
-        (1e-3 / arm, "N.m")
-    } else if all(|reading| reading.observes.length_rows() == 0) {
-        ((1e-3 / arm).to_degrees(), "deg")
-    } else {
-        (1.0, "mm")
-    }
-}
-
-/// Errors of positions (m) and of orientations (rad): `1.72 mm and 0.05 deg`.
-pub fn both([lengths, rotations]: [f64; 2]) -> String {
-    format!("{} mm and {} deg", mm(lengths), digits(rotations.to_degrees()))
-}
-
-/// A length in mm, three digits.
-pub fn mm(metres: f64) -> String {
-    digits(1e3 * metres)
-}
-
-fn digits(value: f64) -> String {
-    match value.abs() {
-        size if size >= 99.95 => format!("{value:.0}"),
-        size if size >= 9.995 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
-    }
 }

@@ -5,7 +5,9 @@ use std::fmt::Write;
 use super::plots::bars;
 use super::table::Screen;
 use crate::description::raw::RawAmount;
-use crate::diagnosis::{Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, Level, Stability, Verdict};
+use crate::diagnosis::{
+    Autocorrelation, CauseParameter, Curve, EffectAtSite, Excluded, FewAngles, Level, Stability, Verdict,
+};
 use crate::results::{Cause, Diagnosis, Location, NextPose, NoiseFrom, Refitted, Rejected, WeightSource};
 
 /// Most outliers listed.
@@ -176,6 +178,15 @@ fn open(found: &Diagnosis) -> String {
         && found.verdict != Verdict::Explained
     {
         let _ = writeln!(out, "open: {:.4} mm above the noise; most of it at {site}, going with {follows}", rest.rms);
+    }
+    if let Some(few) = &rest.few_angles {
+        let FewAngles { site, variable, at_deg, half_width_deg, amount_deg, share } = few;
+        let _ = writeln!(
+            out,
+            "open at a few angles: {:.0} % of the squares above the noise lie at {site} where {variable} is within {at_deg:.0} +- \
+             {half_width_deg:.0} deg ({amount_deg:+.3} deg at most): look at teeth and bearing rings there, and measure more of these angles",
+            100.0 * share
+        );
     }
     for Excluded { effect, site, by } in &found.excluded {
         let _ = writeln!(out, "excluded: {effect} at {site}: {by}");

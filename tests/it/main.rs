@@ -33,6 +33,7 @@ mod equivalences;
 mod estimation;
 mod evidence;
 mod examples;
+mod few_angles;
 mod figures;
 mod free_form;
 mod fuzzing;

@@ -8,6 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::cli::run;
 use super::plausibility::{Table, doubts, json, of_code, refuses, spoil, starter};
+use super::plausible_loads::LOADED;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -167,21 +168,6 @@ fn a_drift_is_not_told_as_a_step() {
     assert!((moved - 1.0).abs() < 0.1, "{moved}");
 }
 
-/// An arm with masses and springs, and what it carries.
-const CARRYING: &str = "gravity: [0, 0, -9.81]
-bodies:
-  2: {mass: 90, com: [300, 0, 0]}
-  3: {mass: 60, com: [60, 0, 50]}
-  4: {mass: 30, com: [0, 0, -200]}
-  5: {mass: 12, com: [0, 0, 0]}
-  6: {mass: 5, com: [0, 0, 50]}
-joint_stiffness:
-  2: {kar: {value: 2e5, identifiable: true}}
-  3: {kar: {value: 1e5, identifiable: true}}
-  4: {kar: {value: 4e4, identifiable: true}}
-  5: {kar: {value: 3e4, identifiable: true}}
-";
-
 /// A payload ten times too heavy, or with its centre in cm: springs take up a part of it. Where springs are off and held,
 /// a length along the last axis, which weight alone tells from the tool, stays as described.
 #[test]
@@ -190,7 +176,7 @@ fn a_payload_in_another_unit_is_named() {
     let at = folder.path();
     let bare = fs::read_to_string(at.join("c/robot.yaml")).expect("text");
     let bare = bare.split("# Masses and springs").next().expect("a part");
-    fs::write(at.join("arm.yaml"), format!("{bare}{CARRYING}")).expect("written");
+    fs::write(at.join("arm.yaml"), format!("{bare}{LOADED}")).expect("written");
     let plan = "robot: arm.yaml\nunits: {length: mm, angle: deg}\nobserves: position\ninstrument: {sigma: 0.03}\n\
                 estimate: {base: true, tool: true}\ncalibrate: [geometry, joint-offset, joint-compliance]\n\
                 payloads:\n  block: {mass: 30, com: [120, 60, 100]}\nmeasurements: carried.csv\n";

@@ -8,7 +8,7 @@ use super::cli::{Ran, run};
 use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
 
 /// The arm of `init` with masses and springs.
-const LOADED: &str = "gravity: [0, 0, -9.81]
+pub(super) const LOADED: &str = "gravity: [0, 0, -9.81]
 bodies:
   1: {mass: 150, com: [50, 0, -100]}
   2: {mass: 90, com: [300, 0, 0]}

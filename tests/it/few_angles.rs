@@ -1,0 +1,45 @@
+//! An error at a few angles of one joint, as a damaged tooth makes: it is no law of the catalogue and no wrong reading, and is told where it is.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::cli::run;
+use super::plausibility::{Table, json, spoil};
+
+/// What `diagnose` finds where a joint stands off within some degrees of an angle: a raised cosine, deg.
+fn diagnosed(at: &Path, robot: &str, seed: &str, (variable, centre, half_width, most): (&str, f64, f64, f64)) -> Value {
+    let arm = ["simulate", robot, "--poses", "60", "--seed", seed, "--errors", "1", "--noise", "0.03"];
+    let ran = run(at, &[&arm[..], &["--unknown-base", "--unknown-tool", "--into", robot]].concat());
+    assert_eq!(ran.status, 0, "{}{}", ran.out, ran.err);
+    spoil(&at.join(robot), |t: &mut Table| {
+        let column = t.column(variable);
+        for row in &mut t.rows {
+            let angle: f64 = row[column].parse().expect("deg");
+            let off = (angle - centre).abs() / half_width;
+            let error = if off < 1.0 { most * 0.5 * (1.0 + (PI * off).cos()) } else { 0.0 };
+            row[column] = (angle - error).to_string();
+        }
+    });
+    json(&run(at, &["diagnose", robot, "--format", "json"]))
+}
+
+#[test]
+fn an_error_at_a_few_angles_is_told_where_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (robot, seed, tooth) in
+        [("kuka-kr270", "113", ("q1", 102.0, 16.0, -0.09)), ("franka-panda", "107", ("q3", 122.0, 23.0, -0.08))]
+    {
+        let found = diagnosed(folder.path(), robot, seed, tooth);
+        let laws = found["causes"].as_array().expect("a list").iter().filter(|cause| cause["level"] == "law");
+        assert_eq!(laws.count(), 0, "{robot}: {}", found["causes"]);
+        let few = &found["rest"]["few_angles"];
+        assert_eq!(few["variable"], tooth.0, "{robot}: {} {}", found["verdict"], found["rest"]);
+        let [at, amount, share] = ["at_deg", "amount_deg", "share"].map(|key| few[key].as_f64().expect("a number"));
+        assert!(
+            (at - tooth.1).abs() < tooth.2 && (amount / tooth.3 - 1.0).abs() < 0.4 && share > 0.5,
+            "{robot}: {few}"
+        );
+    }
+}
