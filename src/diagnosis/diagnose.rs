@@ -76,7 +76,7 @@ pub fn diagnose(
         }
         other => other?,
     };
-    if let Some((held, other)) = with_constants_held(&inputs, &competition, progress)? {
+    if let Some((held, other)) = with_constants_held(&inputs, &competition, progress) {
         (inputs, competition) = (held, other);
     }
     let (competition, marked) = without_outliers(&inputs, competition, progress)?;
@@ -97,16 +97,17 @@ fn with_constants_held<'a>(
     inputs: &Inputs<'a>,
     competition: &Competition,
     progress: &mut dyn FnMut(&str),
-) -> Result<Option<(Inputs<'a>, Competition)>, CalibrationError> {
-    let Some(found) = &competition.calibration else { return Ok(None) };
+) -> Option<(Inputs<'a>, Competition)> {
+    let found = competition.calibration.as_ref()?;
     let hidden = run_away(inputs.model, &competition.campaign, found);
     if hidden.is_empty() {
-        return Ok(None);
+        return None;
     }
     let held = inputs.without(&hidden);
-    let other = Competition::new(&held, &vec![false; inputs.campaign.readings.len()], progress)?;
+    // What cannot be computed so stays as it is.
+    let other = Competition::new(&held, &vec![false; inputs.campaign.readings.len()], progress).ok()?;
     let is_as_good = other.calibration.as_ref().is_some_and(|other| predicts_as_well(other, found));
-    Ok(is_as_good.then_some((held, other)))
+    is_as_good.then_some((held, other))
 }
 
 /// Outliers are those of what explains the other readings, and are left out of the next competition: the last one, and which they are.

@@ -1,5 +1,7 @@
 //! What is left open at a few angles of one joint: the mark of a damaged tooth, or of a dent in a bearing ring.
 
+use nalgebra::DVector;
+
 use super::competition::Competition;
 use super::free_errors::FreeErrors;
 use super::inputs::Inputs;
@@ -30,17 +32,19 @@ pub fn few_angles(
     let total = left.norm_squared();
     let freedom = (problem.rows() as f64 - basis.ncols() as f64 - 1.0).max(1.0);
     let excess = total - (freedom + 1.0) * noise * noise;
-    let (mut best, mut tried) = (None, 0.0);
+    let mut best: Option<(f64, FewAngles, DVector<f64>)> = None;
+    let mut tried = 0.0;
     windows::each((model, campaign), problem, &free, |site, window, column| {
         tried += 1.0;
-        let own = project_off(column, &basis);
-        let (size, along) = (own.norm_squared(), own.dot(&left));
+        // What is left is orthogonal to the basis already.
+        let along = column.dot(&left);
+        let size = column.norm_squared() - basis.tr_mul(column).norm_squared();
         // What is calibrated makes the same.
         if size <= 1e-6 * column.norm_squared() {
             return;
         }
         let gain = along * along / size;
-        if best.as_ref().is_none_or(|(greatest, _)| gain > *greatest) {
+        if best.as_ref().is_none_or(|(greatest, ..)| gain > *greatest) {
             let found = FewAngles {
                 site: site.name.clone(),
                 variable: site.coordinate.map_or_else(String::new, |of| model.variables[of].name.clone()),
@@ -49,12 +53,21 @@ pub fn few_angles(
                 amount_deg: (along / size).to_degrees(),
                 share: ((gain - noise * noise) / excess).min(1.0),
             };
-            best = Some((gain, found));
+            best = Some((gain, found, column * (along / size)));
         }
     });
+    // One configuration that is far off is an outlier, and has some joint's direction.
+    let is_of_several = |by: &DVector<f64>| {
+        let rows: Vec<usize> = (0..by.len()).collect();
+        let poses = rows.chunk_by(|a, b| problem.pose[*a] == problem.pose[*b]);
+        let squares =
+            |pose: &[usize], share: f64| pose.iter().map(|&row| (left[row] - share * by[row]).powi(2)).sum::<f64>();
+        poses.filter(|pose| squares(pose, 1.0) < 0.5 * squares(pose, 0.0)).count() >= windows::LEAST
+    };
     let is_certain = |gain: f64| {
         let variance = (total - gain).max(f64::MIN_POSITIVE) / freedom;
         f_tail(gain / variance, 1.0, freedom) * tried < inputs.settings.claims.chance
     };
-    Ok(best.filter(|(gain, found)| excess > 0.0 && found.share >= MOST && is_certain(*gain)).map(|(_, found)| found))
+    let is_clear = |gain: f64, found: &FewAngles| excess > 0.0 && found.share >= MOST && is_certain(gain);
+    Ok(best.filter(|(gain, found, by)| is_clear(*gain, found) && is_of_several(by)).map(|(_, found, _)| found))
 }

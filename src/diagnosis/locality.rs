@@ -21,7 +21,7 @@ impl Compared<'_> {
         let law = &problem.hypotheses[own];
         let is_turned = law.site.kind == SiteKind::Joint && law.family() == Family::Kinematic && !law.is_free();
         let Some(coordinate) = law.site.coordinate.filter(|_| is_turned) else { return false };
-        if readings.model.variables.get(coordinate).is_some_and(|variable| !variable.is_angle) {
+        if !readings.model.variables.get(coordinate).is_some_and(|variable| variable.is_angle) {
             return false;
         }
         let Some(joint) = self.tests.free_errors.column(&law.site.name) else { return false };

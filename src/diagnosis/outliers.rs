@@ -15,7 +15,7 @@ use super::settings::OutlierSettings;
 use super::windows::{self, LEAST};
 use crate::effects::Family;
 use crate::estimation::{CalibrationError, errors_of};
-use crate::math::{distinct, least_squares, median};
+use crate::math::{least_squares, median};
 use crate::prediction::{Linearised, Predictor};
 
 /// Median absolute deviation of normal noise, to its sigma.
@@ -51,10 +51,11 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
     of(true).fold(f64::INFINITY, f64::min) > settings.apart * of(false).fold(0.0, f64::max)
 }
 
-/// Share of the squares of the marked readings that one error at a few angles of one joint takes away, from which on they are no wrong
-/// readings. Wrong ones at three configurations and more share neither direction nor size; a damaged tooth or ring does, and the
-/// shape of its window leaves a tenth or so.
+/// Share of the configurations with marked readings whose squares fall by half and more with one error at a few angles of one joint,
+/// from which on these are no wrong readings: with one amount for all, wrong ones share neither direction nor size.
 const OF_ONE_PLACE: f64 = 0.7;
+/// The fall of a configuration's squares that counts.
+const BY_HALF: f64 = 0.5;
 
 /// Whether the marked readings are wrong by what one joint does at a few of its angles.
 ///
@@ -64,18 +65,25 @@ pub fn are_of_one_place(inputs: &Inputs, competition: &Competition, marked: &[bo
     let (model, campaign, all) = (inputs.model, inputs.campaign, &competition.all);
     let is_marked = |row: &usize| marked.get(all.reading[*row]) == Some(&true);
     let rows: Vec<usize> = (0..all.rows()).filter(is_marked).collect();
-    if distinct(rows.iter().map(|&row| all.pose[row])).len() < LEAST {
+    let poses: Vec<&[usize]> = rows.chunk_by(|a, b| all.pose[*a] == all.pose[*b]).collect();
+    if poses.len() < LEAST {
         return Ok(false);
     }
     let free = FreeErrors::new(model, campaign, &competition.values, all)?;
     let (residual, _) = residuals(competition, marked);
-    let squares = |left: &DVector<f64>| rows.iter().map(|&row| left[row] * left[row]).sum::<f64>();
-    let before = squares(&residual);
+    let most = (OF_ONE_PLACE * poses.len() as f64).ceil() as usize;
     let mut are = false;
     windows::each((model, campaign), all, &free, |_, _, column| {
         let size = column.norm_squared();
-        let left = || squares(&(&residual - column * (column.dot(&residual) / size)));
-        are = are || size > 0.0 && left() < (1.0 - OF_ONE_PLACE) * before;
+        if are || size == 0.0 {
+            return;
+        }
+        let amount = column.dot(&residual) / size;
+        let falls = |pose: &&&[usize]| {
+            let squares = |by: f64| pose.iter().map(|&row| (residual[row] - by * column[row]).powi(2)).sum::<f64>();
+            squares(amount) < BY_HALF * squares(0.0)
+        };
+        are = poses.iter().filter(falls).count() >= most.max(LEAST);
     });
     Ok(are)
 }

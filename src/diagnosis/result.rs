@@ -179,7 +179,7 @@ pub struct FewAngles {
     pub half_width_deg: f64,
     /// The greatest error of the joint's angle, deg.
     pub amount_deg: f64,
-    /// Share of the squares above the noise that it takes away.
+    /// Share of the squares that are left, those of known noise taken off, that it takes away.
     pub share: f64,
 }
 

@@ -59,9 +59,9 @@ pub fn each(
             continue;
         };
         let angles: Vec<f64> = (0..campaign.readings.len()).map(|k| campaign.configuration(k)[variable]).collect();
-        let mut one_of_each = angles.clone();
-        one_of_each.sort_by(f64::total_cmp);
-        one_of_each.dedup();
+        let mut seen = vec![false; campaign.poses.len()];
+        let is_first = |k: &usize| !std::mem::replace(&mut seen[campaign.readings[*k].pose], true);
+        let one_of_each: Vec<f64> = (0..angles.len()).filter(is_first).map(|k| angles[k]).collect();
         for window in windows(&one_of_each) {
             // Constraints are no readings.
             let weight = |row: usize| angles.get(problem.reading[row]).map_or(0.0, |angle| window.weight(*angle));

@@ -139,7 +139,8 @@ impl Observation for Direction {
     }
 
     fn reversed(&self, measured: &Rows) -> Option<Rows> {
-        Some(rows_of(&-read(measured)))
+        // An axis of the tool is no sensor's.
+        self.of_tool.is_none().then(|| rows_of(&-read(measured)))
     }
 
     fn value(&self, point: &MeasuredPoint) -> Rows {

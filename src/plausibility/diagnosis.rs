@@ -6,6 +6,7 @@ use super::common_factor;
 use super::evidence::{Evidence, Limits};
 use super::hypothesis::total_length;
 use super::springs::is_too_soft;
+use super::step::OF_MARKER;
 use crate::description::campaign::{Campaign, Reading};
 use crate::description::resolve::heaviest;
 use crate::diagnosis::{Diagnosis, NoiseSource, Verdict};
@@ -42,7 +43,7 @@ pub fn doubts(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Li
     let about_figures = |diagnostic: &Diagnostic| {
         let is_shown = diagnostic.code.is_about_figures() || diagnostic.code == Code::DependentReadings;
         let is_own = is_shown && diagnostic.code != Code::TooLittleData;
-        let is_own = is_own && !(diagnostic.code == Code::MovedMidway && is_in_time(found));
+        let is_own = is_own && !(diagnostic.code == Code::MovedMidway && is_named(diagnostic, found));
         is_own && !is_gap(diagnostic) && !is_explained(diagnostic)
     };
     let mut all: Vec<Diagnostic> = calibration.into_iter().flatten().filter(about_figures).collect();
@@ -104,18 +105,18 @@ fn unlike_noise(found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
     Some(diagnostic.remedy("state the noise under `instrument: {sigma: ..}`, in the campaign's units; look at signs and order of columns, loads included"))
 }
 
-/// Whether a cause goes with time: it is itself the step or drift that calibration leaves.
-fn is_in_time(found: &Diagnosis) -> bool {
-    found.causes.iter().any(|cause| cause.family == Family::Time)
+/// Whether a cause goes with time: it is itself the step or drift that calibration leaves, but for one marker of several, which no cause is.
+fn is_named(step: &Diagnostic, found: &Diagnosis) -> bool {
+    !step.figures.contains_key(OF_MARKER) && found.causes.iter().any(|cause| cause.family == Family::Time)
 }
 
 /// Where causes leave a gap, or readings were set aside and are not named as a cause: what forbids `identify` to write its calibration of
 /// all readings, those that the diagnosis set aside included.
 /// Outliers may hide a step, and a calibration that the tolerances pull is not judged.
 fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Vec<Diagnostic> {
-    let is_named = found.causes.iter().any(|cause| cause.family == Family::Gross);
+    let names_outliers = found.causes.iter().any(|cause| cause.family == Family::Gross);
     let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
-        || !found.outliers.is_empty() && !is_named;
+        || !found.outliers.is_empty() && !names_outliers;
     let fits_as_identify = campaign.observes.purpose() == Purpose::Geometry || !campaign.calibrate.is_empty();
     if !is_open || !fits_as_identify {
         return Vec::new();
@@ -124,7 +125,7 @@ fn forbidden_to_identify(model: &Model, campaign: &Campaign, found: &Diagnosis, 
     let asked = Settings { second_order: false, ..Settings::default() };
     let Ok(calibrated) = calibrate(model, campaign, &held_out, &asked, &mut |_| {}) else { return Vec::new() };
     let forbids = |diagnostic: &Diagnostic| match diagnostic.code {
-        Code::MovedMidway => !is_in_time(found),
+        Code::MovedMidway => !is_named(diagnostic, found),
         // Of the amount the verdict has its own limits.
         Code::TooLittleData => false,
         code => code.forbids_saving(),

@@ -123,6 +123,8 @@ pub struct Limits {
     /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
     /// calibrate, n residuals and p parameters leave sqrt(n / (n - p)): 1.1 for p = n / 6.
     pub worse: [f64; 2],
+    /// The same from which it is told where more than the noise is left: nothing is better then, beyond what is rounded.
+    pub worse_open: f64,
     /// Configurations below which nothing is concluded: as many as [`crate::estimation::split`] needs to hold some out.
     pub fewest_configurations: usize,
     /// Residuals for each fitted parameter below which errors of other readings are inflated by more than
@@ -186,6 +188,7 @@ impl Default for Limits {
             all_springs: 10.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],
+            worse_open: 1.02,
             fewest_configurations: 8,
             rows_per_parameter: 1.5,
             sessions_fall: 1.5,

@@ -70,7 +70,6 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
         fit.residual.len() as f64 * left.ln() + price * step.values
     };
     let step = bodies.chain(zeros).min_by(|a, b| merit(a).total_cmp(&merit(b)))?;
-    let step = drift_or(step, &fit, &moves);
     // Fixed reflectors that moved by less say that instrument and base stood still.
     let moved = reference_noise(&campaign.references).and_then(|seen| seen.motion).map(|motion| motion.greatest);
     if step.what == What::Instrument && moved.is_some_and(|moved| moved < limits.reference_step * step.by) {
@@ -94,7 +93,7 @@ fn stepped(evidence: &Evidence, limits: &Limits, wrong: &[usize]) -> Option<Step
     {
         return None;
     }
-    Some(step)
+    Some(drift_or(step, &fit, &moves))
 }
 
 /// What turns and shifts move the fitted readings by.

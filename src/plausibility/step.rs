@@ -34,6 +34,9 @@ pub(super) struct Step {
     pub fall_of_half: f64,
 }
 
+/// The figure that holds the index of the one marker that moved.
+pub(super) const OF_MARKER: &str = "marker";
+
 /// What is said of it.
 pub(super) fn described(evidence: &Evidence, step: &Step) -> Diagnostic {
     let (campaign, fall) = (evidence.campaign, step.fall);
@@ -82,11 +85,12 @@ pub(super) fn described(evidence: &Evidence, step: &Step) -> Diagnostic {
         "{since} readings{of} are {} mm away from those before, and without that step errors fall to 1/{fall:.1}: {what}?",
         mm(step.by)
     );
-    Diagnostic::warning(message)
-        .code(Code::MovedMidway)
-        .remedy(remedy)
-        .figure("step_mm", 1e3 * step.by)
-        .figure("fall", fall)
+    let diagnostic = Diagnostic::warning(message).code(Code::MovedMidway).remedy(remedy);
+    let diagnostic = diagnostic.figure("step_mm", 1e3 * step.by).figure("fall", fall);
+    match step.what {
+        What::Marker(marker) => diagnostic.figure(OF_MARKER, marker as f64),
+        _ => diagnostic,
+    }
 }
 
 /// Words of a drift; `of` names the marker that does it.

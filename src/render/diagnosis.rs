@@ -183,7 +183,7 @@ fn open(found: &Diagnosis) -> String {
         let FewAngles { site, variable, at_deg, half_width_deg, amount_deg, share } = few;
         let _ = writeln!(
             out,
-            "open at a few angles: {:.0} % of the squares above the noise lie at {site} where {variable} is within {at_deg:.0} +- \
+            "open at a few angles: {:.0} % of the squares that stay (known noise taken off) lie at {site} where {variable} is within {at_deg:.0} +- \
              {half_width_deg:.0} deg ({amount_deg:+.3} deg at most): look at teeth and bearing rings there, and measure more of these angles",
             100.0 * share
         );

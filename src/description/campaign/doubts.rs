@@ -215,8 +215,8 @@ fn held_out_and_fitted(campaign: &Campaign, place: &impl Fn(usize, &str) -> Opti
 /// Least share of the readings that are copies of others before it is warned of: single ones are chance, of coarse readings.
 const COPIED: f64 = 0.1;
 
-/// Least number of copies that are warned of where all readings of a configuration that was read again are copies: rows were pasted.
-/// Coarse readings agree by chance in some of their repeats, not in all.
+/// Least number of configurations with copies that are warned of where all readings of a configuration that was read again are copies:
+/// rows were pasted. Coarse readings of a home position agree by chance, at one configuration.
 const PASTED: usize = 3;
 
 /// Readings that agree with another one to the last digit, in everything that was measured, or but for digits that were cut: noise
@@ -224,7 +224,8 @@ const PASTED: usize = 3;
 fn copies(campaign: &Campaign, sources: &[Source]) -> Option<Diagnostic> {
     let is_many = |copied: &Vec<usize>| copied.len() as f64 >= COPIED * campaign.readings.len() as f64;
     let (exact, repeated) = exact_copies(campaign);
-    let are_pasted = exact.len() >= PASTED && exact.len() == repeated;
+    let configurations: HashSet<usize> = exact.iter().map(|&index| campaign.readings[index].pose).collect();
+    let are_pasted = configurations.len() >= PASTED && exact.len() == repeated;
     let found = Some((exact, "to the last digit")).filter(|(copied, _)| are_pasted || is_many(copied));
     let (copied, how) = found.or_else(|| {
         Some((near_copies(campaign), "but for digits that were cut")).filter(|(copied, _)| is_many(copied))
