@@ -57,12 +57,15 @@ pub fn few_angles(
         }
     });
     // One configuration that is far off is an outlier, and has some joint's direction.
-    let is_of_several = |by: &DVector<f64>| {
+    let is_of_several = |column: &DVector<f64>| {
+        // What is calibrated takes a part up.
+        let by = project_off(column, &basis);
         let rows: Vec<usize> = (0..by.len()).collect();
         let poses = rows.chunk_by(|a, b| problem.pose[*a] == problem.pose[*b]);
         let squares =
             |pose: &[usize], share: f64| pose.iter().map(|&row| (left[row] - share * by[row]).powi(2)).sum::<f64>();
-        poses.filter(|pose| squares(pose, 1.0) < 0.5 * squares(pose, 0.0)).count() >= windows::LEAST
+        let is_within = |pose: &&[usize]| pose.iter().any(|&row| column[row] != 0.0);
+        poses.filter(is_within).filter(|pose| squares(pose, 1.0) < 0.5 * squares(pose, 0.0)).count() >= windows::LEAST
     };
     let is_certain = |gain: f64| {
         let variance = (total - gain).max(f64::MIN_POSITIVE) / freedom;
