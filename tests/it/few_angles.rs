@@ -29,7 +29,7 @@ fn diagnosed(at: &Path, robot: &str, seed: &str, (variable, centre, half_width, 
 fn an_error_at_a_few_angles_is_told_where_it_is() {
     let folder = tempfile::tempdir().expect("a folder");
     for (robot, seed, tooth) in
-        [("kuka-kr270", "113", ("q1", 102.0, 16.0, -0.09)), ("franka-panda", "107", ("q3", 122.0, 23.0, -0.08))]
+        [("kuka-kr270", "121", ("q1", 102.0, 24.0, -0.09)), ("franka-panda", "107", ("q3", 122.0, 23.0, -0.08))]
     {
         let found = diagnosed(folder.path(), robot, seed, tooth);
         let laws = found["causes"].as_array().expect("a list").iter().filter(|cause| cause["level"] == "law");
