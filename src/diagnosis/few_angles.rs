@@ -11,7 +11,9 @@ use crate::math::quantiles::f_tail;
 use crate::math::{orthonormal, project_off};
 use crate::prediction::PredictionError;
 
-/// Share of the squares above the noise (of all squares where the noise is not known) from which most of what is open lies there.
+/// Share of a window's squares below which what is calibrated makes the same as the window, to rounding.
+const ITS_OWN: f64 = 1e-6;
+/// Share of the squares above the noise (of all squares where the noise is not known) from which most of what is open lies there: more than half.
 const MOST: f64 = 0.5;
 
 /// The window of a joint's angle at which one error takes most of the rest away, `members` and what is calibrated fitted with it; `None`
@@ -39,8 +41,7 @@ pub fn few_angles(
         // What is left is orthogonal to the basis already.
         let along = column.dot(&left);
         let size = column.norm_squared() - basis.tr_mul(column).norm_squared();
-        // What is calibrated makes the same.
-        if size <= 1e-6 * column.norm_squared() {
+        if size <= ITS_OWN * column.norm_squared() {
             return;
         }
         let gain = along * along / size;

@@ -4,11 +4,11 @@
 //! where there are none. One window of the joint's angle that predicts readings held out certainly better, and by much, shows it; what
 //! such a law is called is then not known, and a curve at the joint stands for it.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::compared::Compared;
 use super::held_out::paired;
-use super::windows::windows;
+use super::windows::of_joint;
 use crate::effects::{Family, SiteKind};
 use crate::math::quantiles::normal_of_any;
 
@@ -19,25 +19,15 @@ impl Compared<'_> {
         let [own] = self.sets[at][..] else { return false };
         let (problem, settings, readings) = (self.forward.problem, self.forward.settings, self.tests.readings);
         let law = &problem.hypotheses[own];
-        let is_turned = law.site.kind == SiteKind::Joint && law.family() == Family::Kinematic && !law.is_free();
-        let Some(coordinate) = law.site.coordinate.filter(|_| is_turned) else { return false };
-        if !readings.model.variables.get(coordinate).is_some_and(|variable| variable.is_angle) {
+        let is_kinematic = law.site.kind == SiteKind::Joint && law.family() == Family::Kinematic && !law.is_free();
+        if !is_kinematic {
             return false;
         }
-        let Some(joint) = self.tests.free_errors.column(&law.site.name) else { return false };
-        let angles = readings.positions(coordinate);
-        let poses = problem.poses();
-        let of_row: Vec<Option<f64>> = (0..problem.rows())
-            .map(|row| angles.get(poses.partition_point(|pose| *pose < problem.pose[row])).copied().flatten())
-            .collect();
-        let known: Vec<f64> = angles.iter().flatten().copied().collect();
-        let windows: Vec<DMatrix<f64>> = windows(&known)
-            .into_iter()
-            .map(|window| {
-                let column = |row: usize| joint[row] * of_row[row].map_or(0.0, |angle| window.weight(angle));
-                DMatrix::from_columns(&[DVector::from_fn(problem.rows(), |row, _| column(row))])
-            })
-            .collect();
+        let mut windows: Vec<DMatrix<f64>> = Vec::new();
+        let read = (readings.model, readings.campaign);
+        of_joint(read, problem, self.tests.free_errors, &law.site, |_, column| {
+            windows.push(DMatrix::from_columns(std::slice::from_ref(column)));
+        });
         let certain = normal_of_any(settings.of_any, windows.len().max(1)).max(settings.paired_t);
         let losses = self.forward.folds.losses(&self.additions.with(&windows));
         losses.with.iter().any(|local| {

@@ -52,7 +52,8 @@ pub fn stand_apart(competition: &Competition, marked: &[bool], settings: &Outlie
 }
 
 /// Share of the configurations with marked readings whose squares fall by half and more with one error at a few angles of one joint,
-/// from which on these are no wrong readings: with one amount for all, wrong ones share neither direction nor size.
+/// from which on these are no wrong readings: with one amount for all, wrong ones share neither direction nor size. A
+/// judgement; tried on random outliers and on teeth of 10 to 30 deg.
 const OF_ONE_PLACE: f64 = 0.7;
 /// The fall of a configuration's squares that counts.
 const BY_HALF: f64 = 0.5;

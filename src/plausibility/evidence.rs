@@ -123,7 +123,7 @@ pub struct Limits {
     /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
     /// calibrate, n residuals and p parameters leave sqrt(n / (n - p)): 1.1 for p = n / 6.
     pub worse: [f64; 2],
-    /// The same from which it is told where more than the noise is left: nothing is better then, beyond what is rounded.
+    /// The same from which it is told where more than the noise is left: nothing is better then, beyond what is rounded. A judgement.
     pub worse_open: f64,
     /// Configurations below which nothing is concluded: as many as [`crate::estimation::split`] needs to hold some out.
     pub fewest_configurations: usize,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
 use super::readings::AS_GOOD;
-use super::shown::mm;
+use super::shown::{mm, number};
 use super::trial::drawn;
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic};
@@ -28,7 +28,7 @@ const MEANT: [Meant; 12] = [
     Meant::of_mass(0.1, "a decimal sign in another place"),
     Meant::of_mass(10.0, "a decimal sign in another place"),
     Meant::of_mass(1e-3, "a mass in g"),
-    Meant::of_mass(1e3, "a mass in t or in Mg"),
+    Meant::of_mass(1e3, "a mass in t"),
     Meant::of_mass(POUND, "a mass in lb"),
     Meant::of_mass(1.0 / POUND, "a mass in kg where lb were meant"),
     Meant::of_mass(1.0 / GRAVITY, "a weight in N"),
@@ -59,14 +59,10 @@ impl Meant {
 
     fn with(&self) -> String {
         match self.com {
-            1.0 => format!("the payload's mass times {}", short(self.mass)),
-            com => format!("the payload's centre of mass times {}", short(com)),
+            1.0 => format!("the payload's mass times {}", number(self.mass)),
+            com => format!("the payload's centre of mass times {}", number(com)),
         }
     }
-}
-
-fn short(factor: f64) -> String {
-    format!("{}", (factor * 1e4).round() / 1e4)
 }
 
 /// Steps within which a payload that is meant is fitted, begun at the description: wrong ones may take hundreds.
