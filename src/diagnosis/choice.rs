@@ -50,7 +50,10 @@ pub fn choice(
     // known: where something stays that no hypothesis has, it would fit that.
     let leaves_noise = |fit: &Subset| is_noise(&selector, fit, noise, settings);
     let causes: Vec<Vec<usize>> = match leaves_noise(&selector.fit(found)) {
-        true => curves_for_laws(&selector, found, leaves_noise).into_iter().map(|member| vec![member]).collect(),
+        true => curves_for_laws(&selector, found, settings.claims.near_curve, leaves_noise)
+            .into_iter()
+            .map(|member| vec![member])
+            .collect(),
         false => forward.chosen(settings.selection.most),
     };
     let members = causes.concat();
@@ -74,7 +77,7 @@ pub fn choice(
             None => break,
         }
     }
-    drop_replaced(&mut claims, &selector, left);
+    drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
     let path = (0..=claims.len()).map(|count| {
         let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
         selector.fit(&taken)
@@ -180,10 +183,11 @@ fn each_by_itself(
 }
 
 /// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
-/// added at the site of a law takes all of it up where the law is another. A law that does better than any curve at its site stays: what
-/// a curve adds there is the rest.
-fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64) {
-    let is_better = |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= 1.0);
+/// added at the site of a law takes all of it up where the law is another. A law that takes nearly as much as any curve at its site stays:
+/// what a curve adds there is the rest.
+fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, near: f64) {
+    let is_better =
+        |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= near);
     while claims.len() > 1 {
         let adds = |at: usize| -> f64 {
             let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
@@ -265,7 +269,7 @@ fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) ->
     kept
 }
 
-/// The claims, or curves at the sites of laws where none of these is likely.
+/// The claims, or curves at the sites of laws where none of these is likely; their families where no curve is worth having.
 fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
@@ -276,7 +280,12 @@ fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) 
     let (laws, mut kept): (Vec<Claim>, Vec<Claim>) = claims.into_iter().partition(is_law);
     for law in laws {
         let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
-        kept.extend(curve(forward, &taken, Some(&hypotheses[law.hypothesis].site.name), settings));
+        let found = curve(forward, &taken, Some(&hypotheses[law.hypothesis].site.name), settings);
+        let of_family = || {
+            let is_stable = law.stability.family >= settings.claims.least_halves;
+            is_stable.then(|| Claim { level: Level::Family, ..law.clone() })
+        };
+        kept.extend(found.or_else(of_family));
     }
     kept
 }
@@ -308,13 +317,7 @@ fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Sett
         level: Level::Site,
         rivals: Vec::new(),
         support: None,
-        stability: stability(
-            forward.problem,
-            &additions.only(&order),
-            &ordered,
-            0,
-            (settings.claims.halves, settings.seed),
-        ),
+        stability: stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims),
     })
 }
 

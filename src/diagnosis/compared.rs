@@ -97,7 +97,6 @@ impl Compared<'_> {
         let mut near: Vec<usize> = near.take(settings.compared).collect();
         near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
         let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();
-        let halves = (settings.halves, settings.seed);
-        stability(self.forward.problem, &self.additions.only(&near), &first, tied.len(), halves)
+        stability(self.forward.problem, &self.additions.only(&near), &first, tied.len(), settings)
     }
 }

@@ -8,8 +8,13 @@ use super::projection::Subset;
 use super::selection::Selector;
 
 /// The members of a fit, laws of different effects at one site replaced by the free curve there that leaves least, wherever
-/// one of them with all other members leaves no more than noise.
-pub fn curves_for_laws(selector: &Selector, members: &[usize], is_noise: impl Fn(&Subset) -> bool) -> Vec<usize> {
+/// one of them with all other members leaves no more than noise and none of the laws takes `near` of what the curve does.
+pub fn curves_for_laws(
+    selector: &Selector,
+    members: &[usize],
+    near: f64,
+    is_noise: impl Fn(&Subset) -> bool,
+) -> Vec<usize> {
     let hypotheses = &selector.projection.problem.hypotheses;
     let site = |h: usize| hypotheses[h].site.name.as_str();
     let mut kept = members.to_vec();
@@ -22,7 +27,11 @@ pub fn curves_for_laws(selector: &Selector, members: &[usize], is_noise: impl Fn
         let free = (0..hypotheses.len()).filter(|&h| hypotheses[h].is_free() && site(h) == site(member));
         let fits = free.map(|h| (h, selector.fit(&[&others[..], &[h]].concat())));
         let best = fits.min_by(|(_, a), (_, b)| a.squares.total_cmp(&b.squares));
-        if let Some((curve, _)) = best.filter(|(_, fit)| is_noise(fit)) {
+        let before = selector.fit(&others).squares;
+        let taken = |h: usize| before - selector.fit(&[&others[..], &[h]].concat()).squares;
+        let is_near = |h: usize, curve: &Subset| taken(h) >= near * (before - curve.squares);
+        let is_one_law = |curve: &Subset| here.iter().any(|&h| !hypotheses[h].is_free() && is_near(h, curve));
+        if let Some((curve, _)) = best.filter(|(_, fit)| is_noise(fit) && !is_one_law(fit)) {
             kept = others;
             kept.push(curve);
         }

@@ -8,6 +8,7 @@ use rand::seq::SliceRandom;
 use super::held_out::{Additions, HeldOut};
 use super::level::Stability;
 use super::linear_problem::LinearProblem;
+use super::settings::ClaimSettings;
 use crate::simulation::generator;
 
 /// Stability of the first of some candidates, with which the next `tied` ones are tied, from complementary halves of the
@@ -17,22 +18,32 @@ pub fn stability(
     additions: &Additions,
     candidates: &[usize],
     tied: usize,
-    (pairs, seed): (usize, u64),
+    settings: &ClaimSettings,
 ) -> Stability {
     let hypotheses = &problem.hypotheses;
     let poses = problem.poses().len();
     let (mut counts, mut draws) = ([0_usize; 5], 0);
-    for pair in 0..pairs {
+    for pair in 0..settings.halves {
         let mut order: Vec<usize> = (0..poses).collect();
-        order.shuffle(&mut generator(seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
+        order.shuffle(&mut generator(settings.seed.wrapping_mul(1_000_003).wrapping_add(pair as u64)));
         let mut half = vec![None; poses];
         order.iter().enumerate().for_each(|(k, &pose)| half[pose] = Some(usize::from(2 * k >= poses)));
         let losses = HeldOut::new(problem, &half).losses(additions);
         for side in 0..2 {
-            let loss = |at: usize| -> f64 {
-                (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| losses.with[at][pose]).sum()
+            let sum = |all: &[f64]| -> f64 {
+                (0..poses).filter(|&pose| half[pose] == Some(side)).map(|pose| all[pose]).sum()
             };
-            let Some(best) = (0..candidates.len()).min_by(|&a, &b| loss(a).total_cmp(&loss(b))) else { continue };
+            let before = sum(&losses.base);
+            let left: Vec<f64> = losses.with.iter().map(|with| sum(with)).collect();
+            let Some(best) = (0..candidates.len()).min_by(|&a, &b| left[a].total_cmp(&left[b])) else { continue };
+            // A curve wins for the law at its site that it holds.
+            let is_held = |&at: &usize| {
+                let [law, curve] = [at, best].map(|at| &hypotheses[candidates[at]]);
+                let at_site = !law.is_free() && (law.family(), &law.site.name) == (curve.family(), &curve.site.name);
+                at_site && before - left[at] >= settings.near_curve * (before - left[best])
+            };
+            let is_curve = hypotheses[candidates[best]].is_free();
+            let best = Some(0).filter(|_| is_curve).filter(is_held).unwrap_or(best);
             let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);
             let same_family = one.family() == other.family();
             let same_site = same_family && one.site.name == other.site.name;

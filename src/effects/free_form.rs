@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use super::law::{Law, base_moves, nothing};
+use super::law::{Law, base_moves, nothing, tool_moves};
 use crate::math::NaturalSpline;
 use crate::model::{
     Change, Driver, EffectParameter, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, SiteKind,
@@ -25,8 +25,10 @@ static AT: NonlinearParameter = NonlinearParameter {
     meaning: "`at`: increasing values of what the curve follows, SI",
 };
 
-/// Components of a body that moves: along and about the axes of the measurement frame.
-const BODY: [(&str, &str); 6] = [("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"), ("ry", "rad"), ("rz", "rad")];
+/// Components of the base that moves: along and about the axes of the measurement frame.
+const BASE: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"), ("ry", "rad"), ("rz", "rad")];
+/// Of the tool's point: along the axes of the body that carries it.
+const TOOL: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m")];
 /// Common size of an amount, rad or m.
 const SCALE: f64 = 3e-4;
 
@@ -72,17 +74,24 @@ pub(super) static LAW: Law = Law {
             let unit = if turns { "rad" } else { "m" };
             return (1..=knots.len()).map(|k| EffectParameter::new(format!("k{k}"), unit, SCALE)).collect();
         }
-        let of = |k: usize| BODY.map(|(symbol, unit)| EffectParameter::new(format!("{symbol}{k}"), unit, SCALE));
+        let components = if site.kind == SiteKind::Tool { TOOL } else { BASE };
+        let of = |k: usize| {
+            components.iter().map(move |(symbol, unit)| EffectParameter::new(format!("{symbol}{k}"), unit, SCALE))
+        };
         (1..=knots.len()).flat_map(of).collect()
     }),
     changes: |_, site, nonlinear| {
         let Some((driver, knots)) = law(nonlinear) else { return nothing() };
         let Some(spline) = NaturalSpline::new(&knots) else { return nothing() };
         let own = site.coordinate.filter(|_| site.kind == SiteKind::Joint);
+        let is_tool = site.kind == SiteKind::Tool;
         Arc::new(move |context, out| {
             let Some(value) = context.driver(driver) else { return };
             let Some(variable) = own else {
-                spline.weights(value, |knot, weight| base_moves(context, weight, 6 * knot, out));
+                spline.weights(value, |knot, weight| match is_tool {
+                    true => tool_moves(context, weight, TOOL.len() * knot, out),
+                    false => base_moves(context, weight, BASE.len() * knot, out),
+                });
                 return;
             };
             if let Driver::Load(of) = driver {

@@ -73,10 +73,10 @@ pub fn base_moves(context: &ReadingContext, amount: f64, first: usize, out: &mut
     }
 }
 
-/// The measured point moves by this amount along each axis of the body that carries it.
-pub fn tool_moves(context: &ReadingContext, amount: f64, out: &mut Vec<(usize, Change)>) {
+/// The measured point moves by this amount along each axis of the body that carries it: parameters from the `first` on.
+pub fn tool_moves(context: &ReadingContext, amount: f64, first: usize, out: &mut Vec<(usize, Change)>) {
     let moved = |k| context.body * Vector3::ith(k, amount);
-    out.extend((0..3).map(|k| (k, Change::Point(moved(k), Vector3::zeros()))));
+    out.extend((0..3).map(|k| (first + k, Change::Point(moved(k), Vector3::zeros()))));
 }
 
 impl Effect for &'static Law {

@@ -46,7 +46,7 @@ pub(super) static TOOL: Law = Law {
     remedy: "fasten tool and markers; measure the tool anew",
     is_of_the_measurement: true,
     parameters: Some(|_, _, _| ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()),
-    changes: |_, _, nonlinear| after(nonlinear, tool_moves),
+    changes: |_, _, nonlinear| after(nonlinear, |context, amount, out| tool_moves(context, amount, 0, out)),
     ..SLIP
 };
 

@@ -72,7 +72,7 @@ pub(super) static TOOL: Law = Law {
     sits_at: SiteKind::Tool,
     signature: "the tool's point moves fast after the start and slowly later, with the tool",
     parameters: Some(|_, _, _| ["x", "y", "z"].map(|symbol| EffectParameter::new(symbol, "m", 1e-4)).to_vec()),
-    changes: |_, _, nonlinear| warming(nonlinear, tool_moves),
+    changes: |_, _, nonlinear| warming(nonlinear, |context, amount, out| tool_moves(context, amount, 0, out)),
     ..WARM_UP
 };
 

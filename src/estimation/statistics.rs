@@ -14,7 +14,7 @@ pub struct Errors {
     pub distance: [f64; 3],
     /// Root mean square and greatest error of a coordinate.
     pub coordinate: [f64; 2],
-    /// Mean, root mean square and greatest orientation error, for poses.
+    /// Mean, root mean square and greatest orientation error, where a reading tells one.
     pub orientation: Option<[f64; 3]>,
     /// Mean, root mean square and greatest error of torques (N.m) and forces (N) of joints.
     pub load: Option<[f64; 3]>,
@@ -47,9 +47,7 @@ pub fn errors_of(campaign: &Campaign, residual: &[f64], among: impl Fn(usize) ->
     let with_lengths = || chosen.iter().filter(|(lengths, _)| *lengths > 0).map(|(lengths, own)| &own[..*lengths]);
     let coordinate = mean_rms_max(with_lengths().flat_map(|own| own.iter().copied()));
     let turned = || chosen.iter().filter(|(lengths, own)| own.len() > *lengths);
-    let has_angles = |of: &Reading| !is_load(of) && of.observes.rows() > of.observes.length_rows();
-    let is_turned = campaign.readings.iter().any(has_angles);
-    let orientation = is_turned.then(|| mean_rms_max(turned().map(|(lengths, own)| norm(&own[*lengths..]))));
+    let orientation = turned().next().map(|_| mean_rms_max(turned().map(|(lengths, own)| norm(&own[*lengths..]))));
     Errors {
         readings: chosen.len() + loads.len(),
         distance: mean_rms_max(with_lengths().map(norm)),

@@ -2,8 +2,8 @@
 
 use super::evidence::{Evidence, Limits};
 use super::{
-    amount, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters, payload,
-    placement, points, readings, sessions, springs, stated_noise,
+    amount, approach, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters,
+    payload, placement, points, readings, sessions, springs, stated_noise,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -64,6 +64,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "each joint moved in some of the readings",
         find: amount::of_each_joint,
+    },
+    Check {
+        codes: &[Code::Doubtful],
+        of_result: false,
+        about: "sides of approach are not the reverse of the moves that led to the configurations",
+        find: approach::goes_with_the_moves,
     },
     Check {
         codes: &[Code::WrongUnits],

@@ -6,6 +6,7 @@
 //! check: write a function of [`Evidence`] and [`Limits`], and put it into [`CHECKS`].
 
 mod amount;
+mod approach;
 mod changes;
 mod checks;
 mod common_factor;

@@ -81,6 +81,55 @@ fn a_curve_predicts_what_a_displaced_joint_shows() {
     }
 }
 
+/// Equal amounts at all knots move the tool's point as a slip of the tool before the first reading: along the axes of the flange, which the
+/// orientation of each pose gives.
+#[test]
+fn a_curve_at_the_tool_moves_along_the_axes_of_the_flange() {
+    let model = load_robot("universal-ur5").expect("a robot").model;
+    let geometry = elastogeo::kinematics::Geometry::nominal(&model).expect("a model");
+    let mut random = generator(5);
+    let plan = Plan {
+        configurations: draw_configurations(&geometry, 20, 0.8, &mut random).expect("configurations"),
+        markers: vec![None],
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: true,
+        observes: POSE,
+        sigma: 1e-12,
+        sigma_orientation: 1e-12,
+        estimate: [false; 2],
+    };
+    let campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("simulated");
+    let residual = |effect: &str, parameters: &[(&str, RawAmount)]| {
+        let parameters = parameters.iter().map(|(name, value)| ((*name).to_string(), value.clone())).collect();
+        let raw =
+            RawEffect { effect: Some(effect.into()), site: Some("tool".into()), parameters, ..RawEffect::default() };
+        let mut with = model.clone();
+        with.switch_on(model.resolve_effect(&raw).expect("an effect"));
+        let mut out = Linearised::default();
+        let predictor = Predictor::new(&with, &campaign, Vec::new()).expect("a predictor");
+        predictor.linearise(&with.registry.nominal(), false, &mut out).expect("predicted");
+        out.residual
+    };
+    let number = |value: f64| RawAmount::from(value);
+    let knots = [("follows", RawAmount::from("time")), ("at", RawAmount::Numbers(vec![0.0, 1000.0]))];
+    let amounts = [("x1", 2e-6), ("x2", 2e-6), ("z1", -1e-6), ("z2", -1e-6)].map(|(name, value)| (name, number(value)));
+    let curve = residual("free-form", &[&knots[..], &amounts].concat());
+    let slip = residual("tool-slip", &[("x", number(2e-6)), ("z", number(-1e-6)), ("slip_at", number(-1.0))]);
+    let greatest = slip.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    assert!(greatest > 1e-6, "{greatest}");
+    for (found, expected) in curve.iter().zip(&slip) {
+        assert!((found - expected).abs() < 1e-9 * greatest, "{found} {expected}");
+    }
+    let turned = RawEffect {
+        parameters: [("rx1".to_string(), number(1e-4))].into_iter().collect(),
+        follows: Some("time".into()),
+        ..entry("time", &[0.0, 1000.0], &[0.0, 0.0])
+    };
+    let turned = RawEffect { site: Some("tool".into()), ..turned };
+    assert!(model.resolve_effect(&turned).is_err());
+}
+
 #[test]
 fn a_curve_is_written_as_it_was_read() {
     let model = load_robot("universal-ur5").expect("a robot").model;

@@ -189,6 +189,28 @@ fn a_jump_of_the_base_is_found_between_two_configurations() {
     }
 }
 
+/// What the tool does with time in its own axes is no motion of the base, and what the base does none of the tool: free curves of both, neither
+/// of which has a law.
+#[test]
+fn a_curve_in_time_stands_at_the_body_that_moves() {
+    let numbers = |values: &[f64]| RawAmount::Numbers(values.to_vec());
+    let (times, zigzag) = (numbers(&[0.0, 2000.0, 4000.0, 6000.0]), [4e-4, -3e-4, 5e-4, -4e-4]);
+    let amounts = |symbol: &str| (1..=4).map(|k| format!("{symbol}{k}")).collect::<Vec<_>>();
+    for site in ["tool", "base"] {
+        let (along, across) = (amounts("x"), amounts("y"));
+        let mut parameters = vec![("follows", RawAmount::from("time")), ("at", times.clone())];
+        parameters.extend(along.iter().zip(zigzag).map(|(name, value)| (name.as_str(), RawAmount::from(value))));
+        parameters
+            .extend(across.iter().zip(zigzag).map(|(name, value)| (name.as_str(), RawAmount::from(-0.6 * value))));
+        let (plain, spoiled) = arm("free-form", site, &parameters);
+        let found = found(&plain, &read(&plain, &spoiled, 0.7));
+        let said: Vec<String> =
+            found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+        let [cause] = &found.causes[..] else { panic!("{site}: {said:?}") };
+        assert!(cause.effect == "free-form" && cause.site == site && cause.level == Level::Site, "{site}: {said:?}");
+    }
+}
+
 /// What one marker alone does, the robot does not: its mount slipped, and no law of the tool or of a joint is named for it.
 #[test]
 fn a_marker_that_slips_is_no_slip_of_the_tool() {
@@ -277,6 +299,49 @@ fn a_dead_zone_is_no_joint_that_winds_up() {
     assert!(!named.is_empty(), "something gives");
     assert!(named.iter().all(|(effect, ..)| *effect != "joint-stiffening"), "{named:?}");
     assert!(named.iter().any(|(_, site, _)| *site == "joint:3"), "{named:?}");
+}
+
+/// A lag that grows a little less than the move is that of a joint read before it has come to rest, though a curve comes nearer; one that hardly grows
+/// with the move is another law.
+#[test]
+fn a_law_that_is_a_little_off_is_named() {
+    type Shape = fn(f64) -> f64;
+    struct Lag(Shape);
+    impl Effect for Lag {
+        fn name(&self) -> &'static str {
+            "lag"
+        }
+        fn sits_at(&self) -> SiteKind {
+            SiteKind::Joint
+        }
+        fn signature(&self) -> &'static str {
+            ""
+        }
+        fn remedy(&self) -> &'static str {
+            ""
+        }
+        fn parameters(&self, _: &Model, _: &Site, _: &Nonlinear) -> Vec<EffectParameter> {
+            vec![EffectParameter::new("share", "1", 1e-3)]
+        }
+        fn changes(&self, _: &Model, site: &Site, _: &Nonlinear) -> Changes {
+            let (own, law) = (site.coordinate.expect("a driven joint"), self.0);
+            Arc::new(move |context, out| out.push((0, Change::Joint(own, law(context.last_move[own])))))
+        }
+    }
+    let shapes: [(Shape, Level); 2] =
+        [(|moved| moved / (1.0 + 0.1 * moved.abs()), Level::Law), (|moved| (3.0 * moved).tanh(), Level::Site)];
+    for (shape, level) in shapes {
+        let mut plain = load_robot("kuka-kr270").expect("bundled").model;
+        plain.variables.iter_mut().for_each(|variable| variable.gear_ratio = Some(93.7));
+        let mut spoiled = Model { catalogue: Arc::new(Catalogue::standard().with(Lag(shape))), ..plain.clone() };
+        super::support::switch_on(&mut spoiled, "lag", "joint:4", &[("share", 1e-3)]);
+        let found = found(&plain, &read(&plain, &spoiled, 0.7));
+        let said: Vec<String> =
+            found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+        let first = found.causes.first().unwrap_or_else(|| panic!("nothing is found"));
+        assert!(first.site == "joint:4" && first.level == level, "{level:?}: {said:?}");
+        assert!((level == Level::Law) == (first.effect == "settling"), "{level:?}: {said:?}");
+    }
 }
 
 /// Friction keeps a joint behind: a positive half width is on the side from which it came.

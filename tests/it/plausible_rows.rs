@@ -155,3 +155,32 @@ fn times_in_milliseconds_and_one_side_are_told() {
     let ran = run(at, &["check", "t"]);
     assert!(!ran.err.contains("milliseconds") && !ran.err.contains("one side"), "{}", ran.err);
 }
+
+/// Sides of approach that are the reverse of the moves are told; those of the moves, and those that have nothing to do with them, are not.
+#[test]
+fn sides_against_the_moves_are_told() {
+    let folder = starter();
+    let at = folder.path();
+    let arm = ["simulate", "universal-ur5", "--poses", "30", "--seed", "5", "--unknown-base", "--unknown-tool"];
+    ok(at, &[&arm[..], &["--into", "t"]].concat());
+    spoil(&at.join("t"), |t: &mut Table| {
+        let q: Vec<usize> = (1..=3).map(|k| t.column(&format!("q{k}"))).collect();
+        let value = |row: &[String], column: usize| -> f64 { row[column].parse().expect("a number") };
+        let rows = t.rows.clone();
+        for (k, row) in t.rows.iter_mut().enumerate() {
+            let rises = |&column: &usize| k > 0 && value(&rows[k], column) > value(&rows[k - 1], column);
+            row.extend(q.iter().map(|column| if rises(column) { "-1".to_string() } else { "1".into() }));
+        }
+        t.names.extend((1..=3).map(|k| format!("approach.q{k}")));
+    });
+    let told = || {
+        let ran = run(at, &["check", "t"]);
+        ran.err.contains("87 of 87 sides are the reverse of the joint's move")
+    };
+    assert!(!told());
+    spoil(&at.join("t"), |t: &mut Table| t.scale(&["approach.q1", "approach.q2", "approach.q3"], -1.0));
+    assert!(told());
+    // Two joints as they moved, one against it.
+    spoil(&at.join("t"), |t: &mut Table| t.scale(&["approach.q1", "approach.q2"], -1.0));
+    assert!(!run(at, &["check", "t"]).err.contains("are the reverse"));
+}
