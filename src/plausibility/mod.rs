@@ -21,6 +21,7 @@ mod midway;
 mod numerics;
 mod other_joints;
 mod outlying;
+mod overlap;
 mod parameters;
 mod payload;
 mod placement;

@@ -100,6 +100,17 @@ fn ur5_from_twenty_training_poses() {
     assert!(median <= 0.14e-3, "median {median}");
 }
 
+/// The first twenty readings of this run are of one posture; what a rigid model misses there is no step of a joint's zero.
+#[test]
+fn iiwa_in_one_posture_first_has_not_moved() {
+    let Some(data) = folder("iiwa7-payload") else { return };
+    let arguments = ["identify", &format!("{data}/unloaded.yaml"), "--format", "json"];
+    let found = crate::support::printed_json(std::path::Path::new("."), &arguments);
+    let told = found["diagnostics"].as_array().expect("a list").iter();
+    let moved: Vec<&serde_json::Value> = told.filter(|one| one["code"] == "moved-midway").collect();
+    assert!(moved.is_empty(), "{moved:?}");
+}
+
 /// What a diagnosis of the iiwa 7 without a payload writes predicts it with 5 kg, base and tool anew, whatever noise of the
 /// instrument is stated; nominal 1.90 mm. The payload is outside the range of the campaign, which is said.
 #[test]
