@@ -104,7 +104,7 @@ fn ur5_from_twenty_training_poses() {
 #[test]
 fn iiwa_in_one_posture_first_has_not_moved() {
     let Some(data) = folder("iiwa7-payload") else { return };
-    let arguments = ["identify", &format!("{data}/unloaded.yaml"), "--format", "json"];
+    let arguments = ["identify", &format!("{data}/unloaded.yaml")];
     let found = crate::support::printed_json(std::path::Path::new("."), &arguments);
     let told = found["diagnostics"].as_array().expect("a list").iter();
     let moved: Vec<&serde_json::Value> = told.filter(|one| one["code"] == "moved-midway").collect();
