@@ -35,7 +35,7 @@ pub(super) fn too_little(amount: &Amount, fitted: usize, limits: &Limits) -> Opt
 }
 
 /// Rotations (rad) and shifts (m) below which a joint stood still: a tenth of a degree, a millimetre.
-const STANDING: [f64; 2] = [2e-3, 1e-3];
+pub(super) const STANDING: [f64; 2] = [2e-3, 1e-3];
 
 /// A warning of joints that moved in none of the readings to fit, while others did.
 pub(super) fn of_each_joint(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {

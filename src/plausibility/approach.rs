@@ -1,5 +1,6 @@
 //! Whether sides of approach can be of the moves that led to the configurations.
 
+use super::amount::STANDING;
 use super::evidence::{Evidence, Limits};
 use crate::diagnostic::{Code, Diagnostic};
 
@@ -22,9 +23,13 @@ pub(super) fn goes_with_the_moves(evidence: &Evidence, _: &Limits) -> Vec<Diagno
     let configurations: Vec<usize> = (0..campaign.readings.len()).filter(is_new).collect();
     let judged = |variable: usize| -> Option<[usize; 2]> {
         let (sides, moves) = (campaign.conditions.sides(variable)?, campaign.conditions.last_move.get(variable)?);
-        let signs = configurations.iter().filter_map(|&index| Some(sides.get(index)? * moves.get(index)?.signum()));
-        let signs: Vec<f64> = signs.filter(|sign| sign.abs() == 1.0).collect();
-        Some([signs.iter().filter(|sign| **sign > 0.0).count(), signs.len()])
+        // A joint that stood still came from no side, whatever its encoder shows.
+        let [angle, length] = STANDING;
+        let least = if model.variables[variable].is_angle { angle } else { length };
+        let both = configurations.iter().filter_map(|&index| Some((sides.get(index)?, moves.get(index)?)));
+        let judged = both.filter(|(side, moved)| **side != 0.0 && moved.abs() > least);
+        let signs: Vec<f64> = judged.map(|(side, moved)| side * moved).collect();
+        (!signs.is_empty()).then(|| [signs.iter().filter(|sign| **sign > 0.0).count(), signs.len()])
     };
     let all: Vec<(usize, [usize; 2])> =
         (0..model.variables.len()).filter_map(|variable| Some((variable, judged(variable)?))).collect();
