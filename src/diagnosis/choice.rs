@@ -11,6 +11,7 @@ use super::flips::chances;
 use super::forward::{Forward, least};
 use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, paired};
+use super::hypothesis::Hypothesis;
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::misfit::Readings;
@@ -68,6 +69,7 @@ pub fn choice(
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
     let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
     let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
+    claims = without_held(&problem.hypotheses, claims);
     claims = without_series(&forward, claims, settings);
     claims = without_unlikely(&forward, claims, settings);
     for _ in 0..settings.claims.curves {
@@ -202,6 +204,15 @@ fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, near:
     }
 }
 
+/// The claims without laws that a curve over several sites, which is claimed too, holds: it stands for whatever gives there.
+fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
+    let of_sites = |claim: &&Claim| hypotheses[claim.hypothesis].covers.len() > 1;
+    let curves: Vec<usize> = claims.iter().filter(of_sites).map(|claim| claim.hypothesis).collect();
+    let is_held = |h: usize| curves.iter().any(|&curve| curve != h && hypotheses[curve].is_at(&hypotheses[h]));
+    claims.retain(|claim| !is_held(claim.hypothesis));
+    claims
+}
+
 /// Causes that are claimed, each with what cannot be told from it.
 struct Before<'a> {
     forward: &'a Forward<'a>,
@@ -262,7 +273,7 @@ fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) ->
         if series.len() < 2 || is_one_value {
             continue;
         }
-        if let Some(found) = curve(forward, &taken, Some(&law.site.name), settings) {
+        if let Some(found) = curve(forward, &taken, Some(law), settings) {
             kept = others.into_iter().cloned().chain([found]).collect();
         }
     }
@@ -280,7 +291,7 @@ fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) 
     let (laws, mut kept): (Vec<Claim>, Vec<Claim>) = claims.into_iter().partition(is_law);
     for law in laws {
         let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
-        let found = curve(forward, &taken, Some(&hypotheses[law.hypothesis].site.name), settings);
+        let found = curve(forward, &taken, Some(&hypotheses[law.hypothesis]), settings);
         let of_family = || {
             let is_stable = law.stability.family >= settings.claims.least_halves;
             is_stable.then(|| Claim { level: Level::Family, ..law.clone() })
@@ -290,11 +301,15 @@ fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) 
     kept
 }
 
-/// A free curve that the causes named leave at a site, or at any where that is certain.
-fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Settings) -> Option<Claim> {
+/// A free curve that the causes named leave at the site of a law, or at any where that is certain.
+fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, settings: &Settings) -> Option<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let gains = forward.selector.gains(taken);
-    let is_there = |h: usize| site.is_none_or(|site| hypotheses[h].site.name == site);
+    // In addition to the causes named only one that holds none of their laws.
+    let is_there = |h: usize| match law {
+        Some(law) => hypotheses[h].is_at(law),
+        None => hypotheses[h].level() == Level::Site,
+    };
     let is_possible =
         |&h: &usize| hypotheses[h].is_free() && is_there(h) && gains[h].directions > 0 && !taken.contains(&h);
     let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
@@ -307,14 +322,14 @@ fn curve(forward: &Forward, taken: &[usize], site: Option<&str>, settings: &Sett
     }
     let chance = chances(forward.problem, &additions, settings.claims.flips, settings.seed);
     let near = |&at: &usize| paired(&losses.with[at], &losses.with[best]).t < settings.claims.paired_t;
-    let site = &hypotheses[candidates[best]].site.name;
-    let is_certain = (0..candidates.len()).filter(near).all(|at| hypotheses[candidates[at]].site.name == *site);
+    let own = &hypotheses[candidates[best]];
+    let is_certain = (0..candidates.len()).filter(near).all(|at| own.is_at(&hypotheses[candidates[at]]));
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.swap(0, best);
     let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
     (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
         hypothesis: candidates[best],
-        level: Level::Site,
+        level: own.level(),
         rivals: Vec::new(),
         support: None,
         stability: stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims),

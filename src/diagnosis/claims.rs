@@ -69,7 +69,7 @@ pub fn claims(
     let compared = Compared { forward, others, sets: &sets, additions: &additions, losses: &losses, tests, is_sharp };
     let first = |at: usize| &hypotheses[sets[at][0]];
     if first(0).is_free() {
-        return vec![compared.curve(0, Level::Site)];
+        return vec![compared.curve(0, first(0).level())];
     }
     let is_tied = |at: usize| match sharp {
         Some(sharp) => sets[at].len() == 1 && sharp.iter().any(|rival| hypotheses[rival.hypothesis].is_same(first(at))),
@@ -138,10 +138,14 @@ impl Compared<'_> {
         let family = self.hypothesis(own).family();
         let shares_family = |at: usize| self.hypothesis(at).family() == family;
         // Where something stays that no law has, a free curve at another site that does as well leaves the site open.
-        // Constants are simpler than any curve.
+        // Constants are simpler than any curve, and a law is than what holds all laws of its family at several sites.
+        let is_simple = |at: usize| self.hypothesis(at).level() == Level::Site;
         let curves: Vec<usize> = match self.is_sharp || family == Family::Geometry {
             true => Vec::new(),
-            false => self.free().filter(|&at| self.is_elsewhere(at, own) && self.is_rival(at, own)).collect(),
+            false => self
+                .free()
+                .filter(|&at| is_simple(at) && self.is_elsewhere(at, own) && self.is_rival(at, own))
+                .collect(),
         };
         // What may be another law in its limit is named only together with one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
@@ -199,8 +203,8 @@ impl Compared<'_> {
             .map(|other| self.hypothesis(other))
             .collect();
         let own = self.hypothesis(best);
-        let level = if tied.iter().all(|other| other.site.name == own.site.name) {
-            Level::Site
+        let level = if tied.iter().all(|other| own.is_at(other)) {
+            own.level()
         } else if tied.iter().all(|other| other.family() == own.family()) {
             Level::Family
         } else {
@@ -211,10 +215,10 @@ impl Compared<'_> {
 
     /// The best free curve at the site of a candidate, where it is worth having.
     fn curve_at(&self, own: usize) -> Option<Claim> {
-        let at_site = self.free().filter(|&at| !self.is_elsewhere(at, own));
+        let at_site = self.free_of_others().filter(|&at| !self.is_elsewhere(at, own));
         let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
         let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.with[best]);
-        is_worth.then(|| self.curve(best, Level::Site))
+        is_worth.then(|| self.curve(best, self.hypothesis(best).level()))
     }
 
     /// A free curve, claimed without a law.

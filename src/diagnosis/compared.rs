@@ -4,7 +4,7 @@ use super::forward::Forward;
 use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
-use super::level::Stability;
+use super::level::{Level, Stability};
 use super::misfit::Readings;
 use super::stability::stability;
 use crate::math::{orthonormal, project_off};
@@ -54,6 +54,15 @@ impl Compared<'_> {
         (1..self.sets.len()).filter(|&at| self.hypothesis(at).is_free())
     }
 
+    /// Free curves that can stand for a cause in addition to the others: that hold the laws of none of them.
+    pub fn free_of_others(&self) -> impl Iterator<Item = usize> {
+        let hypotheses = &self.forward.problem.hypotheses;
+        self.free().filter(|&at| {
+            let own = self.hypothesis(at);
+            own.level() == Level::Site || !self.others.iter().any(|&other| own.is_at(&hypotheses[other]))
+        })
+    }
+
     /// Whether a candidate does as well as another: not certainly worse, and not by most of what that takes away, which where
     /// the losses of a few configurations are great may be uncertain too.
     pub fn is_near(&self, at: usize, own: usize) -> bool {
@@ -79,13 +88,13 @@ impl Compared<'_> {
 
     /// Whether a candidate sits at none of the sites of another.
     pub fn is_elsewhere(&self, at: usize, own: usize) -> bool {
-        let sites = self.sets[own].iter().map(|&h| &self.forward.problem.hypotheses[h].site.name);
-        sites.into_iter().all(|site| *site != self.hypothesis(at).site.name)
+        let hypotheses = &self.forward.problem.hypotheses;
+        self.sets[own].iter().all(|&h| !self.hypothesis(at).is_at(&hypotheses[h]))
     }
 
     /// The free curve that leaves least.
     pub fn best_free(&self) -> Option<usize> {
-        self.free().min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
+        self.free_of_others().min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
     }
 
     /// Stability among those that come near and take away the same: what comes later hardly ever wins. `tied` does as well.

@@ -39,7 +39,7 @@ impl Compared<'_> {
     pub fn gates(&self, at: usize) -> Gates {
         let settings = self.forward.settings;
         let (own, gain) = (self.hypothesis(at), self.gain(at));
-        let at_site = self.free().filter(|&k| self.hypothesis(k).site.name == own.site.name).map(|k| self.gain(k));
+        let at_site = self.free().filter(|&k| self.hypothesis(k).is_at(own)).map(|k| self.gain(k));
         let of_free = at_site.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| gain / best);
         let is_better = |k: usize| {
             paired(&self.losses.with[at], &self.losses.with[k]).t > settings.paired_t

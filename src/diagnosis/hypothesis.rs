@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use super::level::Level;
 use super::result::EffectAtSite;
 use super::settings::Settings;
 use crate::effects::{Condition, Driver, Effect, EffectParameter, Family, Nonlinear, NonlinearValue, Site, Survey};
@@ -18,6 +19,8 @@ pub struct Hypothesis {
     pub effect: Arc<dyn Effect>,
     /// The site.
     pub site: Site,
+    /// Names of the sites of which laws are parts of it ([`Effect::covers`]).
+    pub covers: Vec<String>,
     /// Values of its nonlinear parameters.
     pub nonlinear: Nonlinear,
     /// Constants of the model that it frees, if it is nothing else.
@@ -101,6 +104,16 @@ impl Hypothesis {
         self.effect.family(&self.nonlinear)
     }
 
+    /// Whether it sits where another does, or holds laws of its family there.
+    pub fn is_at(&self, law: &Self) -> bool {
+        self.site.name == law.site.name || self.family() == law.family() && self.covers.contains(&law.site.name)
+    }
+
+    /// What a curve without a law tells: where it holds laws of several sites, their family alone.
+    pub fn level(&self) -> Level {
+        if self.covers.len() > 1 { Level::Family } else { Level::Site }
+    }
+
     /// Whether another is the same effect at the same site.
     pub fn is_same(&self, other: &Self) -> bool {
         self.effect.name() == other.effect.name() && self.site.name == other.site.name
@@ -129,6 +142,7 @@ pub fn hypotheses(
         let is_driven = |site: &Site| site.kind != SiteKind::Joint || site.coordinate.is_some();
         for site in effect.sites(model).into_iter().filter(is_driven) {
             let candidates = effect.candidates(model, &site, survey);
+            let covers = effect.covers(model, &site);
             for nonlinear in &candidates {
                 let constants = effect.constants(model, &site, nonlinear);
                 let parameters = effect.parameters(model, &site, nonlinear);
@@ -147,6 +161,7 @@ pub fn hypotheses(
                     found.push(Hypothesis {
                         effect: effect.clone(),
                         site: site.clone(),
+                        covers: covers.clone(),
                         nonlinear: nonlinear.clone(),
                         constants: chosen_constants.map(|(_, slot)| *slot).collect(),
                         parameters: chosen_parameters.map(|(_, parameter)| parameter.clone()).collect(),

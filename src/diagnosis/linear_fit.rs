@@ -29,6 +29,8 @@ pub struct FittedParameter {
 pub struct LinearFit<'a> {
     problem: &'a LinearProblem,
     members: &'a [usize],
+    /// What the noise is at least, over the sigmas of the rows.
+    pub noise: f64,
     /// Changes of the nuisance, then the parameters of each member, SI.
     pub x: DVector<f64>,
     /// Half widths of their 95 % intervals.
@@ -44,7 +46,7 @@ impl<'a> LinearFit<'a> {
         let freedom = (problem.rows() as f64 - design.ncols() as f64).max(1.0);
         let scale = (residual.norm_squared() / freedom).sqrt().max(noise);
         let half_widths = cofactor(&design).diagonal().map(|v| normal95() * scale * v.max(0.0).sqrt());
-        Self { problem, members, x, half_widths }
+        Self { problem, members, noise, x, half_widths }
     }
 
     /// Parameters of a member.

@@ -15,22 +15,62 @@ pub struct Refit {
     pub parameters: Vec<Vec<FittedParameter>>,
 }
 
-/// Calibrates nuisance and members together, from their linear fit; the linear fit where that cannot be done.
+/// Calibrates nuisance and members together, from their linear fit; the linear fit where that cannot be done. A curve at the site of a law
+/// can do all that the law does: it is fitted to what the law leaves, so that the law's amount is what it is without the curve.
 pub fn refit(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Refit {
-    let found = if members.is_empty() { None } else { calibrated(inputs, competition, members, linear) };
+    let found = if members.is_empty() { None } else { in_order(inputs, competition, members, linear) };
     found.unwrap_or_else(|| Refit {
         values: with_nuisance(inputs.model, competition, linear),
         parameters: (0..members.len()).map(|step| linear.parameters(step)).collect(),
     })
 }
 
-fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Option<Refit> {
+/// The laws first where curves hold some of them, then those curves.
+fn in_order(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Option<Refit> {
+    let hypotheses = &competition.problem.hypotheses;
+    let holds = |curve: usize| {
+        let is_held = |&law: &usize| {
+            let [law, curve] = [law, curve].map(|h| &hypotheses[h]);
+            !law.is_free() && law.family() == curve.family() && curve.is_at(law)
+        };
+        hypotheses[curve].is_free() && members.iter().any(is_held)
+    };
+    let (curves, laws): (Vec<usize>, Vec<usize>) = members.iter().partition(|&&member| holds(member));
+    let all: Vec<(usize, Vec<FittedParameter>)> =
+        members.iter().enumerate().map(|(step, &member)| (member, linear.parameters(step))).collect();
+    if curves.is_empty() {
+        return calibrated(inputs, competition, &all, &[]);
+    }
+    let of_laws = LinearFit::new(&competition.problem, &laws, linear.noise);
+    let start: Vec<(usize, Vec<FittedParameter>)> =
+        laws.iter().enumerate().map(|(step, &law)| (law, of_laws.parameters(step))).collect();
+    let found = calibrated(inputs, competition, &start, &[])?;
+    let held: Vec<(usize, Vec<FittedParameter>)> = laws.into_iter().zip(found.parameters).collect();
+    let free: Vec<(usize, Vec<FittedParameter>)> =
+        all.iter().filter(|(member, _)| curves.contains(member)).cloned().collect();
+    let Refit { values, parameters } = calibrated(inputs, competition, &free, &held)?;
+    let known: Vec<(usize, Vec<FittedParameter>)> = curves.into_iter().zip(parameters).chain(held).collect();
+    let of = |member: &usize| known.iter().find(|(own, _)| own == member).map(|(_, parameters)| parameters.clone());
+    Some(Refit { values, parameters: members.iter().map(of).collect::<Option<Vec<_>>>()? })
+}
+
+/// Nuisance and members calibrated from amounts of these, others held.
+fn calibrated(
+    inputs: &Inputs,
+    competition: &Competition,
+    members: &[(usize, Vec<FittedParameter>)],
+    held: &[(usize, Vec<FittedParameter>)],
+) -> Option<Refit> {
+    let hypotheses = &competition.problem.hypotheses;
     let mut model = inputs.model.clone();
+    for (member, parameters) in held {
+        model.switch_on(entry(&hypotheses[*member], parameters));
+    }
     let mut slots: Vec<Vec<Slot>> = Vec::new();
-    for (step, &member) in members.iter().enumerate() {
-        let hypothesis = &competition.problem.hypotheses[member];
+    for (member, parameters) in members {
+        let hypothesis = &hypotheses[*member];
         if hypothesis.constants.is_empty() {
-            model.switch_on(entry(hypothesis, &linear.parameters(step)));
+            model.switch_on(entry(hypothesis, parameters));
             slots.push(model.effects.last()?.slots.iter().copied().flatten().collect());
         } else {
             slots.push(hypothesis.constants.clone());
@@ -48,9 +88,9 @@ fn calibrated(inputs: &Inputs, competition: &Competition, members: &[usize], lin
         .filter(Calibration::converged)?;
     let mut values = found.values.clone();
     let mut parameters = Vec::new();
-    for (step, (&member, slots)) in members.iter().zip(&slots).enumerate() {
-        let is_constant = !competition.problem.hypotheses[member].constants.is_empty();
-        let mut own = linear.parameters(step);
+    for ((member, start), slots) in members.iter().zip(&slots) {
+        let is_constant = !hypotheses[*member].constants.is_empty();
+        let mut own = start.clone();
         for (parameter, &slot) in own.iter_mut().zip(slots) {
             // What a cause changes stands in its entry, and not in the values.
             let before = if is_constant { competition.values[slot] } else { 0.0 };

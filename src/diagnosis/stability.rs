@@ -39,7 +39,7 @@ pub fn stability(
             // A curve wins for the law at its site that it holds.
             let is_held = |&at: &usize| {
                 let [law, curve] = [at, best].map(|at| &hypotheses[candidates[at]]);
-                let at_site = !law.is_free() && (law.family(), &law.site.name) == (curve.family(), &curve.site.name);
+                let at_site = !law.is_free() && law.family() == curve.family() && curve.is_at(law);
                 at_site && before - left[at] >= settings.near_curve * (before - left[best])
             };
             let is_curve = hypotheses[candidates[best]].is_free();

@@ -28,6 +28,7 @@ pub struct Law {
     pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
     pub candidates: fn(&Model, &Site, &Survey) -> Vec<Nonlinear>,
+    pub covers: Option<fn(&Model, &Site) -> Vec<String>>,
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
     pub parameters: Option<ParametersOf>,
@@ -50,6 +51,7 @@ impl Law {
         cancels_in_differences: false,
         sites: None,
         candidates: |_, _, _| vec![Nonlinear::default()],
+        covers: None,
         is_another_at_ends: |_| [false; 2],
         constants: |_, _, _| Vec::new(),
         parameters: None,
@@ -110,6 +112,10 @@ impl Effect for &'static Law {
 
     fn is_free_form(&self) -> bool {
         self.is_free_form
+    }
+
+    fn covers(&self, model: &Model, site: &Site) -> Vec<String> {
+        self.covers.map_or_else(|| vec![site.name.clone()], |covers| covers(model, site))
     }
 
     fn is_another_at_ends(&self, nonlinear: &Nonlinear) -> [bool; 2] {

@@ -12,6 +12,7 @@ mod bearing_compliance;
 mod cable_torque;
 mod encoder_quantisation;
 mod frame_drift;
+mod free_compliance;
 mod free_form;
 mod gear_ratio;
 mod geometry;
@@ -40,15 +41,15 @@ mod warm_up;
 use std::sync::Arc;
 
 pub use crate::model::{
-    Catalogue, Change, Changes, Condition, Driver, Effect, EffectEntry, EffectParameter, Family, Nonlinear,
-    NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site, SiteKind, Survey,
+    CarriedLoad, Catalogue, Change, Changes, Condition, Driver, Effect, EffectEntry, EffectParameter, Family,
+    Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue, ReadingContext, Site, SiteKind, Survey,
 };
 use law::Law;
 
 impl Catalogue {
     /// The effects of `docs/effects.md`, in its order.
     pub fn standard() -> Self {
-        let laws: [&'static Law; 33] = [
+        let laws: [&'static Law; 34] = [
             &geometry::LAW,
             &joint_offset::LAW,
             &gear_ratio::LAW,
@@ -81,6 +82,7 @@ impl Catalogue {
             &refraction::LAW,
             &incidence::LAW,
             &free_form::LAW,
+            &free_compliance::LAW,
             &outliers::LAW,
         ];
         Self::new(laws.map(|law| Arc::new(law) as Arc<dyn Effect>).to_vec())

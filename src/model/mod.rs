@@ -23,8 +23,8 @@ pub use bounds::contradictions;
 pub use build::build;
 pub use coordinates::Follower;
 pub use effect::{
-    Change, Changes, Condition, Driver, Family, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
-    ReadingContext, Site, SiteKind, Survey, all_springs, nuisance, usually_calibrated,
+    CarriedLoad, Change, Changes, Condition, Driver, Family, Nonlinear, NonlinearKind, NonlinearParameter,
+    NonlinearValue, ReadingContext, Site, SiteKind, Survey, all_springs, nuisance, usually_calibrated,
 };
 pub use fault::Fault;
 pub use local_springs::LocalSprings;
@@ -111,6 +111,10 @@ pub trait Effect: Send + Sync {
     /// Whether its parameters are the amounts of a free curve, each of which can be left out alone.
     fn is_free_form(&self) -> bool {
         false
+    }
+    /// Sites of which laws of its family are parts of it: its own, and of a curve those that it holds too.
+    fn covers(&self, _model: &Model, site: &Site) -> Vec<String> {
+        vec![site.name.clone()]
     }
     /// Whether it becomes a law of another effect at the least, and at the greatest, value of its continuous parameter that is
     /// tried: at such an end it can stand in for that one, whether the catalogue has it or not.

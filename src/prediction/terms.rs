@@ -11,11 +11,11 @@ use super::reading::ReadingAt;
 use crate::description::campaign::{Campaign, Conditions, EARLIER_MOVES};
 use crate::kinematics::shift;
 use crate::model::{
-    Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Follower, Model, Nonlinear, ReadingContext, Site,
-    SwitchedOn,
+    CarriedLoad, Change, Changes, Condition, Effect, EffectEntry, EffectParameter, Follower, Model, Nonlinear,
+    ReadingContext, Site, SwitchedOn,
 };
 use crate::parameter::Slot;
-use crate::state::{JointLoadPlan, JointLoads, Mechanics, State};
+use crate::state::{CarriedLoadPlan, CarriedLoads, JointLoadPlan, JointLoads, Mechanics, State};
 
 /// An effect at a site with its nonlinear values, compiled for a model.
 #[derive(Clone)]
@@ -91,6 +91,7 @@ pub(super) struct Terms {
     first: Vec<usize>,
     is_difference: bool,
     loads: JointLoadPlan,
+    carried: CarriedLoadPlan,
     measured: MeasuredLoads,
     /// Constants of the model that terms change in single readings.
     slots: Vec<Slot>,
@@ -107,6 +108,9 @@ pub(super) struct Terms {
 #[derive(Debug, Clone, Default)]
 pub(super) struct TermWorkspace {
     loads: JointLoads,
+    carried: CarriedLoads,
+    /// By frame, measurement frame.
+    bodies: Vec<CarriedLoad>,
     /// By coordinate.
     q: Vec<f64>,
     side: Vec<f64>,
@@ -143,6 +147,7 @@ impl Terms {
             first,
             is_difference,
             loads,
+            carried: CarriedLoadPlan::new(mechanics),
             measured,
             slots,
             variables,
@@ -157,6 +162,8 @@ impl Terms {
         let coordinates = self.variables + self.followers.len();
         TermWorkspace {
             loads: self.loads.loads(),
+            carried: self.carried.loads(),
+            bodies: Vec::new(),
             q: vec![0.0; coordinates],
             side: vec![0.0; coordinates],
             last_move: vec![0.0; coordinates],
@@ -169,11 +176,13 @@ impl Terms {
     /// What a configuration's readings share: motions of frames, own weight on the joints.
     pub fn place(&self, mechanics: &Mechanics, state: &mut State, out: &mut TermWorkspace) {
         self.loads.place(mechanics, state, &mut out.loads);
+        self.carried.place(mechanics, state, &mut out.carried);
     }
 
     /// Columns of one reading, into `out.columns`.
     pub fn evaluate(&self, at: &ReadingAt, out: &mut TermWorkspace) {
-        let TermWorkspace { loads, q, side, last_move, earlier_moves, changes, columns } = out;
+        self.carry(at, &mut out.carried, &mut out.bodies);
+        let TermWorkspace { loads, bodies, q, side, last_move, earlier_moves, changes, columns, .. } = out;
         self.loads.load(at.state, at.point, loads);
         let JointLoads { total, joint_rate, .. } = loads;
         self.measured.replace(at, total, joint_rate);
@@ -209,6 +218,7 @@ impl Terms {
                 base: base.translation.vector,
                 body: (base.rotation * at.state.placements.frames[at.point.at.frame].rotation),
                 up,
+                carried: bodies,
                 deflection: base.rotation * by_wrench.displacement,
                 is_difference: self.is_difference,
             };
@@ -220,6 +230,25 @@ impl Terms {
                 (0..6).for_each(|k| column[k] += twist[k]);
             }
         }
+    }
+
+    /// What each body carries in a reading, and where it is.
+    fn carry(&self, at: &ReadingAt, carried: &mut CarriedLoads, bodies: &mut Vec<CarriedLoad>) {
+        self.carried.load(at.point, self.is_difference, carried);
+        let base = at.base();
+        bodies.clear();
+        bodies.extend(at.state.placements.frames.iter().zip(&carried.total).map(|(frame, (load, carries_point))| {
+            let [force, moment] = load;
+            let origin = frame.translation.vector;
+            let axes = frame.rotation.inverse();
+            let (force, moment) = (axes * force, axes * (moment - origin.cross(force)));
+            CarriedLoad {
+                origin: (base * Point3::from(origin)).coords,
+                axes: base.rotation * frame.rotation,
+                wrench: [force.x, force.y, force.z, moment.x, moment.y, moment.z],
+                carries_point: *carries_point,
+            }
+        }));
     }
 
     /// Values of all coordinates from those of the variables.
@@ -310,6 +339,7 @@ fn slots_changed(model: &Model, terms: &[Term]) -> Vec<Slot> {
         base: Vector3::zeros(),
         body: Rotation3::identity(),
         up: Vector3::z(),
+        carried: &[],
         deflection: Vector3::repeat(1.0),
         is_difference: false,
     };

@@ -88,7 +88,7 @@ impl JointLoadPlan {
 }
 
 /// A mass as frame, kg and point in the frame.
-type Mass = (FrameIndex, f64, Vector3<f64>);
+pub(super) type Mass = (FrameIndex, f64, Vector3<f64>);
 
 /// Masses as frame, kg and point in the frame: bodies, and beams at their middles; a boom that slides at its two ends, as heavy
 /// as it is in the middle of its way.

@@ -17,10 +17,12 @@
 //! assert!(sag < 0.0);
 //! ```
 
+mod carried_loads;
 mod frame_twists;
 mod joint_loads;
 mod mechanics;
 
+pub use carried_loads::{CarriedLoadPlan, CarriedLoads};
 pub use frame_twists::{FrameTwistPlan, FrameTwists};
 pub(crate) use joint_loads::masses;
 pub use joint_loads::{JointLoadPlan, JointLoads};

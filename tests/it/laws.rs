@@ -416,6 +416,7 @@ fn angles_of_the_instrument_move_points_across_the_line_of_sight() {
         base: Vector3::zeros(),
         body: Rotation3::identity(),
         up: Vector3::z(),
+        carried: &[],
         deflection: Vector3::zeros(),
         is_difference: false,
     };

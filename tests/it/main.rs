@@ -35,6 +35,7 @@ mod evidence;
 mod examples;
 mod few_angles;
 mod figures;
+mod free_compliance;
 mod free_form;
 mod fuzzing;
 mod fuzzy;

@@ -14,5 +14,5 @@ pub use calibrated::{all_springs, nuisance, usually_calibrated};
 pub use driver::Driver;
 pub use family::Family;
 pub use nonlinear::{Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue};
-pub use reading_context::{Change, Changes, Condition, ReadingContext, Survey};
+pub use reading_context::{CarriedLoad, Change, Changes, Condition, ReadingContext, Survey};
 pub use site::{Site, SiteKind};

@@ -41,6 +41,19 @@ pub enum Condition {
     GearRatio,
 }
 
+/// The load on a body of all that hangs on it, as it shows in a reading: of a difference, what the applied wrench adds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CarriedLoad {
+    /// Origin of the body's frame, measurement frame, m.
+    pub origin: Vector3<f64>,
+    /// Axes of the body in those of the measurement frame.
+    pub axes: Rotation3<f64>,
+    /// Force, N, then moment about the origin, N.m; axes of the body.
+    pub wrench: [f64; 6],
+    /// Whether the measured point hangs on it.
+    pub carries_point: bool,
+}
+
 /// The state of the robot and its surroundings in one reading.
 #[derive(Debug, Clone)]
 pub struct ReadingContext<'a> {
@@ -72,6 +85,8 @@ pub struct ReadingContext<'a> {
     pub body: Rotation3<f64>,
     /// Against gravity, measurement frame; zero without gravity.
     pub up: Vector3<f64>,
+    /// What each frame's body carries, by frame.
+    pub carried: &'a [CarriedLoad],
     /// Displacement by the applied wrench alone, measurement frame, m.
     pub deflection: Vector3<f64>,
     /// The reading is the loaded position less the unloaded one.
