@@ -80,6 +80,7 @@ pub fn choice(
         }
     }
     drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
+    drop_negative(&mut claims, problem);
     let path = (0..=claims.len()).map(|count| {
         let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
         selector.fit(&taken)
@@ -201,6 +202,19 @@ fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, near:
         let least = open.map(|at| (at, adds(at))).min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((least, _)) = least.filter(|(_, gain)| *gain < (normal95() * noise).powi(2)) else { return };
         claims.remove(least);
+    }
+}
+
+/// Leaves out compliances of which nothing positive is left beside the other causes: what they stood for is in these. A curve at the site
+/// of a law takes what the law leaves.
+fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
+    let hypotheses = &problem.hypotheses;
+    loop {
+        let all: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+        let holds = |curve: usize| all.iter().any(|&law| hypotheses[curve].holds(&hypotheses[law]));
+        let members: Vec<usize> = all.iter().copied().filter(|&h| !holds(h)).collect();
+        let Some(negative) = problem.negative(&members, |_| true) else { return };
+        claims.retain(|claim| claim.hypothesis != negative);
     }
 }
 

@@ -3,8 +3,6 @@
 //! The compliances of all joints, and the lags of all joints, are one cause: they enter together, and those without an
 //! effect of their own leave again.
 
-use nalgebra::DVector;
-
 use super::flips::chances;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
@@ -12,7 +10,7 @@ use super::linear_problem::LinearProblem;
 use super::selection::Selector;
 use super::settings::ClaimSettings;
 use crate::effects::{Family, SiteKind};
-use crate::math::{least_squares, quantiles::two_sided_t};
+use crate::math::quantiles::two_sided_t;
 
 /// Chooses among the hypotheses of a problem.
 pub struct Forward<'a> {
@@ -174,16 +172,8 @@ impl Forward<'_> {
 
     /// Those of the compliances that are positive when they are fitted together.
     fn possible(&self, members: &[usize], mut joints: Vec<usize>) -> Vec<usize> {
-        while joints.iter().any(|&h| self.problem.hypotheses[h].is_positive) {
-            let design = self.problem.design(&[members, &joints].concat());
-            let x: DVector<f64> = least_squares(&design, &self.problem.residual);
-            let first = x.len() - joints.len();
-            let amounts = joints.iter().enumerate().filter(|(_, h)| self.problem.hypotheses[**h].is_positive);
-            let worst = amounts.map(|(k, &h)| (k, x[first + k] / self.problem.hypotheses[h].parameters[0].scale));
-            match worst.filter(|(_, amount)| *amount <= 0.0).min_by(|a, b| a.1.total_cmp(&b.1)) {
-                Some((k, _)) => joints.remove(k),
-                None => break,
-            };
+        while let Some(least) = self.problem.negative(&[members, joints.as_slice()].concat(), |h| joints.contains(&h)) {
+            joints.retain(|&h| h != least);
         }
         joints
     }

@@ -109,6 +109,11 @@ impl Hypothesis {
         self.site.name == law.site.name || self.family() == law.family() && self.covers.contains(&law.site.name)
     }
 
+    /// Whether it is a curve that can do all that a law does: one of its family where it sits.
+    pub fn holds(&self, law: &Self) -> bool {
+        self.is_free() && !law.is_free() && self.family() == law.family() && self.is_at(law)
+    }
+
     /// What a curve without a law tells: where it holds laws of several sites, their family alone.
     pub fn level(&self) -> Level {
         if self.covers.len() > 1 { Level::Family } else { Level::Site }

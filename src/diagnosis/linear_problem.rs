@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::hypothesis::Hypothesis;
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::row_sigmas;
-use crate::math::orthonormal;
+use crate::math::{least_squares, orthonormal};
 use crate::model::Model;
 use crate::parameter::{Group, Slot};
 use crate::prediction::{Linearised, PredictionError, Predictor, Term, effect_columns};
@@ -175,6 +175,25 @@ impl LinearProblem {
         let parts = std::iter::once(&self.nuisance).chain(members.iter().map(|&h| &self.hypotheses[h].columns));
         let columns: Vec<_> = parts.flat_map(|part| part.column_iter()).collect();
         if columns.is_empty() { DMatrix::zeros(self.rows(), 0) } else { DMatrix::from_columns(&columns) }
+    }
+
+    /// Of the members in question, compliances of what is rigid of which nothing positive is left when all are fitted together, the most
+    /// negative one.
+    pub fn negative(&self, members: &[usize], is_asked: impl Fn(usize) -> bool) -> Option<usize> {
+        let is_asked = |h: &usize| self.hypotheses[*h].is_positive && is_asked(*h);
+        if !members.iter().any(is_asked) {
+            return None;
+        }
+        let x = least_squares(&self.design(members), &self.residual);
+        let mut first = self.nuisance.ncols();
+        let greatest = members.iter().map(|&h| {
+            let own = &self.hypotheses[h];
+            let amounts = x.iter().skip(first).zip(&own.parameters).map(|(amount, own)| amount / own.scale);
+            first += own.columns.ncols();
+            (h, amounts.fold(f64::NEG_INFINITY, f64::max))
+        });
+        let negative = greatest.filter(|(h, amount)| is_asked(h) && *amount <= 0.0);
+        negative.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(h, _)| h)
     }
 
     /// Error of each reading (m): of its position, or in x that of a distance.

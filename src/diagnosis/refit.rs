@@ -28,13 +28,7 @@ pub fn refit(inputs: &Inputs, competition: &Competition, members: &[usize], line
 /// The laws first where curves hold some of them, then those curves.
 fn in_order(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Option<Refit> {
     let hypotheses = &competition.problem.hypotheses;
-    let holds = |curve: usize| {
-        let is_held = |&law: &usize| {
-            let [law, curve] = [law, curve].map(|h| &hypotheses[h]);
-            !law.is_free() && law.family() == curve.family() && curve.is_at(law)
-        };
-        hypotheses[curve].is_free() && members.iter().any(is_held)
-    };
+    let holds = |curve: usize| members.iter().any(|&law| hypotheses[curve].holds(&hypotheses[law]));
     let (curves, laws): (Vec<usize>, Vec<usize>) = members.iter().partition(|&&member| holds(member));
     let all: Vec<(usize, Vec<FittedParameter>)> =
         members.iter().enumerate().map(|(step, &member)| (member, linear.parameters(step))).collect();

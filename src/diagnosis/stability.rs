@@ -39,11 +39,9 @@ pub fn stability(
             // A curve wins for the law at its site that it holds.
             let is_held = |&at: &usize| {
                 let [law, curve] = [at, best].map(|at| &hypotheses[candidates[at]]);
-                let at_site = !law.is_free() && law.family() == curve.family() && curve.is_at(law);
-                at_site && before - left[at] >= settings.near_curve * (before - left[best])
+                curve.holds(law) && before - left[at] >= settings.near_curve * (before - left[best])
             };
-            let is_curve = hypotheses[candidates[best]].is_free();
-            let best = Some(0).filter(|_| is_curve).filter(is_held).unwrap_or(best);
+            let best = Some(0).filter(is_held).unwrap_or(best);
             let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);
             let same_family = one.family() == other.family();
             let same_site = same_family && one.site.name == other.site.name;

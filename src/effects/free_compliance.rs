@@ -26,9 +26,11 @@ pub(super) static LAW: Law = Law {
         let all = [SiteKind::Base, SiteKind::Link].into_iter().flat_map(|kind| model.sites(kind));
         all.filter(|site| carries_joint(model, site) && is_in_no_loop(model, site)).collect()
     }),
+    // The axis of the joint before a link is fixed in it, and so is that of the joint after it.
     covers: Some(|model, site| {
-        let next = model.sites(SiteKind::Joint).into_iter().filter(|joint| comes_next(model, site, joint.frame));
-        std::iter::once(site.name.clone()).chain(next.map(|joint| joint.name)).collect()
+        let is_held = |joint: &Site| joint.frame == site.frame || comes_next(model, site, joint.frame);
+        let joints = model.sites(SiteKind::Joint).into_iter().filter(is_held);
+        std::iter::once(site.name.clone()).chain(joints.map(|joint| joint.name)).collect()
     }),
     parameters: Some(|_, _, _| {
         let of = |(a, b): (usize, usize)| {

@@ -211,6 +211,33 @@ fn a_curve_in_time_stands_at_the_body_that_moves() {
     }
 }
 
+/// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that
+/// leaves.
+#[test]
+fn a_law_keeps_its_amount_beside_a_curve_at_its_site() {
+    let share = 8e-4;
+    let (plain, mut spoiled) = arm("settling", "joint:4", &[("share", RawAmount::from(share))]);
+    let numbers = |values: &[f64]| RawAmount::Numbers(values.to_vec());
+    let amounts = [1.5e-4, -1.5e-4, 1.5e-4, -1.5e-4, 1.5e-4].map(RawAmount::from);
+    let names = ["k1", "k2", "k3", "k4", "k5"].map(String::from);
+    let knots = [("follows", RawAmount::from("move.q4")), ("at", numbers(&[-6.0, -3.0, 0.0, 3.0, 6.0]))];
+    let parameters =
+        knots.map(|(name, value)| (name.to_string(), value)).into_iter().chain(names.into_iter().zip(amounts));
+    let raw = RawEffect {
+        effect: Some("free-form".into()),
+        site: Some("joint:4".into()),
+        parameters: parameters.collect(),
+        ..RawEffect::default()
+    };
+    spoiled.switch_on(plain.resolve_effect(&raw).expect("an effect"));
+    let found = found(&plain, &read(&plain, &spoiled, 0.7));
+    let said: Vec<String> = found.causes.iter().map(|cause| format!("{}@{}", cause.effect, cause.site)).collect();
+    assert_eq!(said, ["settling@joint:4", "free-form@joint:4"]);
+    let value = found.causes[0].parameters[0].value.clone();
+    let RawAmount::Number(value) = value else { panic!("{value:?}") };
+    assert!((value - share).abs() < 0.1 * share, "{value}");
+}
+
 /// What one marker alone does, the robot does not: its mount slipped, and no law of the tool or of a joint is named for it.
 #[test]
 fn a_marker_that_slips_is_no_slip_of_the_tool() {
