@@ -210,6 +210,9 @@ fn location(inputs: &Inputs, competition: &Competition, gap: &Gap, noise: f64) -
     })
 }
 
+/// What to do about a family of which no law is known.
+const TELL_APART: &str = "measure where the nearest laws differ (`next_poses`) before anything is changed on the machine";
+
 /// The causes with what their figures are made from.
 struct Explanation<'a> {
     competition: &'a Competition,
@@ -242,8 +245,15 @@ impl<'a> Explanation<'a> {
         let claim = self.claims[step];
         let EffectAtSite { mut effect, site } = hypothesis.named();
         let family = hypothesis.family();
+        let mut rivals: Vec<EffectAtSite> = claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect();
+        let mut remedy = hypothesis.effect.remedy();
         if claim.level == Level::Family {
             effect = format!("family:{}", family.name());
+            // The law that stands for its family is one of those that it could be.
+            if !hypothesis.is_free() {
+                rivals.insert(0, hypothesis.named());
+                remedy = TELL_APART;
+            }
         }
         Cause {
             effect,
@@ -254,7 +264,7 @@ impl<'a> Explanation<'a> {
             rms_before: self.judgement.steps[step].left.rms,
             rms_after: self.judgement.steps[step + 1].left.rms,
             shrinkage: self.shrinkage(step, step + 1),
-            rivals: claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect(),
+            rivals,
             family,
             level: claim.level,
             follows: hypothesis.follows(&model.coordinate_names(), self.competition.is_loaded()),
@@ -263,7 +273,7 @@ impl<'a> Explanation<'a> {
             curve: curve(hypothesis, fitted),
             implies: implied(hypothesis, fitted, &self.competition.values),
             signature: hypothesis.effect.signature(),
-            remedy: hypothesis.effect.remedy(),
+            remedy,
         }
     }
 }

@@ -153,7 +153,10 @@ fn cause(number: usize, cause: &Cause) -> String {
     if !cause.indistinguishable_from.is_empty() {
         let named = |EffectAtSite { effect, site }: &EffectAtSite| format!("{effect} at {site}");
         let rivals: Vec<String> = cause.indistinguishable_from.iter().map(named).collect();
-        let _ = writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", "));
+        let _ = match cause.level {
+            Level::Family => writeln!(out, "   nearest   {}", rivals.join(", ")),
+            _ => writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", ")),
+        };
     }
     let _ = writeln!(out, "   to do     {}\n", cause.remedy);
     out
