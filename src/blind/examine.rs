@@ -70,9 +70,9 @@ impl Named {
         std::iter::once((self.effect.as_str(), self.site.as_str())).chain(others)
     }
 
-    /// Number of effects that cannot be distinguished, itself included.
+    /// Number of effects that cannot be distinguished, itself included where it is one and no family.
     pub fn group(&self) -> usize {
-        1 + self.rivals.len()
+        usize::from(!self.effect.starts_with("family:")) + self.rivals.len()
     }
 }
 
