@@ -215,7 +215,7 @@ impl Compared<'_> {
 
     /// The best free curve at the site of a candidate, where it is worth having.
     fn curve_at(&self, own: usize) -> Option<Claim> {
-        let at_site = self.free_of_others().filter(|&at| !self.is_elsewhere(at, own));
+        let at_site = self.free_in_place_of(own).filter(|&at| !self.is_elsewhere(at, own));
         let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
         let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.with[best]);
         is_worth.then(|| self.curve(best, self.hypothesis(best).level()))

@@ -54,12 +54,23 @@ impl Compared<'_> {
         (1..self.sets.len()).filter(|&at| self.hypothesis(at).is_free())
     }
 
-    /// Free curves that can stand for a cause in addition to the others: that hold the laws of none of them.
-    pub fn free_of_others(&self) -> impl Iterator<Item = usize> {
+    /// Free curves that compete with a candidate: those of one site, and of those over several sites the ones that hold it. What is free in
+    /// all directions imitates causes of every kind.
+    pub fn free_for(&self, own: usize) -> impl Iterator<Item = usize> {
+        self.free().filter(move |&at| self.is_for(at, own))
+    }
+
+    fn is_for(&self, curve: usize, own: usize) -> bool {
+        let curve = self.hypothesis(curve);
+        curve.level() == Level::Site || curve.holds(self.hypothesis(own))
+    }
+
+    /// Those of them that can stand for the candidate in addition to the other causes: that hold the laws of none of these.
+    pub fn free_in_place_of(&self, own: usize) -> impl Iterator<Item = usize> {
         let hypotheses = &self.forward.problem.hypotheses;
-        self.free().filter(|&at| {
-            let own = self.hypothesis(at);
-            own.level() == Level::Site || !self.others.iter().any(|&other| own.is_at(&hypotheses[other]))
+        self.free_for(own).filter(|&at| {
+            let curve = self.hypothesis(at);
+            curve.level() == Level::Site || !self.others.iter().any(|&other| curve.is_at(&hypotheses[other]))
         })
     }
 
@@ -92,9 +103,9 @@ impl Compared<'_> {
         self.sets[own].iter().all(|&h| !self.hypothesis(at).is_at(&hypotheses[h]))
     }
 
-    /// The free curve that leaves least.
+    /// The free curve that leaves least, in the place of the cause.
     pub fn best_free(&self) -> Option<usize> {
-        self.free_of_others().min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
+        self.free_in_place_of(0).min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))
     }
 
     /// Stability among those that come near and take away the same: what comes later hardly ever wins. `tied` does as well.
@@ -102,7 +113,8 @@ impl Compared<'_> {
         let settings = self.forward.settings;
         let mut near: Vec<usize> = (0..self.sets.len()).filter(|&at| at != own && !tied.contains(&at)).collect();
         near.sort_by(|&a, &b| self.total(a).total_cmp(&self.total(b)));
-        let near = near.into_iter().filter(|&at| self.is_alternative(at, own));
+        let competes = |at: usize| !self.hypothesis(at).is_free() || self.is_for(at, own);
+        let near = near.into_iter().filter(|&at| competes(at) && self.is_alternative(at, own));
         let mut near: Vec<usize> = near.take(settings.compared).collect();
         near.splice(0..0, std::iter::once(own).chain(tied.iter().copied()));
         let first: Vec<usize> = near.iter().map(|&at| self.sets[at][0]).collect();

@@ -144,7 +144,8 @@ fn rest(
     let hypotheses = &selector.projection.problem.hypotheses;
     let gains = selector.gains(members);
     let per_direction = |h: usize| gains[h].squares / gains[h].directions as f64;
-    let free = (0..hypotheses.len()).filter(|&h| hypotheses[h].is_free() && gains[h].directions > 0);
+    let is_curve = |h: usize| hypotheses[h].is_free() && hypotheses[h].level() == Level::Site;
+    let free = (0..hypotheses.len()).filter(|&h| is_curve(h) && gains[h].directions > 0);
     let best = free.max_by(|&a, &b| per_direction(a).total_cmp(&per_direction(b)));
     let best = best.filter(|&h| !selector.is_chance(gains[h])).map(|h| &hypotheses[h]);
     Rest {
@@ -211,7 +212,8 @@ fn location(inputs: &Inputs, competition: &Competition, gap: &Gap, noise: f64) -
 }
 
 /// What to do about a family of which no law is known.
-const TELL_APART: &str = "measure where the nearest laws differ (`next_poses`) before anything is changed on the machine";
+const TELL_APART: &str =
+    "measure where the nearest laws differ (`next_poses`) before anything is changed on the machine";
 
 /// The causes with what their figures are made from.
 struct Explanation<'a> {

@@ -39,7 +39,7 @@ impl Compared<'_> {
     pub fn gates(&self, at: usize) -> Gates {
         let settings = self.forward.settings;
         let (own, gain) = (self.hypothesis(at), self.gain(at));
-        let at_site = self.free().filter(|&k| self.hypothesis(k).is_at(own)).map(|k| self.gain(k));
+        let at_site = self.free_for(at).filter(|&k| self.hypothesis(k).is_at(own)).map(|k| self.gain(k));
         let of_free = at_site.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| gain / best);
         let is_better = |k: usize| {
             paired(&self.losses.with[at], &self.losses.with[k]).t > settings.paired_t
@@ -47,7 +47,7 @@ impl Compared<'_> {
                 && self.is_alternative(k, at)
         };
         let is_beaten =
-            self.free().any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at) || self.is_local(at);
+            self.free_for(at).any(is_better) || self.is_of_one_marker(at) || self.is_uneven(at) || self.is_local(at);
         let own_only = self.additions.only(&[at]);
         // The least share over all that is left out, where what is missing is certain.
         let mut elsewhere: Option<f64> = None;
