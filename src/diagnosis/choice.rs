@@ -220,10 +220,9 @@ fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
 
 /// The claims without laws that a curve over several sites, which is claimed too, holds: it stands for whatever gives there.
 fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
-    let of_sites = |claim: &&Claim| hypotheses[claim.hypothesis].covers.len() > 1;
-    let curves: Vec<usize> = claims.iter().filter(of_sites).map(|claim| claim.hypothesis).collect();
-    let is_held = |h: usize| curves.iter().any(|&curve| curve != h && hypotheses[curve].is_at(&hypotheses[h]));
-    claims.retain(|claim| !is_held(claim.hypothesis));
+    let of_sites = claims.iter().map(|claim| claim.hypothesis).filter(|&h| hypotheses[h].level() == Level::Family);
+    let curves: Vec<usize> = of_sites.collect();
+    claims.retain(|claim| !curves.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[claim.hypothesis])));
     claims
 }
 
