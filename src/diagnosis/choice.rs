@@ -114,7 +114,7 @@ fn claimed(
     tests: &Tests,
     is_great: impl Fn(&usize) -> bool,
 ) -> Vec<Claim> {
-    let mut found: Vec<Claim> = Vec::new();
+    let mut judged: Vec<(&[usize], Vec<Claim>)> = Vec::new();
     let mut before = Before { forward, causes: Vec::new() };
     for (entry, cause) in causes.iter().enumerate().filter(|(_, cause)| cause.iter().all(&is_great)) {
         // Where the noise does not decide, a cause must be worth having whatever stands for those before it.
@@ -133,16 +133,40 @@ fn claimed(
         let own = own.zip(sharp).map(|(at, all)| all[at].as_slice());
         let claims = claims(forward, cause, &other_causes, own, tests);
         before.add(cause, &other_causes, claims.first());
-        found.extend(each_by_itself(forward, cause, &other_causes, claims, tests));
+        judged.push((cause, each_by_itself(forward, cause, &other_causes, claims, tests)));
+    }
+    if sharp.is_none() {
+        judge_again(forward, &mut judged, tests);
     }
     // Two causes may be claimed by the same curve.
     let mut distinct: Vec<Claim> = Vec::new();
-    for claim in found {
+    for claim in judged.into_iter().flat_map(|(_, claims)| claims) {
         if !distinct.iter().any(|known| known.hypothesis == claim.hypothesis) {
             distinct.push(claim);
         }
     }
     distinct
+}
+
+/// Judges causes of which no law is known with the laws that entered after them: without these, curves at the site took them up as well.
+fn judge_again(forward: &Forward, judged: &mut [(&[usize], Vec<Claim>)], tests: &Tests) {
+    let is_law = |claims: &[Claim]| {
+        let is_law =
+            |claim: &Claim| claim.level == Level::Law && !forward.problem.hypotheses[claim.hypothesis].is_free();
+        !claims.is_empty() && claims.iter().all(is_law)
+    };
+    for at in 0..judged.len() {
+        if is_law(&judged[at].1) || !judged[at + 1..].iter().any(|(_, claims)| is_law(claims)) {
+            continue;
+        }
+        let laws = judged.iter().filter(|(_, claims)| is_law(claims)).flat_map(|(_, claims)| claims);
+        let others: Vec<usize> = laws.map(|claim| claim.hypothesis).collect();
+        let cause = judged[at].0;
+        let again = claims(forward, cause, &others, None, tests);
+        if is_law(&again) {
+            judged[at].1 = each_by_itself(forward, cause, &others, again, tests);
+        }
+    }
 }
 
 /// The claims of a cause. Of a lag at several joints, where some of them are of that law with the others fitted, each of the others as it is

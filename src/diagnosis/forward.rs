@@ -3,6 +3,8 @@
 //! The compliances of all joints, and the lags of all joints, are one cause: they enter together, and those without an
 //! effect of their own leave again.
 
+use std::cell::OnceCell;
+
 use super::flips::chances;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
@@ -32,27 +34,34 @@ impl Forward<'_> {
         let mut causes: Vec<Vec<usize>> = Vec::new();
         for _ in 0..most {
             let members = causes.concat();
-            let candidates = self.candidates(&members);
-            let additions = Additions::new(&self.selector.projection, &members, &candidates);
-            let losses = self.folds.losses(&additions);
-            let Some(best) = least(&losses) else { break };
-            let by_flips = || chances(self.problem, &additions, self.settings.flips, self.settings.seed)[best];
-            let gain = paired(&losses.base, &losses.with[best]);
-            if !self.is_worth(&losses.base, &losses.with[best])
-                || self.is_chance(&members, &candidates[best], gain.t, by_flips)
-            {
-                break;
-            }
-            let mut all = [members.as_slice(), &candidates[best]].concat();
-            self.prune(&mut all, members.len(), |before, after| self.is_worth(before, after));
-            let cause = all.split_off(members.len());
-            // Joints that are worth having together only, none by itself, are no cause.
-            if cause.is_empty() {
-                break;
-            }
+            let Some(cause) = self.next(&members) else { break };
             causes.extend(self.without_others(&members, cause));
         }
         causes
+    }
+
+    /// Of the causes that are worth having and no chance the one that leaves least. What would take away more without being certain, of a
+    /// cause that no law has, hides none that is.
+    fn next(&self, members: &[usize]) -> Option<Vec<usize>> {
+        let candidates = self.candidates(members);
+        let additions = Additions::new(&self.selector.projection, members, &candidates);
+        let losses = self.folds.losses(&additions);
+        let is_worth = |at: &usize| self.is_worth(&losses.base, &losses.with[*at]);
+        let left = |at: usize| (losses.with[at].iter().sum::<f64>(), at);
+        let mut worth: Vec<(f64, usize)> = (0..candidates.len()).filter(is_worth).map(left).collect();
+        worth.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let flipped = OnceCell::new();
+        let flip = || chances(self.problem, &additions, self.settings.flips, self.settings.seed);
+        worth.into_iter().find_map(|(_, at)| {
+            let gain = paired(&losses.base, &losses.with[at]);
+            if self.is_chance(members, &candidates[at], gain.t, || flipped.get_or_init(flip)[at]) {
+                return None;
+            }
+            let mut all = [members, candidates[at].as_slice()].concat();
+            self.prune(&mut all, members.len(), |before, after| self.is_worth(before, after));
+            // Joints that are worth having together only, none by itself, are no cause.
+            Some(all.split_off(members.len())).filter(|cause| !cause.is_empty())
+        })
     }
 
     /// A lag of several joints without those at which another law certainly does better with the others; these laws follow as
