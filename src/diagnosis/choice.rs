@@ -148,22 +148,21 @@ fn claimed(
     distinct
 }
 
-/// Judges causes of which no law is known with the laws that entered after them: without these, curves at the site took them up as well.
+/// Judges causes of which no law is known with the laws that stand for those that entered after them: without these, curves at the site
+/// took them up as well.
 fn judge_again(forward: &Forward, judged: &mut [(&[usize], Vec<Claim>)], tests: &Tests) {
-    let is_law = |claims: &[Claim]| {
-        let is_law =
-            |claim: &Claim| claim.level == Level::Law && !forward.problem.hypotheses[claim.hypothesis].is_free();
-        !claims.is_empty() && claims.iter().all(is_law)
-    };
+    let hypotheses = &forward.problem.hypotheses;
+    let has_law = |claims: &[Claim]| claims.iter().any(|claim| !hypotheses[claim.hypothesis].is_free());
+    let is_named = |claims: &[Claim]| !claims.is_empty() && claims.iter().all(|claim| claim.level == Level::Law);
     for at in 0..judged.len() {
-        if is_law(&judged[at].1) || !judged[at + 1..].iter().any(|(_, claims)| is_law(claims)) {
+        if is_named(&judged[at].1) || !judged[at + 1..].iter().any(|(_, claims)| has_law(claims)) {
             continue;
         }
-        let laws = judged.iter().filter(|(_, claims)| is_law(claims)).flat_map(|(_, claims)| claims);
-        let others: Vec<usize> = laws.map(|claim| claim.hypothesis).collect();
+        let others = judged.iter().enumerate().filter(|(other, _)| *other != at).flat_map(|(_, (_, claims))| claims);
+        let others: Vec<usize> = others.map(|claim| claim.hypothesis).filter(|&h| !hypotheses[h].is_free()).collect();
         let cause = judged[at].0;
         let again = claims(forward, cause, &others, None, tests);
-        if is_law(&again) {
+        if is_named(&again) {
             judged[at].1 = each_by_itself(forward, cause, &others, again, tests);
         }
     }

@@ -59,6 +59,7 @@ mod loaded;
 mod logarithms;
 mod measured_loads;
 mod mistakes;
+mod mixed_causes;
 mod mixed_evidence;
 mod new_robots;
 mod noise;
