@@ -124,10 +124,9 @@ impl Compared<'_> {
         moved.map(|([before, tolerance], change)| ((before + change) / tolerance).powi(2)).sum()
     }
 
-    /// A cause with a law, and what is tied with it: named where these are few, else by what they share.
-    fn named(&self, own: usize, gates: Gates, tied: &[(usize, Gates)]) -> Vec<Claim> {
+    /// What is tied with a cause, and the laws that it may be in its limit.
+    fn with_limits(&self, own: usize, gates: Gates, tied: &[(usize, Gates)]) -> Vec<(usize, Gates)> {
         let mut rivals = tied.to_vec();
-        // The laws that it may be in its limit are tied with it.
         if gates.is_in_limit && tied.iter().all(|(_, gates)| gates.is_in_limit) {
             for at in self.limits(own) {
                 if !rivals.iter().any(|(known, _)| self.hypothesis(*known).is_same(self.hypothesis(at))) {
@@ -135,6 +134,12 @@ impl Compared<'_> {
                 }
             }
         }
+        rivals
+    }
+
+    /// A cause with a law, and what is tied with it: named where these are few, else by what they share.
+    fn named(&self, own: usize, gates: Gates, tied: &[(usize, Gates)]) -> Vec<Claim> {
+        let rivals = self.with_limits(own, gates, tied);
         let family = self.hypothesis(own).family();
         let shares_family = |at: usize| self.hypothesis(at).family() == family;
         // Where something stays that no law has, a free curve at another site that does as well leaves the site open.
