@@ -37,7 +37,7 @@ fn main() {
     let ((), sample) = timed(|| chosen.iter().for_each(|one| refitted(&model, &campaign, one)));
     let naive = sample * all.len() as f64 / chosen.len() as f64;
     println!(
-        "\ndiagnosis/{} readings, {} hypotheses: {:.2} s here (median of 5; target 2), {naive:.0} s naive ({} of {} forms in {sample:.1} s, scaled), ratio {:.0}",
+        "\ndiagnosis/{} readings, {} hypotheses: {:.2} s here (median of 5; target 0.5), {naive:.0} s naive ({} of {} forms in {sample:.1} s, scaled), ratio {:.0}",
         campaign.readings.len(),
         found.hypotheses,
         times[2],
