@@ -42,8 +42,8 @@ fn named(found: &Diagnosis) -> Vec<(String, String)> {
     found.causes.iter().map(|cause| (cause.effect.clone(), cause.site.clone())).collect()
 }
 
-/// The first joint turns with two orders that no gear has, by up to 1.2 mrad: a transmission error or a drift of the base would take the
-/// most away, and none of it is certain. The backlash of another joint is, with a fifth of that.
+/// The first joint turns with two orders that no gear has, by up to 1.2 mrad, of which no law takes a certain part away. The backlash of
+/// another joint, 0.3 mrad, is certain.
 #[test]
 fn a_certain_law_is_found_next_to_a_greater_error_that_no_law_has() {
     let plain = load_robot("kuka-kr270").expect("bundled").model;
