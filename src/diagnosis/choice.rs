@@ -148,8 +148,8 @@ fn claimed(
     distinct
 }
 
-/// Judges causes of which no law is known with the laws that stand for those that entered after them: without these, curves at the site
-/// took them up as well.
+/// Judges the causes of which no law is known once more, the laws that stand for later causes fitted too. Without these a curve at the site
+/// also takes up what they explain, and the law of the site seems to miss it.
 fn judge_again(forward: &Forward, judged: &mut [(&[usize], Vec<Claim>)], tests: &Tests) {
     let hypotheses = &forward.problem.hypotheses;
     let has_law = |claims: &[Claim]| claims.iter().any(|claim| !hypotheses[claim.hypothesis].is_free());

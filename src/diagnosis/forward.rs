@@ -40,8 +40,8 @@ impl Forward<'_> {
         causes
     }
 
-    /// Of the causes that are worth having and no chance the one that leaves least. What would take away more without being certain, of a
-    /// cause that no law has, hides none that is.
+    /// The cause that leaves least among those that are worth having and not chance. A candidate that would take more away but is not
+    /// certain, as where it imitates an error of no known law, does not end the search.
     fn next(&self, members: &[usize]) -> Option<Vec<usize>> {
         let candidates = self.candidates(members);
         let additions = Additions::new(&self.selector.projection, members, &candidates);

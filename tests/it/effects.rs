@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use elastogeo::description::raw::{RawAmount, RawEffect};
 use elastogeo::description::yaml;
-use elastogeo::diagnosis::{self, diagnose};
 use elastogeo::effects::{
     Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, NonlinearKind, NonlinearParameter, NonlinearValue,
     Site, SiteKind, Survey,
@@ -18,7 +17,7 @@ use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
 use super::cli::run;
-use super::support::switch_on;
+use super::support::{diagnosed, switch_on};
 
 fn site(kind: SiteKind) -> (&'static str, bool) {
     match kind {
@@ -220,8 +219,7 @@ fn an_effect_of_this_file_goes_all_the_way() {
 
     // Diagnosed, with the right nonlinear value.
     let held_out = vec![false; campaign.readings.len()];
-    let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(&campaign, 1) };
-    let found = diagnose(model, &campaign, &held_out, &asked, &mut |_| {}).expect("diagnosed");
+    let found = diagnosed(model, &campaign);
     let cause = found.causes.first().expect("a cause");
     assert_eq!((cause.effect.as_str(), cause.site.as_str(), found.causes.len()), ("hose", "joint:5", 1));
     let [pull, winds] = &cause.parameters[..] else { panic!("{cause:?}") };

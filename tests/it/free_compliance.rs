@@ -2,7 +2,7 @@
 
 use elastogeo::blind::without;
 use elastogeo::description::raw::{RawAmount, RawEffect};
-use elastogeo::diagnosis::{self, Level};
+use elastogeo::diagnosis::Level;
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
@@ -11,6 +11,8 @@ use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 use elastogeo::state::{Loads, Mechanics};
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
+
+use super::support::diagnosed;
 
 const DIRECTIONS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
@@ -148,10 +150,11 @@ fn what_the_catalogue_lacks_is_not_named_after_its_neighbour() {
     let truth = spoiled.completed(&plain.registry.nominal());
     let campaign = simulate(&spoiled, &truth, &plan, &mut random).expect("simulated");
     let causes = |model: &Model| {
-        let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(&campaign, 1) };
-        let none = vec![false; campaign.readings.len()];
-        let found = diagnosis::diagnose(model, &campaign, &none, &asked, &mut |_| {}).expect("diagnosed");
-        found.causes.into_iter().map(|cause| (cause.effect, cause.site, cause.level)).collect::<Vec<_>>()
+        diagnosed(model, &campaign)
+            .causes
+            .into_iter()
+            .map(|cause| (cause.effect, cause.site, cause.level))
+            .collect::<Vec<_>>()
     };
     let whole = causes(&plain);
     assert_eq!(whole, [("base-compliance".to_string(), "base".to_string(), Level::Law)]);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use elastogeo::blind::without;
 use elastogeo::description::campaign::{Campaign, Conditions};
 use elastogeo::description::raw::{RawAmount, RawEffect};
-use elastogeo::diagnosis::{self, Diagnosis, Level, diagnose};
+use elastogeo::diagnosis::Level;
 use elastogeo::effects::{
     Catalogue, Change, Changes, Effect, EffectParameter, Nonlinear, NonlinearValue, ReadingContext, Site, SiteKind,
 };
@@ -17,6 +17,8 @@ use elastogeo::observation::{DEFLECTION, POSITION};
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, measure, simulate};
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
+
+use super::support::diagnosed;
 
 const SIGMA: f64 = 3e-5;
 
@@ -58,11 +60,6 @@ fn read_at(count: usize, plain: &Model, spoiled: &Model, spread: f64) -> Campaig
     let mut campaign = simulate(spoiled, &truth, &plan, &mut random).expect("simulated");
     campaign.number_in_order();
     measure(spoiled, &truth, campaign, [SIGMA, 0.0], &mut random).expect("measured")
-}
-
-fn found(plain: &Model, campaign: &Campaign) -> Diagnosis {
-    let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(campaign, 1) };
-    diagnose(plain, campaign, &vec![false; campaign.readings.len()], &asked, &mut |_| {}).expect("diagnosed")
 }
 
 #[test]
@@ -114,7 +111,7 @@ fn laws_are_named_or_in_a_small_group() {
         .par_iter()
         .filter_map(|(effect, site, parameters)| {
             let (plain, spoiled) = arm(effect, site, parameters);
-            let found = found(&plain, &read(&plain, &spoiled, 0.7));
+            let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
             let said: Vec<String> = found
                 .causes
                 .iter()
@@ -153,7 +150,7 @@ fn a_law_in_the_limit_of_another_is_not_named() {
         let (plain, spoiled) = arm(effect, site, &parameters);
         let campaign = read(&plain, &spoiled, 0.7);
         let lacking = without(&plain, &campaign, effect).expect("a catalogue without it");
-        let found = found(&lacking, &campaign);
+        let found = diagnosed(&lacking, &campaign);
         let said: Vec<String> =
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         assert!(found.causes.iter().all(|cause| cause.effect != other), "{effect}: {said:?}");
@@ -178,7 +175,7 @@ fn a_jump_of_the_base_is_found_between_two_configurations() {
     for after in [17, 31] {
         let [before, after] = [times[after - 1], times[after]];
         let (plain, campaign) = jump(0.5 * (before + after));
-        let found = found(&plain, &campaign);
+        let found = diagnosed(&plain, &campaign);
         let said: Vec<_> = found.causes.iter().map(|cause| (cause.effect.as_str(), &cause.entries)).collect();
         let [cause] = &found.causes[..] else { panic!("{said:?}") };
         let at = match cause.entries.first().map(|entry| entry.nonlinear.values()).as_deref() {
@@ -203,7 +200,7 @@ fn a_curve_in_time_stands_at_the_body_that_moves() {
         parameters
             .extend(across.iter().zip(zigzag).map(|(name, value)| (name.as_str(), RawAmount::from(-0.6 * value))));
         let (plain, spoiled) = arm("free-form", site, &parameters);
-        let found = found(&plain, &read(&plain, &spoiled, 0.7));
+        let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
         let said: Vec<String> =
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         let [cause] = &found.causes[..] else { panic!("{site}: {said:?}") };
@@ -230,7 +227,7 @@ fn a_law_keeps_its_amount_beside_a_curve_at_its_site() {
         ..RawEffect::default()
     };
     spoiled.switch_on(plain.resolve_effect(&raw).expect("an effect"));
-    let found = found(&plain, &read(&plain, &spoiled, 0.7));
+    let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
     let said: Vec<String> = found.causes.iter().map(|cause| format!("{}@{}", cause.effect, cause.site)).collect();
     assert_eq!(said, ["settling@joint:4", "free-form@joint:4"]);
     let value = found.causes[0].parameters[0].value.clone();
@@ -250,7 +247,7 @@ fn a_marker_that_slips_is_no_slip_of_the_tool() {
             *reading = other;
         }
     }
-    let found = found(&plain, &mixed);
+    let found = diagnosed(&plain, &mixed);
     let named: Vec<&str> = found.causes.iter().map(|cause| cause.effect.as_str()).collect();
     assert!(found.gap.is_significant && !named.iter().any(|name| name.ends_with("-slip")), "{named:?}");
 }
@@ -267,7 +264,7 @@ fn a_step_in_the_angle_of_a_joint_is_no_transmission_error() {
             mixed.readings[index] = other.readings[index];
         }
     }
-    let found = found(&plain, &mixed);
+    let found = diagnosed(&plain, &mixed);
     let said: Vec<String> =
         found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
     assert!(found.causes.iter().all(|cause| cause.level != Level::Law), "{said:?}");
@@ -320,7 +317,7 @@ fn a_dead_zone_is_no_joint_that_winds_up() {
         estimate: [false, false],
     };
     let campaign = simulate(&spoiled, &truth, &plan, &mut random).expect("simulated");
-    let diagnosis = found(&plain, &campaign);
+    let diagnosis = diagnosed(&plain, &campaign);
     let named: Vec<(&str, &str, Level)> =
         diagnosis.causes.iter().map(|cause| (cause.effect.as_str(), cause.site.as_str(), cause.level)).collect();
     assert!(!named.is_empty(), "something gives");
@@ -362,7 +359,7 @@ fn a_law_that_is_a_little_off_is_named() {
         plain.variables.iter_mut().for_each(|variable| variable.gear_ratio = Some(93.7));
         let mut spoiled = Model { catalogue: Arc::new(Catalogue::standard().with(Lag(shape))), ..plain.clone() };
         super::support::switch_on(&mut spoiled, "lag", "joint:4", &[("share", 1e-3)]);
-        let found = found(&plain, &read(&plain, &spoiled, 0.7));
+        let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
         let said: Vec<String> =
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         let first = found.causes.first().unwrap_or_else(|| panic!("nothing is found"));

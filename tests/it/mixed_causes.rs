@@ -2,7 +2,7 @@
 
 use elastogeo::description::campaign::Campaign;
 use elastogeo::description::raw::{RawAmount, RawEffect};
-use elastogeo::diagnosis::{Diagnosis, Settings, diagnose};
+use elastogeo::diagnosis::Diagnosis;
 use elastogeo::files::load_robot;
 use elastogeo::kinematics::Geometry;
 use elastogeo::model::Model;
@@ -10,7 +10,7 @@ use elastogeo::observation::POSITION;
 use elastogeo::simulation::{Plan, draw_configurations, draw_errors, generator, simulate};
 
 use super::cli::run;
-use super::support::printed_json;
+use super::support::{diagnosed, printed_json};
 
 /// Readings at three markers of an arm that is `spoiled`, their noise of 0.03 mm not stated.
 fn read(plain: &Model, spoiled: &Model, count: usize, seed: u64) -> Campaign {
@@ -31,11 +31,6 @@ fn read(plain: &Model, spoiled: &Model, count: usize, seed: u64) -> Campaign {
     let mut campaign = simulate(spoiled, &truth, &plan, &mut random).expect("simulated");
     campaign.state_noise(None, None);
     campaign
-}
-
-fn found(plain: &Model, campaign: &Campaign) -> Diagnosis {
-    let asked = Settings { propose: false, ..Settings::new(campaign, 1) };
-    diagnose(plain, campaign, &vec![false; campaign.readings.len()], &asked, &mut |_| {}).expect("diagnosed")
 }
 
 fn named(found: &Diagnosis) -> Vec<(String, String)> {
@@ -67,7 +62,7 @@ fn a_certain_law_is_found_next_to_a_greater_error_that_no_law_has() {
             measured[0] -= turn * y;
             measured[1] += turn * x;
         }
-        let named = named(&found(&plain, &campaign));
+        let named = named(&diagnosed(&plain, &campaign));
         assert_eq!(named.first(), Some(&("backlash".to_string(), "joint:2".to_string())), "{seed}: {named:?}");
     }
 }
@@ -90,8 +85,8 @@ fn a_law_is_judged_with_the_one_that_entered_after_it() {
         let stated = std::fs::read_to_string(&campaign).expect("a file");
         let unstated: Vec<&str> = stated.lines().filter(|line| !line.contains("sigma")).collect();
         std::fs::write(&campaign, unstated.join("\n")).expect("written");
-        let said = printed_json(folder.path(), &["diagnose", &format!("{seed}/campaign.yaml")]);
-        let first = &said["causes"][0];
+        let printed = printed_json(folder.path(), &["diagnose", &format!("{seed}/campaign.yaml")]);
+        let first = &printed["causes"][0];
         assert_eq!((&first["effect"], &first["site"]), (&"gear-ratio".into(), &"joint:3".into()), "{seed}: {first}");
     }
 }

@@ -8,6 +8,7 @@ use elastogeo::description::{
     raw::{RawEffect, RawRobot},
     resolve::resolve,
 };
+use elastogeo::diagnosis::{self, Diagnosis, diagnose};
 use elastogeo::effects::Catalogue;
 use elastogeo::kinematics::{Geometry, Placements, Transform};
 use elastogeo::model::{Model, build};
@@ -29,6 +30,12 @@ pub fn switch_on(model: &mut Model, effect: &str, site: &str, parameters: &[(&st
     let raw = RawEffect { effect: Some(effect.into()), site: Some(site.into()), parameters, ..RawEffect::default() };
     let entry = model.resolve_effect(&raw).expect("an effect of this robot");
     model.switch_on(entry);
+}
+
+/// The causes of a campaign, every reading fitted, without proposed configurations.
+pub fn diagnosed(model: &Model, campaign: &Campaign) -> Diagnosis {
+    let asked = diagnosis::Settings { propose: false, ..diagnosis::Settings::new(campaign, 1) };
+    diagnose(model, campaign, &vec![false; campaign.readings.len()], &asked, &mut |_| {}).expect("diagnosed")
 }
 
 pub fn bundled(name: &str) -> Model {
