@@ -7,11 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::claims::{Claim, claims};
 use super::compared::Tests;
-use super::flips::chances;
-use super::forward::{Forward, least};
+use super::forward::Forward;
 use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, paired};
-use super::hypothesis::Hypothesis;
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::misfit::Readings;
@@ -20,9 +18,11 @@ use super::rivals::{Rival, rivals};
 use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
-use super::stability::stability;
+use super::unnamed::{
+    curve, drop_negative, drop_replaced, without_held, without_outdone, without_series, without_unlikely,
+};
 use crate::effects::Family;
-use crate::math::quantiles::{normal_of_any, normal95};
+use crate::math::quantiles::normal_of_any;
 
 /// Claims, and the subsets on the way to their hypotheses. `found` are the causes by the information criterion, `problem`
 /// and `readings` hold those that are fitted, `noise` is over their sigmas.
@@ -79,6 +79,7 @@ pub fn choice(
             None => break,
         }
     }
+    claims = without_outdone(&forward, claims, settings);
     drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
     drop_negative(&mut claims, problem);
     let path = (0..=claims.len()).map(|count| {
@@ -208,47 +209,6 @@ fn each_by_itself(
     found.into_iter().zip(judged).zip(laws).flat_map(of_one).collect()
 }
 
-/// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
-/// added at the site of a law takes all of it up where the law is another. A law that takes nearly as much as any curve at its site stays:
-/// what a curve adds there is the rest.
-fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, near: f64) {
-    let is_better =
-        |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= near);
-    while claims.len() > 1 {
-        let adds = |at: usize| -> f64 {
-            let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
-            let others: Vec<usize> = others.map(|(_, claim)| claim.hypothesis).collect();
-            let gain = selector.gains(&others)[claims[at].hypothesis];
-            gain.squares / gain.directions.max(1) as f64
-        };
-        let open = (0..claims.len()).filter(|&at| !is_better(&claims[at]));
-        let least = open.map(|at| (at, adds(at))).min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((least, _)) = least.filter(|(_, gain)| *gain < (normal95() * noise).powi(2)) else { return };
-        claims.remove(least);
-    }
-}
-
-/// Leaves out compliances of which nothing positive is left beside the other causes: what they stood for is in these. A curve at the site
-/// of a law takes what the law leaves.
-fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
-    let hypotheses = &problem.hypotheses;
-    loop {
-        let all: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-        let holds = |curve: usize| all.iter().any(|&law| hypotheses[curve].holds(&hypotheses[law]));
-        let members: Vec<usize> = all.iter().copied().filter(|&h| !holds(h)).collect();
-        let Some(negative) = problem.negative(&members, |_| true) else { return };
-        claims.retain(|claim| claim.hypothesis != negative);
-    }
-}
-
-/// The claims without laws that a curve over several sites, which is claimed too, holds: it stands for whatever gives there.
-fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
-    let of_sites = claims.iter().map(|claim| claim.hypothesis).filter(|&h| hypotheses[h].level() == Level::Family);
-    let curves: Vec<usize> = of_sites.collect();
-    claims.retain(|claim| !curves.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[claim.hypothesis])));
-    claims
-}
-
 /// Causes that are claimed, each with what cannot be told from it.
 struct Before<'a> {
     forward: &'a Forward<'a>,
@@ -285,91 +245,6 @@ impl Before<'_> {
             })
         })
     }
-}
-
-/// The claims, those of one law with several values at one site replaced by a curve there, where one can stand for them: three of
-/// them have any shape, and so have two neither of which takes most away by itself.
-fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
-    let hypotheses = &forward.problem.hypotheses;
-    let squares = |members: &[usize]| forward.selector.fit(members).squares;
-    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
-    let mut kept = claims.clone();
-    for first in claims.iter().filter(|claim| is_law(claim)) {
-        let law = &hypotheses[first.hypothesis];
-        let is_of_series = |claim: &&Claim| is_law(claim) && hypotheses[claim.hypothesis].is_same(law);
-        let (series, others): (Vec<&Claim>, Vec<&Claim>) = kept.iter().partition(is_of_series);
-        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
-        let with = |own: &[&Claim]| -> f64 {
-            let own = own.iter().map(|claim| claim.hypothesis);
-            squares(&taken.iter().copied().chain(own).collect::<Vec<usize>>())
-        };
-        let before = with(&[]);
-        let alone = series.iter().map(|&claim| before - with(&[claim])).fold(0.0, f64::max);
-        let is_one_value = series.len() < 3 && alone >= settings.claims.of_site * (before - with(&series));
-        if series.len() < 2 || is_one_value {
-            continue;
-        }
-        if let Some(found) = curve(forward, &taken, Some(law), settings) {
-            kept = others.into_iter().cloned().chain([found]).collect();
-        }
-    }
-    kept
-}
-
-/// The claims, or curves at the sites of laws where none of these is likely; their families where no curve is worth having.
-fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
-    let hypotheses = &forward.problem.hypotheses;
-    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
-    let is_likely = |claim: &Claim| claim.probability(settings.claims.odds) >= settings.claims.least_probability;
-    if claims.iter().any(|claim| is_law(claim) && is_likely(claim)) {
-        return claims;
-    }
-    let (laws, mut kept): (Vec<Claim>, Vec<Claim>) = claims.into_iter().partition(is_law);
-    for law in laws {
-        let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
-        let found = curve(forward, &taken, Some(&hypotheses[law.hypothesis]), settings);
-        let of_family = || {
-            let is_stable = law.stability.family >= settings.claims.least_halves;
-            is_stable.then(|| Claim { level: Level::Family, ..law.clone() })
-        };
-        kept.extend(found.or_else(of_family));
-    }
-    kept
-}
-
-/// A free curve that the causes named leave at the site of a law, or at any where that is certain.
-fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, settings: &Settings) -> Option<Claim> {
-    let hypotheses = &forward.problem.hypotheses;
-    let gains = forward.selector.gains(taken);
-    // In addition to the causes named only one that holds none of their laws.
-    let is_there = |h: usize| match law {
-        Some(law) => hypotheses[h].is_at(law),
-        None => hypotheses[h].level() == Level::Site,
-    };
-    let is_possible =
-        |&h: &usize| hypotheses[h].is_free() && is_there(h) && gains[h].directions > 0 && !taken.contains(&h);
-    let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
-    let sets: Vec<Vec<usize>> = candidates.iter().map(|&h| vec![h]).collect();
-    let additions = Additions::new(&forward.selector.projection, taken, &sets);
-    let losses = forward.folds.losses(&additions);
-    let best = least(&losses)?;
-    if !forward.is_worth(&losses.base, &losses.with[best]) {
-        return None;
-    }
-    let chance = chances(forward.problem, &additions, settings.claims.flips, settings.seed);
-    let near = |&at: &usize| paired(&losses.with[at], &losses.with[best]).t < settings.claims.paired_t;
-    let own = &hypotheses[candidates[best]];
-    let is_certain = (0..candidates.len()).filter(near).all(|at| own.is_at(&hypotheses[candidates[at]]));
-    let mut order: Vec<usize> = (0..candidates.len()).collect();
-    order.swap(0, best);
-    let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
-    (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
-        hypothesis: candidates[best],
-        level: own.level(),
-        rivals: Vec::new(),
-        support: None,
-        stability: stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims),
-    })
 }
 
 /// Whether a fit leaves no more than the noise, which is known.

@@ -43,6 +43,7 @@ mod selection;
 mod settings;
 mod shared_site;
 mod stability;
+mod unnamed;
 mod untried;
 mod verdict;
 mod windows;

@@ -1,0 +1,173 @@
+//! Claims that are left out, and laws that are not named after all: curves or families stand for them.
+//!
+//! A law is one thing, a course of any shape another: what takes several values of a law, or a curve in addition to it, to describe, is
+//! not known to be that law.
+
+use super::claims::Claim;
+use super::flips::chances;
+use super::forward::{Forward, least};
+use super::held_out::{Additions, paired};
+use super::hypothesis::Hypothesis;
+use super::level::Level;
+use super::linear_problem::LinearProblem;
+use super::selection::Selector;
+use super::settings::Settings;
+use super::stability::stability;
+use crate::math::quantiles::normal95;
+
+/// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
+/// added at the site of a law takes all of it up where the law is another. A law that takes nearly as much as any curve at its site stays:
+/// what a curve adds there is the rest.
+pub fn drop_replaced(claims: &mut Vec<Claim>, selector: &Selector, noise: f64, near: f64) {
+    let is_better =
+        |claim: &Claim| claim.support.and_then(|support| support.of_free).is_some_and(|share| share >= near);
+    while claims.len() > 1 {
+        let adds = |at: usize| -> f64 {
+            let others = claims.iter().enumerate().filter(|(other, _)| *other != at);
+            let others: Vec<usize> = others.map(|(_, claim)| claim.hypothesis).collect();
+            let gain = selector.gains(&others)[claims[at].hypothesis];
+            gain.squares / gain.directions.max(1) as f64
+        };
+        let open = (0..claims.len()).filter(|&at| !is_better(&claims[at]));
+        let least = open.map(|at| (at, adds(at))).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((least, _)) = least.filter(|(_, gain)| *gain < (normal95() * noise).powi(2)) else { return };
+        claims.remove(least);
+    }
+}
+
+/// Leaves out compliances of which nothing positive is left beside the other causes: what they stood for is in these. A curve at the site
+/// of a law takes what the law leaves.
+pub fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
+    let hypotheses = &problem.hypotheses;
+    loop {
+        let all: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+        let holds = |curve: usize| all.iter().any(|&law| hypotheses[curve].holds(&hypotheses[law]));
+        let members: Vec<usize> = all.iter().copied().filter(|&h| !holds(h)).collect();
+        let Some(negative) = problem.negative(&members, |_| true) else { return };
+        claims.retain(|claim| claim.hypothesis != negative);
+    }
+}
+
+/// The claims without laws that a curve over several sites, which is claimed too, holds: it stands for whatever gives there.
+pub fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
+    let of_sites = claims.iter().map(|claim| claim.hypothesis).filter(|&h| hypotheses[h].level() == Level::Family);
+    let curves: Vec<usize> = of_sites.collect();
+    claims.retain(|claim| !curves.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[claim.hypothesis])));
+    claims
+}
+
+/// The claims, those of one law with several values at one site replaced by a curve there, where one can stand for them: three of
+/// them have any shape, and so have two neither of which takes most away by itself.
+pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let squares = |members: &[usize]| forward.selector.fit(members).squares;
+    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
+    let mut kept = claims.clone();
+    for first in claims.iter().filter(|claim| is_law(claim)) {
+        let law = &hypotheses[first.hypothesis];
+        let is_of_series = |claim: &&Claim| is_law(claim) && hypotheses[claim.hypothesis].is_same(law);
+        let (series, others): (Vec<&Claim>, Vec<&Claim>) = kept.iter().partition(is_of_series);
+        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
+        let with = |own: &[&Claim]| -> f64 {
+            let own = own.iter().map(|claim| claim.hypothesis);
+            squares(&taken.iter().copied().chain(own).collect::<Vec<usize>>())
+        };
+        let before = with(&[]);
+        let alone = series.iter().map(|&claim| before - with(&[claim])).fold(0.0, f64::max);
+        let is_one_value = series.len() < 3 && alone >= settings.claims.of_site * (before - with(&series));
+        if series.len() < 2 || is_one_value {
+            continue;
+        }
+        let found = curve(forward, &taken, Some(law), settings);
+        let found = found.unwrap_or_else(|| Claim { level: Level::Family, ..series[0].clone() });
+        kept = others.into_iter().cloned().chain([found]).collect();
+    }
+    kept
+}
+
+/// The claims, each law beside a curve at its site replaced by a curve alone where the law takes less than its share of what both do, and
+/// less than nearly what one curve does: of such a law a curve takes much more. Where the law comes near to any curve, what a curve adds is
+/// the rest.
+pub fn without_outdone(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let (hypotheses, limits) = (&forward.problem.hypotheses, &settings.claims);
+    let is_free_at = |h: usize, law: usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
+    let mut kept = claims.clone();
+    for law in claims.iter().map(|claim| claim.hypothesis).filter(|&h| !hypotheses[h].is_free()) {
+        let is_here = |claim: &Claim| claim.hypothesis == law || is_free_at(claim.hypothesis, law);
+        let (here, others): (Vec<Claim>, Vec<Claim>) = kept.iter().cloned().partition(is_here);
+        if here.len() < 2 || here.iter().all(|claim| claim.hypothesis != law || claim.level != Level::Law) {
+            continue;
+        }
+        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
+        let squares = |own: &[usize]| forward.selector.fit(&[taken.as_slice(), own].concat()).squares;
+        let before = squares(&[]);
+        let gain = |own: &[usize]| before - squares(own);
+        let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
+        let curves = (0..hypotheses.len()).filter(|&h| is_free_at(h, law));
+        let best = curves.map(|h| gain(&[h])).fold(0.0, f64::max);
+        if gain(&[law]) >= f64::min(limits.of_free * gain(&both), limits.near_curve * best) {
+            continue;
+        }
+        let found = curve(forward, &taken, Some(&hypotheses[law]), settings);
+        let left = here.into_iter().filter(|claim| claim.hypothesis != law);
+        let stands: Vec<Claim> = found.map_or_else(|| left.collect(), |found| vec![found]);
+        kept = others.into_iter().chain(stands).collect();
+    }
+    kept
+}
+
+/// The claims, or curves at the sites of laws where none of these is likely; their families where no curve is worth having.
+pub fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let is_law = |claim: &Claim| claim.level == Level::Law && !hypotheses[claim.hypothesis].is_free();
+    let is_likely = |claim: &Claim| claim.probability(settings.claims.odds) >= settings.claims.least_probability;
+    if claims.iter().any(|claim| is_law(claim) && is_likely(claim)) {
+        return claims;
+    }
+    let (laws, mut kept): (Vec<Claim>, Vec<Claim>) = claims.into_iter().partition(is_law);
+    for law in laws {
+        let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
+        let found = curve(forward, &taken, Some(&hypotheses[law.hypothesis]), settings);
+        let of_family = || {
+            let is_stable = law.stability.family >= settings.claims.least_halves;
+            is_stable.then(|| Claim { level: Level::Family, ..law.clone() })
+        };
+        kept.extend(found.or_else(of_family));
+    }
+    kept
+}
+
+/// A free curve that the causes named leave at the site of a law, or at any where that is certain.
+pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, settings: &Settings) -> Option<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let gains = forward.selector.gains(taken);
+    // In addition to the causes named only one that holds none of their laws.
+    let is_there = |h: usize| match law {
+        Some(law) => hypotheses[h].is_at(law),
+        None => hypotheses[h].level() == Level::Site,
+    };
+    let is_possible =
+        |&h: &usize| hypotheses[h].is_free() && is_there(h) && gains[h].directions > 0 && !taken.contains(&h);
+    let candidates: Vec<usize> = (0..hypotheses.len()).filter(is_possible).collect();
+    let sets: Vec<Vec<usize>> = candidates.iter().map(|&h| vec![h]).collect();
+    let additions = Additions::new(&forward.selector.projection, taken, &sets);
+    let losses = forward.folds.losses(&additions);
+    let best = least(&losses)?;
+    if !forward.is_worth(&losses.base, &losses.with[best]) {
+        return None;
+    }
+    let chance = chances(forward.problem, &additions, settings.claims.flips, settings.seed);
+    let near = |&at: &usize| paired(&losses.with[at], &losses.with[best]).t < settings.claims.paired_t;
+    let own = &hypotheses[candidates[best]];
+    let is_certain = (0..candidates.len()).filter(near).all(|at| own.is_at(&hypotheses[candidates[at]]));
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.swap(0, best);
+    let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
+    (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
+        hypothesis: candidates[best],
+        level: own.level(),
+        rivals: Vec::new(),
+        support: None,
+        stability: stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims),
+    })
+}
