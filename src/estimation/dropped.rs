@@ -118,7 +118,11 @@ impl Surface<'_> {
     fn is_same(&self, here: &DMatrix<f64>, there: &DMatrix<f64>) -> bool {
         let is_exact = |&k: &usize| self.found.dropped.contains(&(self.dropped[k], Why::Exact));
         let exact: Vec<usize> = (0..self.dropped.len()).filter(is_exact).collect();
-        let is_same = |&k: &usize| (there.column(k) - here.column(k)).amax() <= SAME * here.column(k).amax();
+        // Entry by entry: factors that cannot be computed equal none.
+        let is_same = |&k: &usize| {
+            let limit = SAME * here.column(k).amax();
+            there.column(k).iter().zip(&here.column(k)).all(|(there, here)| (there - here).abs() <= limit)
+        };
         !exact.is_empty() && exact.iter().all(is_same)
     }
 
