@@ -9,7 +9,7 @@ use super::schema_line::name_schema;
 use super::start::{whole_urdf, with_ur_kinematics, with_urdf};
 use crate::description::convention::{declared_path, khalil_kleinfinger};
 use crate::description::raw::{Convention, RawFuzzy, RawRobot};
-use crate::description::resolve::{doubtful_sizes, resolve_explained, urdf_in_millimetres};
+use crate::description::resolve::{doubtful_sizes, doubtful_urdf, resolve_explained};
 use crate::description::robot::Robot;
 use crate::description::ur_kinematics::{self, is_ur_kinematics};
 use crate::description::validity::State;
@@ -301,7 +301,7 @@ fn finish(
     match texts.document {
         Some(_) => diagnostics.extend(doubtful_sizes(&raw, &locate)),
         // A URDF has no units but its own.
-        None => diagnostics.extend(urdf_in_millimetres(&raw, &locate)),
+        None => diagnostics.extend(doubtful_urdf(&raw, &locate)),
     }
     // The description was checked as it stands in its file; what is left out cannot add a fault of its own.
     if leave_elements_out(&mut raw, without, &mut diagnostics) {

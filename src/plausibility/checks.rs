@@ -3,7 +3,7 @@
 use super::evidence::{Evidence, Limits};
 use super::{
     amount, approach, common_factor, deflections, instrument, midway, numerics, other_joints, outlying, parameters,
-    payload, placement, points, readings, sessions, springs, stated_noise,
+    payload, placement, points, readings, sessions, springs, stated_noise, torques,
 };
 use crate::description::campaign::Campaign;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
@@ -76,6 +76,12 @@ pub const CHECKS: &[Check] = &[
         of_result: false,
         about: "where loads or masses bend it, the declared springs hold the arm as well as those of arms of its size",
         find: springs::as_declared,
+    },
+    Check {
+        codes: &[Code::WrongUnits, Code::Misread],
+        of_result: false,
+        about: "measured torques of each joint are those that hold the described masses",
+        find: torques::hold_the_masses,
     },
     Check {
         codes: &[Code::NotConverged],

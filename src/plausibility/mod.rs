@@ -33,6 +33,7 @@ mod shown;
 mod springs;
 mod stated_noise;
 mod step;
+mod torques;
 mod trial;
 mod turned;
 mod words;

@@ -226,22 +226,25 @@ fn impossible_rows_and_empty_ranges_are_told() {
     assert!(refused.status == 2 && refused.err.contains("no configuration in these ranges"), "{}", refused.err);
 }
 
-/// A URDF whose lengths are written in mm describes a robot of kilometres.
+/// A URDF whose lengths are written in mm describes a robot of kilometres, and one whose limits are in deg joints of thirty turns.
 #[test]
-fn a_urdf_in_millimetres_is_told() {
+fn a_urdf_in_other_units_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
-    for (unit, is_told) in [(1.0, false), (1e3, true)] {
+    for (unit, limit, told) in
+        [(1.0, 3.1, ""), (1e3, 3.1, "is this one written in mm?"), (1.0, 180.0, "written in deg?")]
+    {
         let text = format!(
             "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"t\"/>\n<joint name=\"j\" type=\"revolute\">\
-             <parent link=\"a\"/><child link=\"b\"/><origin xyz=\"0 0 {}\"/><axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" \
-             effort=\"1\" velocity=\"1\"/></joint>\n<joint name=\"f\" type=\"fixed\"><parent link=\"b\"/><child link=\"t\"/>\
-             <origin xyz=\"{} 0 0\"/></joint></robot>\n",
+             <parent link=\"a\"/><child link=\"b\"/><origin xyz=\"0 0 {}\"/><axis xyz=\"0 0 1\"/><limit lower=\"-{limit}\" \
+             upper=\"{limit}\" effort=\"1\" velocity=\"1\"/></joint>\n<joint name=\"f\" type=\"fixed\"><parent link=\"b\"/>\
+             <child link=\"t\"/><origin xyz=\"{} 0 0\"/></joint></robot>\n",
             0.9 * unit,
             0.7 * unit
         );
         std::fs::write(folder.path().join("r.urdf"), text).expect("written");
         let said = run(folder.path(), &["check", "r.urdf"]);
-        assert_eq!((said.status, said.err.contains("is this one written in mm?")), (0, is_told), "{}", said.err);
+        assert_eq!((said.status, said.err.contains("written in")), (0, !told.is_empty()), "{}", said.err);
+        assert!(said.err.contains(told), "{}", said.err);
     }
 }
 

@@ -7,6 +7,7 @@ use elastogeo::files::{LoadedCampaign, load_campaign, load_robot};
 use elastogeo::kinematics::{Geometry, Placements};
 use elastogeo::model::Model;
 use elastogeo::observation::POSITION;
+use elastogeo::plausibility::{Evidence, Limits, judge};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{all_points, draw_configurations, generator};
 use nalgebra::Point3;
@@ -168,6 +169,52 @@ fn a_wrench_at_a_named_point_is_its_moment_at_the_measured_one() {
         found.jacobian.iter().any(|value| value.abs() > 1e-9)
     };
     agrees(model, &campaign, slots.filter(moves).collect());
+}
+
+/// Torques of other joints, in another unit, with another sign and of other rows; sound ones, and currents whose gain is unknown.
+#[test]
+fn measured_torques_that_hold_nothing_described_are_doubted() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    // What holds bodies and block, so that the description is right.
+    let truth = "observes: [position, torque]\nmeasurements: {file: blank.csv}\n";
+    write("truth.yaml", &format!("{HEAD}{truth}"));
+    let loaded = load_campaign(&folder.path().join("truth.yaml").to_string_lossy(), None).expect("read");
+    let torques: Vec<[f64; 2]> = predicted(&loaded).predicted.chunks(3).map(|of| [of[1][0], of[2][0]]).collect();
+    let text = std::fs::read_to_string(folder.path().join("readings.csv")).expect("text");
+    let [header, rows @ ..] = &text.lines().collect::<Vec<_>>()[..] else { panic!("{text}") };
+    let spoilt = |change: &dyn Fn(usize) -> [f64; 2]| {
+        let row = |(k, row): (usize, &&str)| {
+            let kept: Vec<&str> = row.split(',').take(6).collect();
+            let [one, two] = change(k);
+            format!("{},{one},{two}\n", kept.join(","))
+        };
+        format!("{header}\n{}", rows.iter().enumerate().map(row).collect::<String>())
+    };
+    let count = torques.len();
+    let all = |gains: [f64; 2]| move |[one, two]: [f64; 2]| [gains[0] * one, gains[1] * two];
+    for (change, known, said) in [
+        (spoilt(&|k| torques[k]), "", ""),
+        (spoilt(&|k| all([1.9, 0.6])(torques[k])), "", ""),
+        (spoilt(&|k| all([12.0, 1.0])(torques[k])), "torques: {q1: {gain: 12}}\n", ""),
+        (spoilt(&|k| all([1.0, 8.85])(torques[k])), "", "multiples of them: `torque.q2` 8.85 times"),
+        (spoilt(&|k| all([-1.0, 1.0])(torques[k])), "", "`torque.q1` 1 times, with the other sign"),
+        (spoilt(&|k| [torques[k][1], torques[k][0]]), "", "`torque.q1` follows the load of `torque.q2`"),
+        (spoilt(&|k| torques[(k + 11) % count]), "", "do not follow the loads of the described masses"),
+    ] {
+        write("spoilt.csv", &change);
+        for loads in ["observes: position\nloads: {joints: measured}\n", "observes: [position, torque]\n"] {
+            write("c.yaml", &format!("{HEAD}{loads}{known}measurements: spoilt.csv\n"));
+            let campaign = load_campaign(&folder.path().join("c.yaml").to_string_lossy(), None).expect("read");
+            let found = judge(&Evidence::of(&campaign.robot.model, &campaign.campaign), &Limits::default());
+            let found: Vec<&str> =
+                found.iter().map(|of| of.message.as_str()).filter(|of| of.starts_with("measured torques")).collect();
+            assert!(
+                if said.is_empty() { found.is_empty() } else { found.join(" ").contains(said) },
+                "{said}: {found:?}"
+            );
+        }
+    }
 }
 
 #[test]

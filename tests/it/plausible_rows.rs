@@ -1,5 +1,7 @@
 //! Rows, points and conditions that are wrong in a part of a campaign only.
 
+use elastogeo::files::load_campaign;
+
 use super::cli::run;
 use super::plausibility::{Table, doubts, json, of_code, spoil, starter};
 
@@ -103,6 +105,15 @@ fn temperatures_of_another_kind_are_told() {
     for command in ["identify", "diagnose"] {
         doubts(at, &[command, "t"], "suspect-readings", &["`temperature` is 0 in 40 of"]);
     }
+    for (offset, factor) in [(0.0, 1.0), (32.0, 1.8), (273.15, 1.0)] {
+        spoil(&at.join("t"), |t: &mut Table| {
+            let column = t.column("temperature");
+            let warm = |k: usize| offset + factor * (20.0 + 0.1 * k as f64);
+            t.rows.iter_mut().enumerate().for_each(|(k, row)| row[column] = warm(k).to_string());
+        });
+        let ran = run(at, &["check", "t"]);
+        assert_eq!(ran.err.contains("hotter than any hall"), offset > 0.0, "{offset}: {}", ran.err);
+    }
 }
 
 /// Moments of the other sense, and in N.mm; forces in kgf with moments in N.m.
@@ -154,6 +165,33 @@ fn times_in_milliseconds_and_one_side_are_told() {
     });
     let ran = run(at, &["check", "t"]);
     assert!(!ran.err.contains("milliseconds") && !ran.err.contains("one side"), "{}", ran.err);
+    // Hours that are taken for seconds.
+    spoil(&at.join("t"), |t: &mut Table| t.scale(&["time"], 1.0 / 3600.0));
+    doubts(at, &["check", "t"], "suspect-readings", &["is it in minutes or hours?"]);
+}
+
+/// Times of a clock that counts from a date hold as those that are counted from the first reading.
+#[test]
+fn times_of_a_clock_are_counted_from_the_first_reading() {
+    let folder = starter();
+    let at = folder.path();
+    let arm = ["simulate", "universal-ur5", "--poses", "10", "--conditions", "--seed", "5", "--into", "t"];
+    ok(at, &arm);
+    let times = || {
+        let loaded = load_campaign(&at.join("t").to_string_lossy(), None).expect("read");
+        loaded.campaign.conditions.time.expect("times")
+    };
+    let before = times();
+    spoil(&at.join("t"), |t: &mut Table| {
+        let column = t.column("time");
+        t.rows
+            .iter_mut()
+            .for_each(|row| row[column] = (1.78e9 + row[column].parse::<f64>().expect("a time")).to_string());
+    });
+    let first = before.iter().copied().fold(f64::INFINITY, f64::min);
+    let after = times();
+    assert!(before.iter().zip(&after).all(|(before, after)| (before - first - after).abs() < 1e-5), "{after:?}");
+    assert!(before.iter().any(|time| *time > first), "{before:?}");
 }
 
 /// Sides of approach that are the reverse of the moves are told; those of the moves, and those that have nothing to do with them, are not.

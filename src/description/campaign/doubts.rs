@@ -37,7 +37,7 @@ pub fn doubts(
     let suspect = [
         one_name_for_two(campaign, units, robot, &place),
         back_in_time(campaign, &place),
-        hours_apart(campaign, &place),
+        other_times(campaign, robot, &place),
         copies(campaign, sources),
         held_out_and_fitted(campaign, &place),
         two_temperatures(campaign, &place),
@@ -156,23 +156,48 @@ const APART: f64 = 3600.0;
 /// Configurations from which a median says something.
 const FEW: usize = 8;
 
-/// Times that look like milliseconds.
-fn hours_apart(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
+/// Median over moves of the speed of the joint that turned fastest above which times are doubted, rad/s: the wrists of small arms reach 16, and
+/// an arm that is measured stands still in between.
+const FASTEST: f64 = 20.0;
+
+/// Times that look like milliseconds, or like minutes or hours that are taken for seconds.
+fn other_times(
+    campaign: &Campaign,
+    robot: &Robot,
+    place: &impl Fn(usize, &str) -> Option<Place>,
+) -> Option<Diagnostic> {
     let times = campaign.conditions.time.as_ref()?;
-    let mut first: IndexMap<usize, f64> = IndexMap::new();
-    for (reading, &time) in campaign.readings.iter().zip(times).filter(|(_, time)| time.is_finite()) {
-        first.entry(reading.pose).or_insert(time);
+    let mut first: IndexMap<usize, (f64, usize)> = IndexMap::new();
+    for (index, (reading, &time)) in
+        campaign.readings.iter().zip(times).enumerate().filter(|(_, (_, time))| time.is_finite())
+    {
+        first.entry(reading.pose).or_insert((time, index));
     }
-    let mut all: Vec<f64> = first.into_values().collect();
-    all.sort_by(f64::total_cmp);
-    let mut gaps: Vec<f64> = all.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = median(&mut gaps).filter(|gap| *gap > APART && all.len() >= FEW)?;
-    let message = format!(
-        "`time` passes {:.1} h from one configuration to the next (median): is it in milliseconds?",
-        middle / 3600.0
-    );
+    let mut all: Vec<(f64, usize)> = first.into_values().collect();
+    if all.len() < FEW {
+        return None;
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let gaps = || all.windows(2).map(|pair| pair[1].0 - pair[0].0);
     let remedy = "state its unit (`units: {time: s}`; min, h); milliseconds are divided by 1000 first";
-    Some(Diagnostic::warning(message).at(place(0, "time")).figure("hours", middle / 3600.0).remedy(remedy))
+    if let Some(middle) = median(&mut gaps().collect::<Vec<_>>()).filter(|gap| *gap > APART) {
+        let hours = middle / 3600.0;
+        let message =
+            format!("`time` passes {hours:.1} h from one configuration to the next (median): is it in milliseconds?");
+        return Some(Diagnostic::warning(message).at(place(0, "time")).figure("hours", hours).remedy(remedy));
+    }
+    let turned = |pair: &[(f64, usize)]| {
+        let [before, after] = [pair[0].1, pair[1].1].map(|index| campaign.configuration(index));
+        let angles = robot.variables.iter().zip(before.iter().zip(after)).filter(|(variable, _)| variable.is_angle);
+        angles.map(|(_, (before, after))| (after - before).abs()).fold(0.0, f64::max)
+    };
+    let speeds = all.windows(2).zip(gaps()).filter(|(_, gap)| *gap > 0.0).map(|(pair, gap)| turned(pair) / gap);
+    let middle = median(&mut speeds.collect::<Vec<_>>()).filter(|speed| *speed > FASTEST)?;
+    let message = format!(
+        "by `time` the fastest joint turns at {:.0} deg/s from one configuration to the next (median): is it in minutes or hours?",
+        middle.to_degrees()
+    );
+    Some(Diagnostic::warning(message).at(place(0, "time")).figure("deg_per_s", middle.to_degrees()).remedy(remedy))
 }
 
 /// Sides of approach that are the same in all readings: what depends on them does not show.
@@ -303,6 +328,8 @@ fn near_copies(campaign: &Campaign) -> Vec<usize> {
 
 /// Widest range of the temperatures of one campaign, K: twice what a hall has between winter and summer.
 const TEMPERATURES: f64 = 60.0;
+/// Least temperature of a campaign, degC, at which no arm is measured: what reads like more is in kelvin or degrees Fahrenheit.
+const HOT: f64 = 60.0;
 /// Temperatures next to which cells that are exactly 0 are missing values, not temperatures.
 const WARM: f64 = 5.0;
 
@@ -323,6 +350,10 @@ fn two_temperatures(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<
     } else if high - low > TEMPERATURES {
         let message = format!("`temperature` goes from {low:.1} to {high:.1}");
         (message, all.iter().position(|value| *value == high)?)
+    } else if low.is_finite() && low > HOT {
+        let message = format!("`temperature` is {low:.1} to {high:.1}: hotter than any hall, if it is in degC");
+        let remedy = "give degC: kelvin less 273.15, or Fahrenheit less 32, over 1.8";
+        return Some(Diagnostic::warning(message).at(place(0, "temperature")).remedy(remedy));
     } else {
         return None;
     };

@@ -131,6 +131,19 @@ fn settle(campaign: &mut Campaign) {
         }
     }
     settle_noise(campaign);
+    count_from_the_first(&mut campaign.conditions);
+}
+
+/// Times beyond this are those of a clock that counts from some date, s: three years.
+const CLOCK: f64 = 1e8;
+
+/// Times of a clock are counted from the first reading: rates hold from there, as those of a campaign that begins at 0.
+fn count_from_the_first(conditions: &mut Conditions) {
+    let Some(times) = &mut conditions.time else { return };
+    let first = times.iter().copied().filter(|time| time.is_finite()).fold(f64::INFINITY, f64::min);
+    if first.is_finite() && first > CLOCK {
+        times.iter_mut().for_each(|time| *time -= first);
+    }
 }
 
 /// The noise of a campaign is the root mean square of its readings' where all of them state it, in columns, in the entries of

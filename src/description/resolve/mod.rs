@@ -18,7 +18,7 @@ mod tree;
 pub use crate::diagnostic::{Explained, Locate};
 pub use collector::GREATEST;
 pub use payload::payloads;
-pub use sizes::{doubtful_sizes, heaviest, urdf_in_millimetres};
+pub use sizes::{doubtful_sizes, doubtful_urdf, heaviest};
 
 use indexmap::IndexMap;
 

@@ -20,17 +20,7 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
         Length::Metre => too_long(raw, locate, cure),
         other => too_long(raw, locate, &format!("lengths here are in {}: check `units` of the file", other.symbol())),
     });
-    if raw.units.angle == Angle::Radian {
-        let wide = raw.frames.iter().find_map(|(name, frame)| {
-            let limits = frame.limits.filter(|_| frame.joint == Some(JointKind::Revolute))?;
-            let widest = limits.into_iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
-            (widest > WIDEST).then_some((name, widest))
-        });
-        if let Some((name, widest)) = wide {
-            let diagnostic = Diagnostic::warning(format!("joint `{name}` may turn by {} rad", rounded(widest)));
-            diagnostics.push(diagnostic.at(locate(&["frames", name, "limits"])).remedy(cure));
-        }
-    }
+    diagnostics.extend(wide_limits(raw, locate, cure));
     diagnostics.extend(metres_as_millimetres(raw, locate));
     diagnostics.extend(radians_as_degrees(raw, locate));
     diagnostics.extend(limits_in_radians(raw, locate));
@@ -40,8 +30,27 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     diagnostics
 }
 
+/// Limits of angles in rad that no joint has.
+fn wide_limits(raw: &RawRobot, locate: Locate, cure: &str) -> Option<Diagnostic> {
+    let widest =
+        |limits: [f64; 2]| limits.into_iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
+    let wide = raw.frames.iter().filter(|_| raw.units.angle == Angle::Radian).find_map(|(name, frame)| {
+        let widest = widest(frame.limits.filter(|_| frame.joint == Some(JointKind::Revolute))?);
+        (widest > WIDEST).then_some((name, widest))
+    });
+    let (name, widest) = wide?;
+    let diagnostic = Diagnostic::warning(format!("joint `{name}` may turn by {} rad", rounded(widest)));
+    Some(diagnostic.at(locate(&["frames", name, "limits"])).remedy(cure))
+}
+
+/// Lengths and limits of a URDF, whose units are the metre and the radian, that no robot has.
+pub fn doubtful_urdf(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
+    let wide = wide_limits(raw, locate, "limits of a URDF are in rad: are these written in deg?");
+    urdf_in_millimetres(raw, locate).into_iter().chain(wide).collect()
+}
+
 /// Lengths of a URDF, whose unit is the metre, that no robot has.
-pub fn urdf_in_millimetres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
+fn urdf_in_millimetres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     too_long(raw, locate, "lengths of a URDF are in m: is this one written in mm?")
 }
 
