@@ -10,6 +10,7 @@ use super::compared::Tests;
 use super::forward::Forward;
 use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, paired};
+use super::hypothesis::Hypothesis;
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::misfit::Readings;
@@ -82,12 +83,21 @@ pub fn choice(
     claims = without_outdone(&forward, claims, settings);
     drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
     drop_negative(&mut claims, problem);
+    let claims = gathered(claims, &problem.hypotheses);
     let path = (0..=claims.len()).map(|count| {
         let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
         selector.fit(&taken)
     });
     let path = path.collect();
     (claims, path)
+}
+
+/// The claims in their order, but for those that are told as one thing: these follow the first of them.
+fn gathered(claims: Vec<Claim>, hypotheses: &[Hypothesis]) -> Vec<Claim> {
+    let first = |at: usize| (0..at).find(|&known| claims[known].is_one_with(&claims[at], hypotheses)).unwrap_or(at);
+    let mut order: Vec<usize> = (0..claims.len()).collect();
+    order.sort_by_key(|&at| first(at));
+    order.into_iter().map(|at| claims[at].clone()).collect()
 }
 
 /// Those of the members that are great enough to be named. The search also finds small corrections of what is not quite the law of

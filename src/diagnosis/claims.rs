@@ -42,6 +42,18 @@ impl Claim {
         let odds = constant + by_stability * self.stability.of(self.level) + by_share * share;
         1.0 / (1.0 + (-odds).exp())
     }
+
+    /// Whether it is told with another as one thing: what is known by its family alone, of that family; variants of one effect at one
+    /// site, but for curves.
+    pub fn is_one_with(&self, other: &Self, hypotheses: &[Hypothesis]) -> bool {
+        let [own, that] = [self, other].map(|claim| &hypotheses[claim.hypothesis]);
+        let shares_family = own.family() == that.family();
+        match [self, other].map(|claim| claim.level == Level::Family) {
+            [true, true] => shares_family,
+            [false, false] => own.is_same(that) && !own.is_free(),
+            _ => false,
+        }
+    }
 }
 
 /// Judges what can be claimed of one cause (hypotheses that stand for it together), `others` being all other causes.

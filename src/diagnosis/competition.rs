@@ -88,7 +88,7 @@ impl Competition {
         let unused: Vec<bool> = inputs.held_out.iter().zip(outliers).map(|(held, outlier)| *held || *outlier).collect();
         let found = Selector::new(&all.without(&unused), &settings.selection).search(noise);
         if let Some(last) = found.last() {
-            refine(inputs, &values, &mut all, &last.members, &unused)?;
+            refine(inputs, &values, &survey, &mut all, &last.members, &unused)?;
         }
         let found = found.last().map_or_else(Vec::new, |last| last.members.clone());
         let fitted = campaign.select(|i, _| !held_out.get(i).copied().unwrap_or(false));

@@ -53,8 +53,7 @@ pub fn conclude(
     let last = members.len();
     let found = Explanation::new(competition, &judgement, bootstrap, settings.claims.odds);
     let rivals: Vec<Vec<Rival>> = found.claims.iter().map(|claim| claim.rivals.clone()).collect();
-    let mut causes =
-        merged(refit.parameters.into_iter().enumerate().map(|(step, own)| found.cause(inputs.model, step, &own)));
+    let mut causes = found.causes(inputs.model, &refit.parameters);
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let both = inputs.campaign.readings.iter().zip(marked);
     let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
@@ -240,6 +239,33 @@ impl<'a> Explanation<'a> {
         Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value) }
     }
 
+    /// The causes with their fitted parameters by step. Those that are told as one thing, whose claims follow one another, are one.
+    fn causes(&self, model: &Model, fitted: &[Vec<FittedParameter>]) -> Vec<Cause> {
+        let hypotheses = &self.competition.problem.hypotheses;
+        let mut all: Vec<Cause> = Vec::new();
+        let mut first = 0;
+        for (step, own) in fitted.iter().enumerate() {
+            let cause = self.cause(model, step, own);
+            let is_part = step > 0 && self.claims[step].is_one_with(self.claims[first], hypotheses);
+            let Some(known) = all.last_mut().filter(|_| is_part) else {
+                first = step;
+                all.push(cause);
+                continue;
+            };
+            known.parameters.extend(cause.parameters);
+            known.entries.extend(cause.entries);
+            known.rms_after = cause.rms_after;
+            known.shrinkage = self.shrinkage(first, step + 1);
+            let is_new = |rival: &EffectAtSite| !known.rivals.contains(rival);
+            let new: Vec<EffectAtSite> = cause.rivals.into_iter().filter(is_new).collect();
+            known.rivals.extend(new);
+        }
+        for cause in &mut all {
+            cause.rivals.retain(|rival| (&rival.effect, &rival.site) != (&cause.effect, &cause.site));
+        }
+        all
+    }
+
     /// The cause that enters at a step.
     fn cause(&self, model: &Model, step: usize, fitted: &[FittedParameter]) -> Cause {
         let hypotheses = &self.competition.problem.hypotheses;
@@ -278,26 +304,4 @@ impl<'a> Explanation<'a> {
             remedy,
         }
     }
-}
-
-/// Variants of one effect at one site that were found together are one cause.
-fn merged(causes: impl Iterator<Item = Cause>) -> Vec<Cause> {
-    let mut out: Vec<Cause> = Vec::new();
-    for cause in causes {
-        match out.iter_mut().find(|known| known.effect == cause.effect && known.site == cause.site) {
-            Some(known) => {
-                known.parameters.extend(cause.parameters);
-                known.entries.extend(cause.entries);
-                known.rms_after = cause.rms_after;
-                known.shrinkage.value = 1.0 - known.rms_after / known.rms_before;
-                let value = known.shrinkage.value;
-                known.shrinkage.ci95 = known.shrinkage.ci95.map(|[low, high]| [low, high.max(value)]);
-            }
-            None => out.push(cause),
-        }
-    }
-    for cause in &mut out {
-        cause.rivals.retain(|rival| (&rival.effect, &rival.site) != (&cause.effect, &cause.site));
-    }
-    out
 }

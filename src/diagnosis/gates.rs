@@ -38,9 +38,8 @@ impl Gates {
 impl Compared<'_> {
     pub fn gates(&self, at: usize) -> Gates {
         let settings = self.forward.settings;
-        let (own, gain) = (self.hypothesis(at), self.gain(at));
-        let at_site = self.free_for(at).filter(|&k| self.hypothesis(k).is_at(own)).map(|k| self.gain(k));
-        let of_free = at_site.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| gain / best);
+        let gain = self.gain(at);
+        let of_free = self.of_free(at);
         let is_better = |k: usize| {
             paired(&self.losses.with[at], &self.losses.with[k]).t > settings.paired_t
                 && gain < settings.of_free * self.gain(k)
@@ -69,6 +68,26 @@ impl Compared<'_> {
         }
         let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
         Gates { of_free, is_beaten, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
+    }
+
+    /// What a law takes away over what the best curve at its site does, with the other causes but for curves there; `None` where no curve
+    /// takes any.
+    fn of_free(&self, at: usize) -> Option<f64> {
+        let (own, hypotheses) = (self.hypothesis(at), &self.forward.problem.hypotheses);
+        let at_site = self.free_for(at).filter(|&k| self.hypothesis(k).is_at(own));
+        let is_here = |h: &usize| hypotheses[*h].is_free() && hypotheses[*h].is_at(own);
+        let (here, others): (Vec<usize>, Vec<usize>) = self.others.iter().partition(|&h| is_here(h));
+        let share = |law: f64, curves: &mut dyn Iterator<Item = f64>| {
+            curves.filter(|best| *best > 0.0).max_by(f64::total_cmp).map(|best| law / best)
+        };
+        if here.is_empty() {
+            return share(self.gain(at), &mut at_site.map(|k| self.gain(k)));
+        }
+        let curves = at_site.map(|k| self.sets[k].clone()).chain(here.into_iter().map(|curve| vec![curve]));
+        let sets: Vec<Vec<usize>> = std::iter::once(self.sets[at].clone()).chain(curves).collect();
+        let losses = self.forward.folds.losses(&Additions::new(&self.forward.selector.projection, &others, &sets));
+        let mut gains = losses.with.iter().map(|with| paired(&losses.base, with).sum);
+        share(gains.next()?, &mut gains)
     }
 
     /// Other laws at the site of one that may be theirs in its limit, which take away as much but for what that loses.

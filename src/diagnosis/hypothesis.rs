@@ -146,7 +146,8 @@ pub fn hypotheses(
         // Bearings of joints that have no coordinate are declared where they are known: each would be one more guess.
         let is_driven = |site: &Site| site.kind != SiteKind::Joint || site.coordinate.is_some();
         for site in effect.sites(model).into_iter().filter(is_driven) {
-            let candidates = effect.candidates(model, &site, survey);
+            let mut candidates = effect.candidates(model, &site, survey);
+            candidates.retain(|nonlinear| effect.is_told(&site, survey, nonlinear));
             let covers = effect.covers(model, &site);
             for nonlinear in &candidates {
                 let constants = effect.constants(model, &site, nonlinear);

@@ -4,18 +4,19 @@ use nalgebra::DMatrix;
 
 use super::inputs::Inputs;
 use super::linear_problem::LinearProblem;
-use crate::effects::Nonlinear;
+use crate::effects::{Nonlinear, Survey};
 use crate::math::{orthonormal, project_off};
 use crate::prediction::{PredictionError, Term, effect_columns};
 
-/// Refines the nonlinear parameters of the members in place, fitted to all but the readings that are `unused`. Whether there
-/// was any.
+/// Refines the nonlinear parameters of the members in place, to what readings that span so much tell, fitted to all but the readings that
+/// are `unused`. Whether there was any.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
 pub fn refine(
     inputs: &Inputs,
     values: &[f64],
+    survey: &Survey,
     problem: &mut LinearProblem,
     members: &[usize],
     unused: &[bool],
@@ -29,7 +30,10 @@ pub fn refine(
         let hypothesis = &problem.hypotheses[h];
         let steps = -settings.refinements..=settings.refinements;
         let value = |k: i32| center * settings.refinement_ratio.powi(k);
-        let tried: Vec<Nonlinear> = steps.map(|k| hypothesis.nonlinear.clone().with_continuous(value(k))).collect();
+        let (effect, site) = (&hypothesis.effect, &hypothesis.site);
+        let of = |k: i32| (k, hypothesis.nonlinear.clone().with_continuous(value(k)));
+        let is_told = |(k, nonlinear): &(i32, Nonlinear)| *k == 0 || effect.is_told(site, survey, nonlinear);
+        let tried: Vec<Nonlinear> = steps.map(of).filter(is_told).map(|(_, nonlinear)| nonlinear).collect();
         let term = |own: &Nonlinear| Term::new(inputs.model, &hypothesis.effect, &hypothesis.site, own);
         let terms = tried.iter().map(term).collect();
         let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;

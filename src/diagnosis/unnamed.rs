@@ -163,11 +163,16 @@ pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, setti
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.swap(0, best);
     let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
-    (is_certain && chance[best] < settings.claims.chance).then(|| Claim {
+    if !is_certain || chance[best] >= settings.claims.chance {
+        return None;
+    }
+    let stability = stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims);
+    // What it goes with is told by most halves of the configurations, or it is not known what happens there.
+    (stability.family >= settings.claims.least_halves).then(|| Claim {
         hypothesis: candidates[best],
         level: own.level(),
         rivals: Vec::new(),
         support: None,
-        stability: stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims),
+        stability,
     })
 }

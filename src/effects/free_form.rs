@@ -1,8 +1,10 @@
-//! `free-form`: a curve of what a joint, the base or the tool follows, its law not known.
+//! `free-form`: a curve of what a joint, the base, the tool or the instrument follows, its law not known.
 //!
 //! A natural cubic spline through amounts at knots. It says where something happens and what it goes with, and no more.
 
 use std::sync::Arc;
+
+use nalgebra::Vector3;
 
 use super::law::{Law, base_moves, nothing, tool_moves};
 use crate::math::NaturalSpline;
@@ -15,7 +17,7 @@ static FOLLOWS: NonlinearParameter = NonlinearParameter {
     kind: NonlinearKind::Driver,
     default: None,
     only_with: None,
-    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`)",
+    meaning: "`follows`: what the curve goes with (`q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `height`)",
 };
 static AT: NonlinearParameter = NonlinearParameter {
     name: "at",
@@ -31,6 +33,8 @@ const BASE: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"
 const TOOL: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m")];
 /// Common size of an amount, rad or m.
 const SCALE: f64 = 3e-4;
+/// Of an instrument, in parts of the distance: makers state 5 to 20 ppm of what is calibrated and cool.
+const INSTRUMENT_SCALE: f64 = 1e-4;
 
 pub(super) static LAW: Law = Law {
     name: "free-form",
@@ -41,15 +45,18 @@ pub(super) static LAW: Law = Law {
         Some((Driver::LastMove(_), _)) => Family::History,
         Some((Driver::Time | Driver::SessionTime, _)) => Family::Time,
         Some((Driver::Temperature, _)) => Family::Temperature,
+        Some((Driver::Range | Driver::Height, _)) => Family::Instrument,
     }),
     signature: "a curve at one site whose law is not known",
     remedy: "compensate by the curve within the range where it was found; measure there more densely to find its law",
     nonlinear: &[&FOLLOWS, &AT],
     is_free_form: true,
     sites: Some(|model| {
-        [SiteKind::Joint, SiteKind::Base, SiteKind::Tool].into_iter().flat_map(|kind| model.sites(kind)).collect()
+        let kinds = [SiteKind::Joint, SiteKind::Base, SiteKind::Tool, SiteKind::Instrument];
+        kinds.into_iter().flat_map(|kind| model.sites(kind)).collect()
     }),
-    // Every driver of every joint; of base and tool time and temperature. A difference of two readings shows loads alone.
+    // Every driver of every joint; of base and tool time and temperature; of the instrument, where it looks. A difference of two
+    // readings shows loads alone.
     candidates: |_, site, survey| {
         let is_possible = |driver: Driver| match (site.kind, driver) {
             (SiteKind::Joint, Driver::OwnLoad(v)) => {
@@ -57,8 +64,11 @@ pub(super) static LAW: Law = Law {
             }
             (SiteKind::Joint, Driver::Load(v)) => Some(v) == site.coordinate,
             (SiteKind::Joint, Driver::LastMove(v)) => Some(v) == site.coordinate && !survey.is_difference,
+            (_, Driver::Range | Driver::Height) => site.kind == SiteKind::Instrument && !survey.is_difference,
             (SiteKind::Joint, _) => !survey.is_difference,
-            (_, Driver::Time | Driver::SessionTime | Driver::Temperature) => !survey.is_difference,
+            (SiteKind::Base | SiteKind::Tool, Driver::Time | Driver::SessionTime | Driver::Temperature) => {
+                !survey.is_difference
+            }
             _ => false,
         };
         let of = |(driver, at): &(Driver, Vec<f64>)| {
@@ -74,6 +84,9 @@ pub(super) static LAW: Law = Law {
             let unit = if turns { "rad" } else { "m" };
             return (1..=knots.len()).map(|k| EffectParameter::new(format!("k{k}"), unit, SCALE)).collect();
         }
+        if site.kind == SiteKind::Instrument {
+            return (1..=knots.len()).map(|k| EffectParameter::new(format!("k{k}"), "1", INSTRUMENT_SCALE)).collect();
+        }
         let components = if site.kind == SiteKind::Tool { TOOL } else { BASE };
         let of = |k: usize| {
             components.iter().map(move |(symbol, unit)| EffectParameter::new(format!("{symbol}{k}"), unit, SCALE))
@@ -84,13 +97,17 @@ pub(super) static LAW: Law = Law {
         let Some((driver, knots)) = law(nonlinear) else { return nothing() };
         let Some(spline) = NaturalSpline::new(&knots) else { return nothing() };
         let own = site.coordinate.filter(|_| site.kind == SiteKind::Joint);
-        let is_tool = site.kind == SiteKind::Tool;
+        let kind = site.kind;
         Arc::new(move |context, out| {
             let Some(value) = context.driver(driver) else { return };
             let Some(variable) = own else {
-                spline.weights(value, |knot, weight| match is_tool {
-                    true => tool_moves(context, weight, TOOL.len() * knot, out),
-                    false => base_moves(context, weight, BASE.len() * knot, out),
+                spline.weights(value, |knot, weight| match kind {
+                    SiteKind::Tool => tool_moves(context, weight, TOOL.len() * knot, out),
+                    // Distances are read too long by a part that changes with where the point is.
+                    SiteKind::Instrument => {
+                        out.push((knot, Change::Point(weight * context.position, Vector3::zeros())));
+                    }
+                    _ => base_moves(context, weight, BASE.len() * knot, out),
                 });
                 return;
             };

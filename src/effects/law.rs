@@ -28,6 +28,7 @@ pub struct Law {
     pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
     pub candidates: fn(&Model, &Site, &Survey) -> Vec<Nonlinear>,
+    pub is_told: fn(&Site, &Survey, &Nonlinear) -> bool,
     pub covers: Option<fn(&Model, &Site) -> Vec<String>>,
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
@@ -51,6 +52,7 @@ impl Law {
         cancels_in_differences: false,
         sites: None,
         candidates: |_, _, _| vec![Nonlinear::default()],
+        is_told: |_, _, _| true,
         covers: None,
         is_another_at_ends: |_| [false; 2],
         constants: |_, _, _| Vec::new(),
@@ -102,8 +104,8 @@ impl Effect for &'static Law {
         self.sites.map_or_else(|| model.sites(self.sits_at), |sites| sites(model))
     }
 
-    fn is_of_the_measurement(&self) -> bool {
-        self.is_of_the_measurement || self.sits_at == SiteKind::Instrument
+    fn is_of_the_measurement(&self, site: &Site) -> bool {
+        self.is_of_the_measurement || site.kind == SiteKind::Instrument
     }
 
     fn family(&self, nonlinear: &Nonlinear) -> Family {
@@ -128,6 +130,10 @@ impl Effect for &'static Law {
 
     fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
         self.nonlinear.to_vec()
+    }
+
+    fn is_told(&self, site: &Site, survey: &Survey, nonlinear: &Nonlinear) -> bool {
+        (self.is_told)(site, survey, nonlinear)
     }
 
     fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {

@@ -1,5 +1,6 @@
 //! `transmission-error`: periodic error of the joint angle (eccentricity, gear mesh).
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::law::{Law, nothing};
@@ -19,6 +20,10 @@ pub(super) static ORDER: NonlinearParameter = NonlinearParameter {
 /// of faster meshes would need more configurations than a campaign has.
 const ORDERS: [f64; 14] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 20.0];
 
+/// Periods that joints turned through at least, before an order that is no whole number is tried: what repeats is a period. Whole ones are
+/// of parts that turn with the joint.
+const SEEN: f64 = 2.0;
+
 pub(super) static LAW: Law = Law {
     name: "transmission-error",
     sits_at: SiteKind::Joint,
@@ -29,6 +34,11 @@ pub(super) static LAW: Law = Law {
         let turns = model.frames[site.frame].joint == crate::description::raw::JointKind::Revolute;
         let of = |order: f64| Nonlinear::new([(&ORDER, NonlinearValue::Real(order))]);
         if turns { ORDERS.map(of).to_vec() } else { Vec::new() }
+    },
+    is_told: |site, survey, nonlinear| {
+        let order = nonlinear.continuous().unwrap_or_default();
+        let range = site.coordinate.and_then(|own| survey.ranges.get(own)).map_or(0.0, |[least, most]| most - least);
+        order.fract() == 0.0 || order * range >= SEEN * TAU
     },
     parameters: Some(|_, _, _| ["cos", "sin"].map(|symbol| EffectParameter::new(symbol, "rad", 3e-4)).to_vec()),
     changes: |_, site, nonlinear| {

@@ -100,9 +100,9 @@ pub trait Effect: Send + Sync {
     fn sites(&self, model: &Model) -> Vec<Site> {
         model.sites(self.sits_at())
     }
-    /// Whether it is the measurement that is wrong, and not the robot: nothing that a command could correct.
-    fn is_of_the_measurement(&self) -> bool {
-        self.sits_at() == SiteKind::Instrument
+    /// Whether at a site it is the measurement that is wrong, and not the robot: nothing that a command could correct.
+    fn is_of_the_measurement(&self, site: &Site) -> bool {
+        site.kind == SiteKind::Instrument
     }
     /// What kind of thing it is, with these nonlinear values; by default by what it reads and where it sits.
     fn family(&self, _nonlinear: &Nonlinear) -> Family {
@@ -128,6 +128,10 @@ pub trait Effect: Send + Sync {
     /// Its nonlinear parameters, in order: one that exists only with another comes after it.
     fn nonlinear_parameters(&self) -> Vec<&'static NonlinearParameter> {
         Vec::new()
+    }
+    /// Whether readings that span so much tell these nonlinear values from a curve of any shape; else a diagnosis does not try them.
+    fn is_told(&self, _site: &Site, _survey: &Survey, _nonlinear: &Nonlinear) -> bool {
+        true
     }
     /// Nonlinear values that a diagnosis tries, given what the campaign offers; none where the effect cannot show. By
     /// default the one that has no nonlinear parameters.

@@ -3,6 +3,7 @@
 use crate::description::campaign::Campaign;
 use crate::model::{Driver, Follower};
 use crate::state::JointLoads;
+use nalgebra::Vector3;
 
 /// Configurations for each knot, so that a curve is determined several times over; knots at least and at most. Few knots
 /// show a shape, and do not follow noise.
@@ -29,12 +30,20 @@ impl DriverValues {
         drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
         drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));
         drivers.extend(conditions.temperature.as_ref().map(|_| Driver::Temperature));
+        drivers.extend([Driver::Range, Driver::Height]);
         let configurations = campaign.configurations().into_iter().max().map_or(0, |last| last + 1);
         Self { configurations, values: drivers.into_iter().map(|driver| (driver, Vec::new())).collect() }
     }
 
-    /// Notes the values of a reading.
-    pub fn note(&mut self, campaign: &Campaign, index: usize, followers: &[Follower], loads: &JointLoads) {
+    /// Notes the values of a reading; `seen` is where its point is from the instrument, and the vertical there.
+    pub fn note(
+        &mut self,
+        campaign: &Campaign,
+        index: usize,
+        followers: &[Follower],
+        loads: &JointLoads,
+        seen: Option<[Vector3<f64>; 2]>,
+    ) {
         let (conditions, q) = (&campaign.conditions, campaign.configuration(index));
         let follower = |own: usize| followers.get(own.checked_sub(q.len())?);
         let last = |variable: usize| conditions.last_move.get(variable)?.get(index).copied();
@@ -54,6 +63,8 @@ impl DriverValues {
                 Driver::Time => of(&conditions.time),
                 Driver::SessionTime => of(&conditions.session_time),
                 Driver::Temperature => of(&conditions.temperature),
+                Driver::Range => seen.map(|[position, _]| position.norm()),
+                Driver::Height => seen.map(|[position, up]| up.dot(&position)),
             };
             values.extend(value.filter(|value| value.is_finite()));
         }

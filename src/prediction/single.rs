@@ -85,7 +85,7 @@ impl<'a> SinglePredictor<'a> {
         for term in all {
             let own = first..first + term.parameters.len();
             first = own.end;
-            if term.effect.is_of_the_measurement() {
+            if term.effect.is_of_the_measurement(&term.site) {
                 left_out.push(format!("{}@{}", term.effect.name(), term.site.name));
             } else {
                 amounts.extend_from_slice(&all_amounts[own]);

@@ -2,6 +2,7 @@
 
 use super::drivers::DriverValues;
 use super::error::PredictionError;
+use super::reading::undeflected_point;
 use super::terms::measured_frames;
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::Geometry;
@@ -32,7 +33,11 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
             plan.place(&mechanics, &mut state, &mut loads);
         }
         plan.load(&state, &mechanics.point(&state, reading, &reading.wrench), &mut loads);
-        drivers.note(campaign, index, &followers, &loads);
+        let base = geometry.placement(model.base_slot(reading.session));
+        let up = base.rotation * -model.structure.gravity.try_normalize(0.0).unwrap_or_default();
+        let is_seen = reading.observes.length_rows() == 3 && !reading.observes.touches();
+        let seen = is_seen.then(|| [(base * undeflected_point(geometry, &state.placements, reading)).coords, up]);
+        drivers.note(campaign, index, &followers, &loads, seen);
         for (coordinate, (load, own)) in loads.total.iter().zip(&loads.own).enumerate() {
             let shown = load - if is_difference { *own } else { 0.0 };
             survey.greatest_load[coordinate] = survey.greatest_load[coordinate].max(shown.abs());

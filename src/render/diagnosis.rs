@@ -136,7 +136,8 @@ fn cause(number: usize, cause: &Cause) -> String {
         let _ = writeln!(out, "   implies   {implied}");
     }
     if let Some(curve) = &cause.curve {
-        let _ = writeln!(out, "   curve     {}", curve_text(curve));
+        let of = cause.parameters.first().map_or("", |parameter| parameter.unit);
+        let _ = writeln!(out, "   curve     {}", curve_text(curve, of));
     }
     let _ = writeln!(out, "   pattern   {}", cause.signature);
     for p in &cause.parameters {
@@ -144,6 +145,7 @@ fn cause(number: usize, cause: &Cause) -> String {
         let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
         let value = match value {
             RawAmount::Number(count) if name == "count" => format!("{count:.0}"),
+            RawAmount::Number(value) if ci95.is_none() => format!("{value:+.4e} {unit}").trim_end().into(),
             RawAmount::Number(value) => format!("{value:+.4e}"),
             RawAmount::Numbers(_) => continue,
             RawAmount::Name(word) => word.clone(),
@@ -162,14 +164,19 @@ fn cause(number: usize, cause: &Cause) -> String {
     out
 }
 
-/// A free curve: amounts with their bands in mrad or um at what it follows.
-fn curve_text(curve: &Curve) -> String {
+/// A free curve: amounts of a unit with their bands, in a thousandth of it, at what it follows.
+fn curve_text(curve: &Curve, of: &str) -> String {
     let degrees = curve.unit == "rad";
     let at = |x: f64| if degrees { format!("{:.0} deg", x.to_degrees()) } else { format!("{x:.3} {}", curve.unit) };
     let one =
         |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), 1e3 * amount, 1e3 * band);
     let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
-    format!("(amounts x 1e-3) {}", all.join("; "))
+    let unit = match of {
+        "rad" => "mrad",
+        "m" => "mm",
+        _ => "x 1e-3",
+    };
+    format!("({unit}) {}", all.join("; "))
 }
 
 /// What stays open, what was excluded, and what could not be tried.

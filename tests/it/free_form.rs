@@ -3,11 +3,14 @@
 use elastogeo::description::raw::{RawAmount, RawCurve, RawEffect, RawValidity};
 use elastogeo::files::load_robot;
 use elastogeo::math::NaturalSpline;
-use elastogeo::observation::POSE;
+use elastogeo::observation::{POSE, POSITION};
 use elastogeo::prediction::{Linearised, Predictor};
 use elastogeo::simulation::{Plan, draw_configurations, generator, simulate};
 
+use nalgebra::Vector3;
+
 use super::cli::run;
+use super::plausibility::{Table, json, spoil};
 
 fn entry(follows: &str, at: &[f64], amount: &[f64]) -> RawEffect {
     RawEffect {
@@ -130,10 +133,88 @@ fn a_curve_at_the_tool_moves_along_the_axes_of_the_flange() {
     assert!(model.resolve_effect(&turned).is_err());
 }
 
+/// A curve of the instrument lengthens what it reads by a part that goes with where the point is, from the instrument's place and level.
+#[test]
+fn a_curve_of_the_instrument_lengthens_what_it_reads() {
+    let model = load_robot("universal-ur5").expect("a robot").model;
+    let geometry = elastogeo::kinematics::Geometry::nominal(&model).expect("a model");
+    let mut random = generator(6);
+    let plan = Plan {
+        configurations: draw_configurations(&geometry, 20, 0.8, &mut random).expect("configurations"),
+        markers: vec![None],
+        repeats: 1,
+        wrenches: Vec::new(),
+        conditions: false,
+        observes: POSITION,
+        sigma: 1e-12,
+        sigma_orientation: 1e-12,
+        estimate: [false; 2],
+    };
+    let campaign = simulate(&model, &model.registry.nominal(), &plan, &mut random).expect("simulated");
+    let (at, amounts) = ([-0.5, 0.2, 0.9], [1e-5, -2e-5, 4e-5]);
+    let spline = NaturalSpline::new(&at).expect("increasing");
+    let mut values = model.registry.nominal();
+    // The instrument stands beside and below the base, and its frame is turned about the vertical.
+    for (name, value) in [("base.x", 1.5), ("base.y", -0.4), ("base.z", 0.3), ("base.rz", 0.7)] {
+        values[model.registry.slot(name).expect("a parameter")] = value;
+    }
+    for (follows, of) in [("height", (|p| p.z) as fn(&Vector3<f64>) -> f64), ("range", |p| p.norm())] {
+        let raw = RawEffect { site: Some("instrument".into()), ..entry(follows, &at, &amounts) };
+        let mut with = model.clone();
+        with.switch_on(model.resolve_effect(&raw).expect("an effect"));
+        let predicted = |model: &elastogeo::model::Model| {
+            let mut out = Linearised::default();
+            let mut all = model.registry.nominal();
+            all[..values.len()].copy_from_slice(&values);
+            let predictor = Predictor::new(model, &campaign, Vec::new()).expect("a predictor");
+            predictor.linearise(&all, false, &mut out).expect("predicted");
+            out.predicted.iter().map(|rows| Vector3::new(rows[0], rows[1], rows[2])).collect::<Vec<_>>()
+        };
+        let (found, before) = (predicted(&with), predicted(&model));
+        assert_eq!(found.len(), 20);
+        for (found, before) in found.iter().zip(&before) {
+            let mut part = 0.0;
+            spline.weights(of(before), |k, weight| part += weight * amounts[k]);
+            assert!((found - before * (1.0 + part)).norm() < 1e-12, "{follows}: {found} {before} {part}");
+        }
+    }
+}
+
+/// A tracker whose scale grows with the height of the reflector, which no law of the catalogue is: the instrument is named, and what
+/// the error goes with, and no bent beam. None of it is written into the robot.
+#[test]
+fn an_instrument_without_a_law_is_named_by_its_site() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = ["simulate", "kuka-kr270", "--poses", "60", "--markers", "m1,m2,m3", "--seed", "12", "--noise", "0.03"];
+    let ran = run(at, &[&made[..], &["--unknown-base", "--unknown-tool", "--into", "c"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    spoil(&at.join("c"), |table: &mut Table| {
+        let columns = ["x", "y", "z"].map(|name| table.column(name));
+        for row in &mut table.rows {
+            let read = columns.map(|column| row[column].parse::<f64>().expect("a number"));
+            let part = 1.5e-4 * read[2] / 1000.0;
+            columns.iter().zip(read).for_each(|(&column, value)| row[column] = (value * (1.0 + part)).to_string());
+        }
+    });
+    let ran = run(at, &["diagnose", "c", "--apply", "a.yaml", "--format", "json"]);
+    let found = json(&ran);
+    let causes: Vec<String> = found["causes"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|cause| format!("{} {} {}", cause["effect"], cause["site"], cause["follows"]).replace('"', ""))
+        .collect();
+    assert_eq!(causes, ["free-form instrument height"], "{}", ran.err);
+    let applied = std::fs::read_to_string(at.join("a.yaml")).expect("written");
+    assert!(!applied.contains("free-form"), "{applied}");
+}
+
 #[test]
 fn a_curve_is_written_as_it_was_read() {
     let model = load_robot("universal-ur5").expect("a robot").model;
-    for follows in ["q1", "own-load.q3", "load.q3", "move.q3", "time", "session-time", "temperature"] {
+    for follows in ["q1", "own-load.q3", "load.q3", "move.q3", "time", "session-time", "temperature", "height", "range"]
+    {
         let raw = entry(follows, &[-1.0, 0.0, 2.0], &[1e-4, 0.0, -1e-4]);
         assert_eq!(model.resolve_effect(&raw).expect("an effect").raw(&model), raw);
     }

@@ -141,7 +141,7 @@ fn worse_than_found(
 
 /// Whether an entry of a cause belongs to the session, and not to the robot.
 fn is_of_the_session(cause: &Cause, entry: &EffectEntry) -> bool {
-    entry.effect.is_of_the_measurement() || cause.family == Family::Time
+    entry.effect.is_of_the_measurement(&entry.site) || cause.family == Family::Time
 }
 
 /// A warning where nothing is re-fitted: what `identify` fits then competes as causes.

@@ -17,6 +17,10 @@ pub enum Driver {
     SessionTime,
     /// Temperature, degC or K as the campaign has it: `temperature`.
     Temperature,
+    /// Distance of the measured point from the instrument, m: `range`.
+    Range,
+    /// Its height above the instrument, along the vertical, m: `height`.
+    Height,
 }
 
 impl Driver {
@@ -27,6 +31,7 @@ impl Driver {
             Self::OwnLoad(_) | Self::Load(_) => "N.m",
             Self::Time | Self::SessionTime => "s",
             Self::Temperature => "K",
+            Self::Range | Self::Height => "m",
         }
     }
 
@@ -41,6 +46,8 @@ impl Driver {
             Self::Time => "time".into(),
             Self::SessionTime => "session-time".into(),
             Self::Temperature => "temperature".into(),
+            Self::Range => "range".into(),
+            Self::Height => "height".into(),
         }
     }
 
@@ -56,6 +63,12 @@ impl Driver {
 
     fn every(coordinates: usize) -> impl Iterator<Item = Self> {
         let of = |k| [Self::Angle, Self::OwnLoad, Self::Load, Self::LastMove].map(|driver| driver(k));
-        (0..coordinates).flat_map(of).chain([Self::Time, Self::SessionTime, Self::Temperature])
+        (0..coordinates).flat_map(of).chain([
+            Self::Time,
+            Self::SessionTime,
+            Self::Temperature,
+            Self::Range,
+            Self::Height,
+        ])
     }
 }

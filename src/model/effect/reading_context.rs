@@ -118,6 +118,8 @@ impl ReadingContext<'_> {
             Driver::Time => self.time,
             Driver::SessionTime => self.session_time,
             Driver::Temperature => self.temperature,
+            Driver::Range => Some(self.position.norm()),
+            Driver::Height => Some(self.up.dot(&self.position)),
         }
     }
 }
