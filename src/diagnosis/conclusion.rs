@@ -256,7 +256,8 @@ impl<'a> Explanation<'a> {
             known.entries.extend(cause.entries);
             known.rms_after = cause.rms_after;
             known.shrinkage = self.shrinkage(first, step + 1);
-            let is_new = |rival: &EffectAtSite| !known.rivals.contains(rival);
+            // A law is certain by the greatest of its variants; a family may be any of its members.
+            let is_new = |rival: &EffectAtSite| known.level == Level::Family && !known.rivals.contains(rival);
             let new: Vec<EffectAtSite> = cause.rivals.into_iter().filter(is_new).collect();
             known.rivals.extend(new);
         }

@@ -208,6 +208,9 @@ fn an_instrument_without_a_law_is_named_by_its_site() {
     assert_eq!(causes, ["free-form instrument height"], "{}", ran.err);
     let applied = std::fs::read_to_string(at.join("a.yaml")).expect("written");
     assert!(!applied.contains("free-form"), "{applied}");
+    let ran = run(at, &["report", "c", "--output", "r.html"]);
+    let page = std::fs::read_to_string(at.join("r.html")).unwrap_or_else(|_| panic!("{}", ran.err));
+    assert!(page.contains("aria-label=\"Curve at instrument against height, with its 95 % band\""), "no chart");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod against;
 mod arrows;
 mod color;
 mod conditioning;
+mod curves;
 mod distribution;
 mod effects;
 mod fuzzy;
