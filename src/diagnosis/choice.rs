@@ -20,7 +20,8 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::unnamed::{
-    curve, drop_negative, drop_replaced, without_held, without_outdone, without_series, without_unlikely,
+    curve, drop_negative, drop_replaced, without_held, without_outdone, without_series, without_unknown,
+    without_unlikely,
 };
 use crate::effects::Family;
 use crate::math::quantiles::normal_of_any;
@@ -81,6 +82,7 @@ pub fn choice(
         }
     }
     claims = without_outdone(&forward, claims, settings);
+    claims = without_unknown(&problem.hypotheses, claims);
     drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
     drop_negative(&mut claims, problem);
     let claims = gathered(claims, &problem.hypotheses);

@@ -48,6 +48,16 @@ pub fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
     }
 }
 
+/// The claims without those of a law known by its family alone where a curve of that family is claimed at its site: no more is known of it
+/// than the curve says.
+pub fn without_unknown(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
+    let of_sites: Vec<usize> =
+        claims.iter().filter(|claim| claim.level == Level::Site).map(|claim| claim.hypothesis).collect();
+    let is_held = |claim: &Claim| of_sites.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[claim.hypothesis]));
+    claims.retain(|claim| claim.level != Level::Family || !is_held(claim));
+    claims
+}
+
 /// The claims without laws that a curve over several sites, which is claimed too, holds: it stands for whatever gives there.
 pub fn without_held(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
     let of_sites = claims.iter().map(|claim| claim.hypothesis).filter(|&h| hypotheses[h].level() == Level::Family);

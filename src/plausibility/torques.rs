@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use statrs::statistics::Statistics;
+use nalgebra::DVector;
 
 use super::evidence::{Evidence, Limits};
 use super::shown::number;
@@ -37,11 +37,11 @@ struct Line {
 pub(super) fn hold_the_masses(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let (model, held) = (evidence.model, held(evidence));
     let count = model.variables.len();
-    let spread = |of: &dyn Fn(&Held) -> f64| {
-        let all: Vec<f64> = held.iter().map(of).filter(|value| value.is_finite()).collect();
-        if all.len() < limits.least_configurations { 0.0 } else { all.std_dev() }
+    let spread = |variable: usize| {
+        let all = centred(held.iter().map(|held| held.holding[variable]).filter(|value| value.is_finite()));
+        if all.len() < limits.least_configurations { 0.0 } else { all.norm() / (all.len() as f64).sqrt() }
     };
-    let spreads: Vec<f64> = (0..count).map(|variable| spread(&|held| held.holding[variable])).collect();
+    let spreads: Vec<f64> = (0..count).map(spread).collect();
     let most = spreads.iter().copied().fold(0.0, f64::max);
     let lines = |sensor: usize| -> Vec<Option<Line>> {
         let line = |variable: usize| {
@@ -165,12 +165,19 @@ fn read_variable(model: &Model, evidence: &Evidence, index: usize) -> Option<usi
 }
 
 fn line(pairs: &[(f64, f64)], limits: &Limits) -> Option<Line> {
-    let [x, y]: [Vec<f64>; 2] = {
-        let known = pairs.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
-        let (x, y) = known.copied().unzip();
-        [x, y]
-    };
-    let (xx, xy, yy) = ((&x).variance(), (&x).covariance(&y), (&y).variance());
-    let is_told = x.len() >= limits.least_configurations && xx > 0.0 && yy > 0.0;
-    is_told.then(|| Line { slope: xy / xx, explained: xy * xy / (xx * yy) })
+    let known: Vec<(f64, f64)> = pairs.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    if known.len() < limits.least_configurations {
+        return None;
+    }
+    let x = centred(known.iter().map(|(x, _)| *x));
+    let y = centred(known.iter().map(|(_, y)| *y));
+    let (xx, xy, yy) = (x.norm_squared(), x.dot(&y), y.norm_squared());
+    (xx > 0.0 && yy > 0.0).then(|| Line { slope: xy / xx, explained: xy * xy / (xx * yy) })
+}
+
+/// Values less their mean.
+fn centred(values: impl Iterator<Item = f64>) -> DVector<f64> {
+    let values = DVector::from_vec(values.collect());
+    let mean = values.mean();
+    values.add_scalar(-mean)
 }
