@@ -143,7 +143,7 @@ pub struct Excluded {
 pub struct Curve {
     /// What it follows, SI.
     pub at: Vec<f64>,
-    /// Amounts, rad or m.
+    /// Amounts, rad or m; of the instrument the part by which it reads too long.
     pub amount: Vec<f64>,
     /// Half widths of their 95 % intervals.
     pub band: Vec<f64>,

@@ -33,7 +33,7 @@ const BASE: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m"), ("rx", "rad"
 const TOOL: &[(&str, &str)] = &[("x", "m"), ("y", "m"), ("z", "m")];
 /// Common size of an amount, rad or m.
 const SCALE: f64 = 3e-4;
-/// Of an instrument, in parts of the distance: makers state 5 to 20 ppm of what is calibrated and cool.
+/// Of an instrument, in parts of the distance. A judgement.
 const INSTRUMENT_SCALE: f64 = 1e-4;
 
 pub(super) static LAW: Law = Law {

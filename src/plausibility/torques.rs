@@ -7,18 +7,16 @@ use nalgebra::DVector;
 use super::evidence::{Evidence, Limits};
 use super::shown::number;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::model::Model;
-use crate::observation::TORQUE;
 
 /// Holding loads of a joint that spread less than this part of the most loaded joint's are not judged: friction hides them.
 const LITTLE: f64 = 0.05;
-/// The same for torques that follow nothing: friction of a joint is seldom as great as the spread of its load, and never where that
-/// is half of the greatest.
+/// The same for torques that follow nothing. A judgement: where the load of a joint spreads half as much as the greatest does, its friction is
+/// below that.
 const MUCH: f64 = 0.5;
-/// Share of the variance of measured torques from which they follow a joint's load, and up to which they do not. A judgement: the
-/// torques of real arms at rest, friction included, follow theirs to 0.9 and more.
+/// Share of the variance of measured torques from which they follow a joint's load, and up to which they do not: a tenth is friction as great
+/// as a third of the load's spread, a half as great as all of it. A judgement.
 const FOLLOWS: [f64; 2] = [0.9, 0.5];
-/// Masses of a description are known to this factor.
+/// Masses of a description are known to this factor. A judgement: units are farther apart, but for lbf.ft and N.m.
 const KNOWN: f64 = 2.0;
 
 /// What a sensor showed, less its known offset and over its known gain, and what holds each joint (N.m, N), of one reading.
@@ -131,11 +129,8 @@ fn held(evidence: &Evidence) -> Vec<Held> {
     let (model, campaign) = (evidence.model, evidence.campaign);
     let count = model.variables.len();
     let sensor = |variable: usize, shown: f64| {
-        let own = campaign.load_sensor(&model.variables[variable].name);
-        let value = |k: usize, usual: f64| {
-            own.and_then(|own| campaign.targets[own].values.get(k)).map_or(usual, |value| value.value)
-        };
-        (shown - value(1, 0.0)) / value(0, 1.0)
+        let [gain, offset] = campaign.sensor_values(campaign.load_sensor(&model.variables[variable].name));
+        (shown - offset) / gain
     };
     let mut all: BTreeMap<usize, Held> = BTreeMap::new();
     for (index, reading) in campaign.readings.iter().enumerate() {
@@ -143,25 +138,19 @@ fn held(evidence: &Evidence) -> Vec<Held> {
             .entry(reading.row)
             .or_insert_with(|| Held { shown: vec![f64::NAN; count], holding: vec![f64::NAN; count] });
         for (variable, described) in campaign.conditions.described_loads.iter().enumerate().take(count) {
-            own.holding[variable] = -described[index];
+            own.holding[variable] = described.get(index).map_or(f64::NAN, |load| -load);
         }
         let torques = campaign.conditions.torques.iter().enumerate().take(count);
         for (variable, shown) in torques.filter_map(|(variable, all)| Some((variable, all.as_ref()?.get(index)?))) {
             own.shown[variable] = sensor(variable, *shown);
         }
-        if let Some(variable) = read_variable(model, evidence, index) {
+        let name = campaign.variable_read(reading);
+        if let Some(variable) = model.variables.iter().position(|variable| Some(variable.name.as_str()) == name) {
             own.holding[variable] = reading.load;
             own.shown[variable] = sensor(variable, reading.measured[0]);
         }
     }
     all.into_values().collect()
-}
-
-/// The variable whose torque a reading holds.
-fn read_variable(model: &Model, evidence: &Evidence, index: usize) -> Option<usize> {
-    let reading = &evidence.campaign.readings[index];
-    let name = &evidence.campaign.target_of(reading).filter(|_| reading.observes == TORQUE)?.member.0;
-    model.variables.iter().position(|variable| variable.name == *name)
 }
 
 fn line(pairs: &[(f64, f64)], limits: &Limits) -> Option<Line> {

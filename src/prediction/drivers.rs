@@ -1,9 +1,10 @@
 //! Values of what free curves follow over the readings of a campaign, and the knots that curves of them have.
 
+use nalgebra::Vector3;
+
 use crate::description::campaign::Campaign;
 use crate::model::{Driver, Follower};
 use crate::state::JointLoads;
-use nalgebra::Vector3;
 
 /// Configurations for each knot, so that a curve is determined several times over; knots at least and at most. Few knots
 /// show a shape, and do not follow noise.

@@ -50,9 +50,8 @@ pub fn fill_holding_loads(model: &Model, campaign: &mut Campaign) -> Result<(), 
         for (variable, described) in campaign.conditions.described_loads.iter_mut().enumerate() {
             described[index] = driven(variable);
         }
-        let named = campaign.target_of(&reading).map(|target| target.member.0.as_str());
-        let variable = model.variables.iter().position(|variable| Some(variable.name.as_str()) == named);
-        if let Some(variable) = variable.filter(|_| is_torque) {
+        let named = campaign.variable_read(&reading);
+        if let Some(variable) = model.variables.iter().position(|variable| Some(variable.name.as_str()) == named) {
             campaign.readings[index].load = -driven(variable);
         }
     }

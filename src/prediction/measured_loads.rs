@@ -70,11 +70,9 @@ impl MeasuredLoads {
                 model.registry.slot(&format!("joint{}.{symbol}", frame.name))
             });
             let own = campaign.load_sensor(&model.variables[variable].name);
-            let value = |k: usize, usual: f64| {
-                let known = own.and_then(|own| campaign.targets[own].values.get(k)).map_or(usual, |value| value.value);
-                (known, own.and_then(|own| model.target_values(own).get(k).copied().flatten()))
-            };
-            MeasuredJoint { variable, compliance, sensor: [value(0, 1.0), value(1, 0.0)] }
+            let known = campaign.sensor_values(own);
+            let value = |k: usize| (known[k], own.and_then(|own| model.target_values(own).get(k).copied().flatten()));
+            MeasuredJoint { variable, compliance, sensor: [value(0), value(1)] }
         };
         Self { joints: (0..model.variables.len()).filter(is_measured).map(joint).collect() }
     }

@@ -136,8 +136,7 @@ fn cause(number: usize, cause: &Cause) -> String {
         let _ = writeln!(out, "   implies   {implied}");
     }
     if let Some(curve) = &cause.curve {
-        let of = cause.parameters.first().map_or("", |parameter| parameter.unit);
-        let _ = writeln!(out, "   curve     {}", curve_text(curve, of));
+        let _ = writeln!(out, "   curve     {}", curve_text(curve, cause.shown_in()));
     }
     let _ = writeln!(out, "   pattern   {}", cause.signature);
     for p in &cause.parameters {
@@ -164,18 +163,13 @@ fn cause(number: usize, cause: &Cause) -> String {
     out
 }
 
-/// A free curve: amounts of a unit with their bands, in a thousandth of it, at what it follows.
-fn curve_text(curve: &Curve, of: &str) -> String {
+/// A free curve: amounts with their bands in a unit of this size, at what it follows.
+fn curve_text(curve: &Curve, (unit, size): (&str, f64)) -> String {
     let degrees = curve.unit == "rad";
     let at = |x: f64| if degrees { format!("{:.0} deg", x.to_degrees()) } else { format!("{x:.3} {}", curve.unit) };
     let one =
-        |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), 1e3 * amount, 1e3 * band);
+        |((x, amount), band): ((&f64, &f64), &f64)| format!("{}: {:+.3} +- {:.3}", at(*x), size * amount, size * band);
     let all: Vec<String> = curve.at.iter().zip(&curve.amount).zip(&curve.band).map(one).collect();
-    let unit = match of {
-        "rad" => "mrad",
-        "m" => "mm",
-        _ => "x 1e-3",
-    };
     format!("({unit}) {}", all.join("; "))
 }
 

@@ -92,6 +92,17 @@ pub struct Cause {
     pub remedy: &'static str,
 }
 
+impl Cause {
+    /// The unit in which amounts of a curve are shown, and how many of it are one of theirs.
+    pub fn shown_in(&self) -> (&'static str, f64) {
+        match self.parameters.first().map_or("", |own| own.unit) {
+            "rad" => ("mrad", 1e3),
+            "m" => ("mm", 1e3),
+            _ => ("ppm", 1e6),
+        }
+    }
+}
+
 /// A hypothesis that was not selected.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rejected {

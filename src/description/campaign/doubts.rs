@@ -156,8 +156,8 @@ const APART: f64 = 3600.0;
 /// Configurations from which a median says something.
 const FEW: usize = 8;
 
-/// Median over moves of the speed of the joint that turned fastest above which times are doubted, rad/s: the wrists of small arms reach 16, and
-/// an arm that is measured stands still in between.
+/// Median over moves of the speed of the joint that turned fastest above which times are doubted, rad/s: three turns a second, though an
+/// arm that is measured stands still in between. A judgement.
 const FASTEST: f64 = 20.0;
 
 /// Times that look like milliseconds, or like minutes or hours that are taken for seconds.

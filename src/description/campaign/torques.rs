@@ -1,9 +1,9 @@
 //! Torques of the joints: the columns that files may have, and gain and offset of each sensor as values of targets.
 
-use super::Campaign;
 use super::raw::{LoadSource, OrUnknown, RawCampaign, RawEntry, RawTorque};
 use super::source::Source;
 use super::targets::{Target, TargetValue};
+use super::{Campaign, Reading};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
 use crate::description::table::{ColumnKind, ExpectedColumn};
@@ -27,6 +27,18 @@ impl Campaign {
     /// The sensor of the load of a variable's joint, by index in [`Campaign::targets`].
     pub fn load_sensor(&self, variable: &str) -> Option<usize> {
         self.sensor_of(&LOADS, variable)
+    }
+
+    /// Gain and offset (N.m or N) of a sensor, known or assumed; 1 and 0 where there is none.
+    pub fn sensor_values(&self, sensor: Option<usize>) -> [f64; 2] {
+        let own = sensor.and_then(|sensor| self.targets.get(sensor));
+        [(0, 1.0), (1, 0.0)].map(|(k, usual)| own.and_then(|own| own.values.get(k)).map_or(usual, |value| value.value))
+    }
+
+    /// Name of the variable whose load a reading holds; `None` of readings of another kind.
+    pub fn variable_read(&self, reading: &Reading) -> Option<&str> {
+        let target = self.target_of(reading).filter(|_| reading.observes.by_variable().is_some());
+        target.map(|target| target.member.0.as_str())
     }
 }
 

@@ -16,11 +16,7 @@ pub fn curve(cause: &Cause) -> Option<String> {
     let curve = cause.curve.as_ref()?;
     let (least, most) = (*curve.at.first()?, *curve.at.last()?);
     let spline = NaturalSpline::new(&curve.at)?;
-    let (unit, size) = match cause.parameters.first().map_or("", |own| own.unit) {
-        "rad" => ("mrad", 1e3),
-        "m" => ("mm", 1e3),
-        _ => ("ppm", 1e6),
-    };
+    let (unit, size) = cause.shown_in();
     let is_angle = curve.unit == "rad";
     let place = |x: f64| if is_angle { x.to_degrees() } else { x };
     let along: Vec<f64> = (0..POINTS).map(|k| least + (most - least) * k as f64 / (POINTS - 1) as f64).collect();
