@@ -43,26 +43,23 @@ pub fn autocorrelation(
     found.map(|(against, case)| case.tested(against, settings.permutations, seed)).collect()
 }
 
-/// Values in the order of something that they might follow.
-pub struct Series(Vec<f64>);
+/// Errors in the order of something that they might follow, all of one length.
+pub struct Series(Vec<Vec<f64>>);
 
 impl Series {
     /// `None` of fewer than [`FEWEST`].
-    pub fn new(values: Vec<f64>) -> Option<Self> {
-        (values.len() >= FEWEST).then_some(Self(values))
+    pub fn new(errors: Vec<Vec<f64>>) -> Option<Self> {
+        (errors.len() >= FEWEST).then_some(Self(errors))
     }
 
     /// Sum of squares that neighbours share, and the probability of as much by chance.
-    pub fn tested(&self, permutations: usize, seed: u64) -> (f64, f64) {
+    pub fn tested(self, permutations: usize, seed: u64) -> (f64, f64) {
         let count = self.0.len();
         let after = |apart: usize| (0..count).zip(apart..count);
-        let case = Case {
-            units: self.0.iter().map(|value| vec![*value]).collect(),
-            pairs: after(1).chain(after(2)).collect(),
-            classes: vec![(0..count).collect()],
-        };
+        let pairs = after(1).chain(after(2)).collect();
+        let case = Case { units: self.0, pairs, classes: vec![(0..count).collect()] };
         let found = case.tested("", permutations, seed);
-        let squares: f64 = self.0.iter().map(|value| value * value).sum();
+        let squares: f64 = case.units.iter().flatten().map(|value| value * value).sum();
         (found.correlation.max(0.0) * squares, found.p)
     }
 }

@@ -13,7 +13,7 @@ use super::refinement::refine;
 use super::repeatability::noise;
 use super::result::{Excluded, NotTried};
 use super::selection::Selector;
-use super::untried::{excluded, not_tried};
+use super::untried::{excluded, moves_too_far, not_tried};
 use crate::description::campaign::{Campaign, Reading};
 use crate::estimation::{self, Calibration, CalibrationError, calibrate_as_weighed};
 use crate::kinematics::Geometry;
@@ -54,11 +54,31 @@ pub struct Competition {
 }
 
 impl Competition {
-    /// Holds the competition.
+    /// Holds the competition. Where fixed reflectors moved, that the base did competes too; where more of it is found than they moved by,
+    /// once more without.
     ///
     /// # Errors
     /// As [`crate::estimation::calibrate`].
     pub fn new(inputs: &Inputs, outliers: &[bool], progress: &mut dyn FnMut(&str)) -> Result<Self, CalibrationError> {
+        let found = Self::held(inputs, outliers, false, progress)?;
+        match moves_too_far(&found.campaign, &found.problem, &found.claims, found.left()) {
+            true => Self::held(inputs, outliers, true, progress),
+            false => Ok(found),
+        }
+    }
+
+    /// Root mean square error that calibration leaves, m.
+    fn left(&self) -> f64 {
+        self.calibration.as_ref().map_or(0.0, |found| found.after.fit.distance[1])
+    }
+
+    /// The competition, `is_fixed` that the base does not move with time even where fixed reflectors moved a little.
+    fn held(
+        inputs: &Inputs,
+        outliers: &[bool],
+        is_fixed: bool,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, CalibrationError> {
         let (model, settings) = (inputs.model, inputs.settings);
         let campaign = inputs.campaign.select(|i, _| !outliers[i]);
         let held_out = held_out(inputs.held_out, outliers);
@@ -81,7 +101,7 @@ impl Competition {
         fits_memory(&campaign, &tried, kept.len())?;
         let not_tried = not_tried(model, &survey, &tried, &settings.known);
         let left = calibration.as_ref().map_or(0.0, |found| found.after.fit.distance[1]);
-        let excluded = excluded(&campaign, left, &mut tried);
+        let excluded = excluded(&campaign, left, is_fixed, &mut tried);
         let mut all = LinearProblem::new(model, inputs.campaign, &values, &kept, tried)?.pruned();
         let noise = noise(&campaign, settings.least_repeats);
         progress("comparing hypotheses");

@@ -5,7 +5,7 @@ use super::bootstrap::Bootstrap;
 use super::claims::Claim;
 use super::competition::Competition;
 use super::few_angles::few_angles;
-use super::implied::{curve, implied};
+use super::implied::{curve, curves, implied};
 use super::inputs::Inputs;
 use super::level::Level;
 use super::linear_fit::{FittedParameter, LinearFit, entry, reported};
@@ -57,7 +57,7 @@ pub fn conclude(
     let (rms_after, shrinkage) = (judgement.steps[last].left.rms, found.shrinkage(0, last));
     let both = inputs.campaign.readings.iter().zip(marked);
     let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
-    let outliers = outliers::cause(inputs, competition, members, set_aside.len(), [gap.rms, rms_after])?;
+    let outliers = outliers::cause(inputs, competition, members, marked, [gap.rms, rms_after])?;
     let with_outliers = outliers.as_ref().map(|(_, errors)| *errors);
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
     causes.splice(0..0, outliers.map(|(cause, _)| cause));
@@ -300,6 +300,7 @@ impl<'a> Explanation<'a> {
             stability: Some(claim.stability),
             support: claim.support,
             curve: curve(hypothesis, fitted),
+            curves: curves(hypothesis, fitted),
             implies: implied(hypothesis, fitted, &self.competition.values),
             signature: hypothesis.effect.signature(),
             remedy,

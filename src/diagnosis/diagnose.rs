@@ -12,7 +12,7 @@ use super::outliers::{are_of_one_place, outliers, stand_apart};
 use super::result::{Diagnosis, Verdict};
 use super::settings::Settings;
 use crate::description::campaign::{Campaign, Reading};
-use crate::estimation::{self, CalibrationError, predicts_as_well, run_away};
+use crate::estimation::{self, CalibrationError, held_springs, predicts_as_well, run_away};
 use crate::model::Model;
 use crate::model::nuisance;
 use crate::simulation::generator;
@@ -81,6 +81,11 @@ pub fn diagnose(
     }
     let (competition, marked) = without_outliers(&inputs, competition, progress)?;
     let found = conclude(&inputs, &competition, &marked, progress)?;
+    if found.verdict == Verdict::NoGap
+        && let Some(held) = with_springs_held(&inputs, &competition, &marked, progress)
+    {
+        return Ok(held);
+    }
     // To a curve, or to what nothing explains, those are outliers that it fits worst.
     let is_open = matches!(found.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
         || found.causes.iter().any(|cause| cause.level != Level::Law);
@@ -108,6 +113,26 @@ fn with_constants_held<'a>(
     let other = Competition::new(&held, &vec![false; inputs.campaign.readings.len()], progress).ok()?;
     let is_as_good = other.calibration.as_ref().is_some_and(|other| predicts_as_well(other, found));
     is_as_good.then_some((held, other))
+}
+
+/// Where nothing is to be explained, the same with springs held as described that an identification holds so, because the readings hardly
+/// tell them: where that leaves no gap either, and predicts readings held out no worse.
+fn with_springs_held(
+    inputs: &Inputs,
+    competition: &Competition,
+    outliers: &[bool],
+    progress: &mut dyn FnMut(&str),
+) -> Option<Diagnosis> {
+    let found = competition.calibration.as_ref()?;
+    let held = held_springs(inputs.model, &competition.campaign, found, &inputs.nuisance);
+    if held.is_empty() {
+        return None;
+    }
+    let inputs = inputs.without(&held);
+    let other = Competition::new(&inputs, outliers, progress).ok()?;
+    let is_as_good = other.calibration.as_ref().is_some_and(|other| predicts_as_well(other, found));
+    let concluded = is_as_good.then(|| conclude(&inputs, &other, outliers, progress))?.ok()?;
+    (concluded.verdict == Verdict::NoGap).then_some(concluded)
 }
 
 /// Outliers are those of what explains the other readings, and are left out of the next competition: the last one, and which they are.

@@ -83,6 +83,18 @@ impl<'a> FreeErrors<'a> {
         )
     }
 
+    /// Errors over their sigmas of each configuration of the problem, in the order of its rows, zero where one has fewer than another.
+    pub fn by_configuration(&self, residual: &DVector<f64>) -> Vec<Vec<f64>> {
+        let poses = self.problem.poses();
+        let mut errors = vec![Vec::new(); poses.len()];
+        for (error, pose) in residual.iter().zip(&self.problem.pose) {
+            errors[poses.partition_point(|known| known < pose)].push(*error);
+        }
+        let most = errors.iter().map(Vec::len).max().unwrap_or_default();
+        errors.iter_mut().for_each(|own| own.resize(most, 0.0));
+        errors
+    }
+
     /// What an error of one direction at a site moves each row by, over its sigma. `None` as for [`FreeErrors::amounts`].
     pub fn column(&self, site: &str) -> Option<DVector<f64>> {
         let (all, width) = &self.columns;

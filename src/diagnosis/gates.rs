@@ -159,17 +159,21 @@ impl Compared<'_> {
         paired(&self.losses.with[at], &losses.with[0]).t > settings.paired_t && self.gain(at) < settings.of_free * gain
     }
 
-    /// Share of the error at its site that a law misses, all other causes fitted.
+    /// Share of the error at its site that a law misses, all other causes fitted but for curves that hold it: these would take what it
+    /// misses.
     fn missed(&self, at: usize) -> f64 {
         let [own] = self.sets[at][..] else { return 0.0 };
         let problem = self.forward.problem;
         let law = &problem.hypotheses[own];
-        let is_other = |h: &usize| !self.sets[0].contains(h) && !problem.hypotheses[*h].is_same(law);
+        let is_other = |h: &usize| {
+            let other = &problem.hypotheses[*h];
+            !self.sets[0].contains(h) && !other.is_same(law) && !other.holds(law)
+        };
         let others: Vec<usize> = self.tests.members.iter().copied().filter(is_other).collect();
         let additions = Additions::new(&self.forward.selector.projection, &others, &[vec![own]]);
         let before = project_off(&problem.residual, &additions.basis);
         let (free, readings) = (self.tests.free_errors, self.tests.readings);
-        missed(free, &law.site, (&before, &additions.candidates[0]), readings, self.forward.settings)
+        missed(free, law, (&before, &additions.candidates[0]), readings, self.forward.settings)
     }
 
     /// Squares that the candidate takes away, over what an error free in every configuration carries at its site.

@@ -1,5 +1,7 @@
 //! What the amounts of a cause mean on the machine: stiffnesses in words, and the curve of a free form.
 
+use indexmap::IndexMap;
+
 use super::hypothesis::Hypothesis;
 use super::linear_fit::FittedParameter;
 use super::result::Curve;
@@ -23,21 +25,31 @@ pub fn implied(hypothesis: &Hypothesis, fitted: &[FittedParameter], values: &[f6
     fitted.iter().zip(&hypothesis.constants).filter_map(of).collect()
 }
 
-/// The curve of a free form at a joint; `None` of anything else.
+/// The curve of a free form at a joint or the instrument; `None` of anything else.
 pub fn curve(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> Option<Curve> {
+    curve_of(hypothesis, fitted, "k")
+}
+
+/// The curves of a free form at the base or the tool, by component.
+pub fn curves(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> IndexMap<String, Curve> {
+    let of = |component: &str| Some((component.to_string(), curve_of(hypothesis, fitted, component)?));
+    ["x", "y", "z", "rx", "ry", "rz"].into_iter().filter_map(of).collect()
+}
+
+/// The curve of the amounts of one symbol, numbered by their knots.
+fn curve_of(hypothesis: &Hypothesis, fitted: &[FittedParameter], symbol: &str) -> Option<Curve> {
     let values = hypothesis.nonlinear.values();
     let [NonlinearValue::Driver(driver), NonlinearValue::Knots(at)] = &values[..] else { return None };
-    let amount = |k: usize| fitted.iter().find(|parameter| parameter.name == format!("k{k}"));
-    if (1..=at.len()).all(|k| amount(k).is_none()) {
-        return None;
-    }
+    let amount = |k: usize| fitted.iter().find(|parameter| parameter.name == format!("{symbol}{k}"));
+    let known = || (1..=at.len()).filter_map(amount);
+    let amount_unit = known().next()?.unit;
     let of = |value: fn(&FittedParameter) -> f64| (1..=at.len()).map(move |k| amount(k).map_or(0.0, value));
     let mut amounts: Vec<f64> = of(|own| own.value).collect();
     // An amount that was left out is a constant which is calibrated anyway.
-    if fitted.len() < at.len() {
+    if known().count() < at.len() {
         let mean = amounts.iter().sum::<f64>() / amounts.len() as f64;
         amounts.iter_mut().for_each(|amount| *amount -= mean);
     }
     let unit = Driver::unit(*driver);
-    Some(Curve { at: at.to_vec(), amount: amounts, band: of(|own| own.ci95).collect(), unit })
+    Some(Curve { at: at.to_vec(), amount: amounts, band: of(|own| own.ci95).collect(), unit, amount_unit })
 }

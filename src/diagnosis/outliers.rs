@@ -2,6 +2,7 @@
 //!
 //! Source: Rousseeuw and Leroy, *Robust Regression and Outlier Detection*, sec. 5.1 (median absolute deviation).
 
+use indexmap::IndexMap;
 use nalgebra::DVector;
 
 use super::competition::Competition;
@@ -123,14 +124,15 @@ pub fn cause(
     inputs: &Inputs,
     competition: &Competition,
     members: &[usize],
-    count: usize,
+    marked: &[bool],
     left: [f64; 2],
 ) -> Result<Option<(Cause, [f64; 2])>, CalibrationError> {
+    let count = marked.iter().filter(|marked| **marked).count();
     if count == 0 {
         return Ok(None);
     }
-    // By how much the error of all readings shrinks with some members fitted.
-    let shrinkage = |members: &[usize], left: f64| -> Result<(f64, [f64; 2]), CalibrationError> {
+    // What is left of all readings with some members fitted.
+    let residual = |members: &[usize]| -> Result<Vec<f64>, CalibrationError> {
         let fitted = LinearFit::new(&competition.problem, members, 1.0);
         let mut model = inputs.model.clone();
         for (step, &member) in members.iter().enumerate() {
@@ -139,15 +141,33 @@ pub fn cause(
         let values = model.completed(&with_nuisance(inputs.model, competition, &fitted));
         let mut found = Linearised::default();
         Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-        let [_, rms, max] = errors_of(inputs.campaign, &found.residual, |_| true).distance;
+        Ok(found.residual)
+    };
+    // By how much their error shrinks, to what is left without the outliers.
+    let shrinkage = |residual: &[f64], left: f64| {
+        let [_, rms, max] = errors_of(inputs.campaign, residual, |_| true).distance;
         let rms = rms.max(left);
-        Ok((1.0 - left / rms, [rms, max]))
+        (1.0 - left / rms, [rms, max])
+    };
+    let turned = |residual: &[f64]| {
+        let of = |among: &dyn Fn(usize) -> bool| errors_of(inputs.campaign, residual, among).orientation;
+        let [all, others] = [of(&|_| true)?, of(&|reading| marked.get(reading) != Some(&true))?];
+        Some([all[1], others[1]].map(f64::to_degrees))
     };
     let [alone, after] = left;
-    if shrinkage(members, after)?.0 < inputs.settings.outliers.least_shrinkage {
+    let explained = residual(members)?;
+    let least = inputs.settings.outliers.least_shrinkage;
+    let turns = |[all, others]: [f64; 2]| 1.0 - others / all >= least;
+    let is_of_lengths = shrinkage(&explained, after).0 >= least;
+    if !is_of_lengths && !turned(&explained).is_some_and(turns) {
         return Ok(None);
     }
-    let (value, errors) = shrinkage(&[], alone)?;
+    let calibrated = residual(&[])?;
+    let (value, errors) = shrinkage(&calibrated, alone);
+    // Rotations alone may be what is wrong.
+    let rotations = turned(&calibrated).filter(|_| value < least).map(|[all, others]| {
+        format!("errors of orientations (rms) fall from {all:.4} to {others:.4} deg without these readings")
+    });
     let effect = inputs.model.catalogue.get("outliers");
     let cause = Cause {
         effect: "outliers".into(),
@@ -169,7 +189,8 @@ pub fn cause(
         stability: None,
         support: None,
         curve: None,
-        implies: Vec::new(),
+        curves: IndexMap::new(),
+        implies: rotations.into_iter().collect(),
         signature: effect.map_or("", |effect| effect.signature()),
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),

@@ -1,5 +1,6 @@
 //! What a diagnosis finds: plain structs. Lengths in m and amounts in SI; frames as stated.
 
+use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::level::{Level, Stability, Support};
@@ -109,8 +110,10 @@ pub struct Cause {
     pub stability: Option<Stability>,
     /// What speaks for its law; `None` of outliers and curves.
     pub support: Option<Support>,
-    /// Its curve, of a free form at a joint.
+    /// Its curve, of a free form at a joint or the instrument.
     pub curve: Option<Curve>,
+    /// Its curves by component (x, y, z, rx, ry, rz), of a free form at the base or the tool.
+    pub curves: IndexMap<String, Curve>,
     /// What its amounts mean on the machine, in words.
     pub implies: Vec<String>,
     /// The effect with its amounts, as it is switched on and written into a description; several where it was found with
@@ -149,6 +152,24 @@ pub struct Curve {
     pub band: Vec<f64>,
     /// Unit of what it follows.
     pub unit: &'static str,
+    /// Unit of amounts and bands.
+    pub amount_unit: &'static str,
+}
+
+impl Curve {
+    /// The unit in which amounts are shown, and how many of it are one of theirs.
+    pub fn shown_in(&self) -> (&'static str, f64) {
+        match self.amount_unit {
+            "rad" => ("mrad", 1e3),
+            "m" => ("mm", 1e3),
+            _ => ("ppm", 1e6),
+        }
+    }
+
+    /// Whether an amount is not zero with 95 %.
+    pub fn is_certain(&self) -> bool {
+        self.amount.iter().zip(&self.band).any(|(amount, band)| amount.abs() > *band)
+    }
 }
 
 /// What all causes leave.

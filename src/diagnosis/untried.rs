@@ -1,14 +1,21 @@
 //! What was not tried and why, and what other measurements exclude.
 
+use nalgebra::DVector;
+
+use super::claims::Claim;
 use super::hypothesis::Hypothesis;
+use super::linear_problem::LinearProblem;
 use super::result::{EffectAtSite, Excluded, NotTried};
 use crate::description::campaign::Campaign;
 use crate::effects::{Condition, Effect, Family, Nonlinear, Site, SiteKind, Survey};
+use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
-use crate::noise::reference_noise;
+use crate::noise::{Motion, reference_noise};
 
 /// Share of the gap below which a motion that fixed reflectors show cannot carry it.
 const OF_GAP: f64 = 0.5;
+/// Probability of as much motion of fixed reflectors by noise alone, below which they moved.
+const CHANCE: f64 = 0.01;
 
 /// Effects of the catalogue that no hypothesis stands for, with what they need. Those that are calibrated with every
 /// hypothesis (`known`) were tried.
@@ -58,21 +65,50 @@ fn of_passive_joints(model: &Model, effect: &dyn Effect) -> Option<NotTried> {
     })
 }
 
-/// Takes out the hypotheses that the base moved in time, where fixed reflectors moved by much less than a gap (m).
-pub fn excluded(campaign: &Campaign, gap: f64, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
+/// Takes out the hypotheses that the base moved with time, where fixed reflectors moved by much less than a gap (m): all of them where the
+/// reflectors moved by no more than noise, or where `is_fixed`.
+pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut Vec<Hypothesis>) -> Vec<Excluded> {
     let motion = reference_noise(&campaign.references).and_then(|seen| seen.motion);
-    let Some(motion) = motion.filter(|motion| motion.rms < OF_GAP * gap) else { return Vec::new() };
+    let is_still = |motion: &Motion| motion.rms < OF_GAP * gap && (is_fixed || motion.p > CHANCE);
+    let Some(motion) = motion.filter(is_still) else { return Vec::new() };
     let [rms, greatest, gap] = [motion.rms, motion.greatest, gap].map(|length| 1e3 * length);
     let by = format!("fixed reflectors moved by {rms:.4} mm (rms, at most {greatest:.4} mm); the gap is {gap:.4} mm");
-    let is_excluded =
-        |hypothesis: &Hypothesis| hypothesis.site.kind == SiteKind::Base && hypothesis.family() == Family::Time;
     let mut found: Vec<Excluded> = Vec::new();
-    for hypothesis in hypotheses.iter().filter(|hypothesis| is_excluded(hypothesis)) {
+    for hypothesis in hypotheses.iter().filter(|hypothesis| moves_base(hypothesis)) {
         let EffectAtSite { effect, site } = hypothesis.named();
         if !found.iter().any(|known| known.effect == effect && known.site == site) {
             found.push(Excluded { effect, site, by: by.clone() });
         }
     }
-    hypotheses.retain(|hypothesis| !is_excluded(hypothesis));
+    hypotheses.retain(|hypothesis| !moves_base(hypothesis));
     found
+}
+
+/// Whether what is claimed of a base that moves with time is much more than fixed reflectors moved by. `gap` (m) is what calibration
+/// leaves.
+pub fn moves_too_far(campaign: &Campaign, problem: &LinearProblem, claims: &[Claim], gap: f64) -> bool {
+    let members: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+    let Some(motion) = reference_noise(&campaign.references).and_then(|seen| seen.motion) else { return false };
+    if !members.iter().any(|&h| moves_base(&problem.hypotheses[h])) {
+        return false;
+    }
+    let design = problem.design(&members);
+    let amounts = least_squares(&design, &problem.residual);
+    let mut first = problem.nuisance.ncols();
+    let mut moved = DVector::zeros(problem.rows());
+    for &member in &members {
+        let columns = &problem.hypotheses[member].columns;
+        if moves_base(&problem.hypotheses[member]) {
+            moved += columns * amounts.rows(first, columns.ncols());
+        }
+        first += columns.ncols();
+    }
+    // A base that is fitted takes its mean place up.
+    let moved = project_off(&moved, &orthonormal(&problem.nuisance, None));
+    motion.rms < OF_GAP * gap * moved.norm() / problem.residual.norm()
+}
+
+/// Whether a hypothesis has the base move with time.
+fn moves_base(hypothesis: &Hypothesis) -> bool {
+    hypothesis.site.kind == SiteKind::Base && hypothesis.family() == Family::Time
 }

@@ -197,7 +197,9 @@ impl Diagnostic {
     #[must_use]
     pub fn suggest<'a>(mut self, found: &str, valid: impl IntoIterator<Item = &'a str>) -> Self {
         self.code = Code::Unknown;
-        let valid: Vec<&str> = valid.into_iter().collect();
+        let mut valid: Vec<&str> = valid.into_iter().collect();
+        let mut known = std::collections::HashSet::new();
+        valid.retain(|name| known.insert(*name));
         match nearest(found, valid.iter().copied()) {
             Some(name) => self.remedy(format!("did you mean `{name}`?")),
             None if valid.is_empty() => self,

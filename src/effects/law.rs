@@ -34,6 +34,8 @@ pub struct Law {
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
     pub parameters: Option<ParametersOf>,
     pub thermal_delay: fn(&Nonlinear) -> Option<f64>,
+    /// As [`Effect::period`].
+    pub period: fn(&Nonlinear) -> Option<f64>,
     pub changes: fn(&Model, &Site, &Nonlinear) -> Changes,
 }
 
@@ -58,6 +60,7 @@ impl Law {
         constants: |_, _, _| Vec::new(),
         parameters: None,
         thermal_delay: |_| None,
+        period: |_| None,
         changes: |_, _, _| nothing(),
     };
 }
@@ -122,6 +125,10 @@ impl Effect for &'static Law {
 
     fn is_another_at_ends(&self, nonlinear: &Nonlinear) -> [bool; 2] {
         (self.is_another_at_ends)(nonlinear)
+    }
+
+    fn period(&self, nonlinear: &Nonlinear) -> Option<f64> {
+        (self.period)(nonlinear)
     }
 
     fn reads(&self) -> &'static [Condition] {

@@ -4,7 +4,7 @@
 //! where the description gives the ratio: searched for blindly, some such order fits any noise.
 
 use super::law::{Law, nothing};
-use super::transmission_error::{ORDER, periodic};
+use super::transmission_error::{ORDER, periodic, turn_over_order};
 use crate::model::{Condition, EffectParameter, Nonlinear, NonlinearValue, SiteKind};
 
 /// Periods in a turn of the motor: an eccentric shaft, and an elliptic one or a bent coupling.
@@ -28,5 +28,6 @@ pub(super) static LAW: Law = Law {
         let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return nothing() };
         periodic(site, order)
     },
+    period: turn_over_order,
     ..Law::NOTHING
 };

@@ -45,8 +45,14 @@ pub(super) static LAW: Law = Law {
         let [NonlinearValue::Real(order)] = nonlinear.values()[..] else { return nothing() };
         periodic(site, order)
     },
+    period: turn_over_order,
     ..Law::NOTHING
 };
+
+/// The period of what swings so many times in a turn.
+pub(super) fn turn_over_order(nonlinear: &Nonlinear) -> Option<f64> {
+    nonlinear.continuous().filter(|order| *order > 0.0).map(|order| TAU / order)
+}
 
 /// A joint's angle swings so many times in its turn: by cosine and sine, rad.
 pub(super) fn periodic(site: &Site, order: f64) -> Changes {

@@ -61,6 +61,24 @@ pub fn calibrate_as_weighed(
     Ok(found)
 }
 
+/// Springs among `only` that [`calibrate_as_weighed`] holds as declared, and that `found`, which holds none that end within their bounds, has
+/// fitted far off; empty where it does not converge.
+pub fn held_springs(model: &Model, campaign: &Campaign, found: &Calibration, only: &[Slot]) -> Vec<Slot> {
+    let settings = Settings { only: Some(only.to_vec()), second_order: false, ..Settings::default() };
+    if far_off(model, found, &settings).is_empty() {
+        return Vec::new();
+    }
+    let kept = |of: &Calibration| -> Vec<Slot> {
+        of.identifiability.kept.iter().filter_map(|column| of.slots.get(*column).copied()).collect()
+    };
+    let Ok(other) = calibrate_as_weighed(model, campaign, &found.held_out, &settings, &mut |_| {}) else {
+        return Vec::new();
+    };
+    let others = if other.converged() { kept(&other) } else { return Vec::new() };
+    let is_held = |slot: &Slot| model.registry[*slot].group == Group::Elastic && !others.contains(slot);
+    kept(found).into_iter().filter(is_held).collect()
+}
+
 /// Standard deviation of the logarithm of a declared spring: data sheets, sections of beams and springs of like robots tell it to a
 /// factor of three or so. A judgement; the readings of a usual campaign outweigh it by far.
 const SPREAD: f64 = 3.0;

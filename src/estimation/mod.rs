@@ -35,7 +35,7 @@ mod task;
 mod weighing;
 
 pub use against::{Against, OtherSet, against};
-pub use bound_springs::calibrate_as_weighed;
+pub use bound_springs::{calibrate_as_weighed, held_springs};
 pub use bounds::bounds;
 pub use determined::{predicts_as_well, run_away};
 pub use equivalence::{Equivalence, Split, SpringGroup};

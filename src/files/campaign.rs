@@ -11,7 +11,7 @@ use super::readings::{Asked, faults, read};
 use super::robot::{LoadedRobot, Without, find_robot, read_robot};
 use super::schema_line::name_schema;
 use crate::description::campaign::raw::{RawCampaign, RawCsv, RawEntry};
-use crate::description::campaign::{self, Campaign, References, Sharing};
+use crate::description::campaign::{self, Campaign, Configuration, References, Sharing};
 use crate::description::limits::READINGS;
 use crate::description::table::{Table, too_many};
 use crate::description::yaml::{self, Document};
@@ -298,7 +298,7 @@ fn references(
     raw: &RawCampaign,
     place: &Place,
     document: &Document,
-    of_pose: Option<&HashMap<&str, &str>>,
+    of_pose: Option<&HashMap<Configuration, &str>>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> References {
     let mut found = References::default();
@@ -328,18 +328,20 @@ fn references(
 }
 
 /// Sessions of the configurations that tables name, of those that are of one.
-fn sessions_of_poses<'t>(tables: &'t [(RawEntry, &'t Table)]) -> HashMap<&'t str, &'t str> {
-    let mut found: HashMap<&str, Option<&str>> = HashMap::new();
+fn sessions_of_poses<'t>(tables: &'t [(RawEntry, &'t Table)]) -> HashMap<Configuration, &'t str> {
+    let mut found: HashMap<Configuration, Option<&str>> = HashMap::new();
     for (entry, table) in tables {
-        let (poses, sessions) = (table.texts("pose"), table.texts("session"));
+        let sessions = table.texts("session");
         for row in 0..table.row_count() {
             let of_row = sessions.and_then(|all| all.get(row)).or(entry.session.as_deref());
-            let (Some(pose), Some(session)) = (poses.and_then(|all| all.get(row)), of_row) else { continue };
-            let known = found.entry(pose).or_insert(Some(session));
-            *known = known.filter(|known| *known == session);
+            let Some(session) = of_row else { continue };
+            for configuration in Configuration::of(table, row) {
+                let known = found.entry(configuration).or_insert(Some(session));
+                *known = known.filter(|known| *known == session);
+            }
         }
     }
-    found.into_iter().filter_map(|(pose, session)| Some((pose, session?))).collect()
+    found.into_iter().filter_map(|(configuration, session)| Some((configuration, session?))).collect()
 }
 
 /// A file of measurements, and that of its joints where there is one; with the keys of the campaign file that name them.

@@ -299,7 +299,7 @@ fn finish(
         return Err(diagnostics);
     };
     match texts.document {
-        Some(_) => diagnostics.extend(doubtful_sizes(&raw, &locate)),
+        Some(_) => diagnostics.extend(doubtful_sizes(&raw, &robot, &locate)),
         // A URDF has no units but its own.
         None => diagnostics.extend(doubtful_urdf(&raw, &locate)),
     }

@@ -121,6 +121,10 @@ pub trait Effect: Send + Sync {
     fn is_another_at_ends(&self, _nonlinear: &Nonlinear) -> [bool; 2] {
         [false; 2]
     }
+    /// By how much (rad, m) its joint moves until it repeats; `None` of what does not.
+    fn period(&self, _nonlinear: &Nonlinear) -> Option<f64> {
+        None
+    }
     /// Conditions of a reading that it depends on.
     fn reads(&self) -> &'static [Condition] {
         &[]

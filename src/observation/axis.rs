@@ -21,6 +21,7 @@ pub(super) const AXIS: Direction = Direction {
         Vector3::new(level * azimuth.cos(), level * azimuth.sin(), elevation.sin())
     },
     residuals: "directions",
+    depends_on: "the axes of the tool",
     fault: "axis.x, axis.y, axis.z are all zero, and give no direction",
     of_tool: Some(Vector3::new(0.0, 0.0, 1.0)),
     target_start: |_| None,

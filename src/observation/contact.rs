@@ -23,6 +23,9 @@ pub(super) enum Surface {
     Sphere,
 }
 
+/// What contacts depend on.
+const CONTACT: &str = "where the ball is on the tool, its radius, and what it touches";
+
 fn mean(read: &[MeasuredPoint]) -> Vector3<f64> {
     read.iter().map(MeasuredPoint::position).sum::<Vector3<f64>>() / read.len().max(1) as f64
 }
@@ -56,6 +59,10 @@ impl Observation for Contact {
 impl Observation for Socket {
     fn name(&self) -> &'static str {
         "contact-socket"
+    }
+
+    fn depends_on(&self) -> &'static str {
+        CONTACT
     }
 
     fn about(&self) -> &'static str {
@@ -141,6 +148,10 @@ impl Observation for Surface {
             Self::Plane => "contact-plane",
             Self::Sphere => "contact-sphere",
         }
+    }
+
+    fn depends_on(&self) -> &'static str {
+        CONTACT
     }
 
     fn about(&self) -> &'static str {

@@ -19,6 +19,8 @@ pub(super) struct Direction {
     pub of_angles: fn([f64; 2]) -> Vector3<f64>,
     /// Residuals in reports.
     pub residuals: &'static str,
+    /// As [`Observation::depends_on`].
+    pub depends_on: &'static str,
     /// The fault of a vector of no length.
     pub fault: &'static str,
     /// The axis of the tool that is read; none of a body.
@@ -92,6 +94,10 @@ impl Across {
 impl Observation for Direction {
     fn name(&self) -> &'static str {
         self.name
+    }
+
+    fn depends_on(&self) -> &'static str {
+        self.depends_on
     }
 
     fn about(&self) -> &'static str {

@@ -43,6 +43,10 @@ impl Observation for Distance {
         "distances"
     }
 
+    fn depends_on(&self) -> &'static str {
+        "where the anchors are, and zeros of the lengths"
+    }
+
     fn fault(&self, measured: &Rows) -> Option<(&'static str, &'static str)> {
         (measured[0] <= 0.0).then_some(("distance", "a distance must be above 0"))
     }

@@ -41,6 +41,7 @@ pub(super) const INCLINATION: Direction = Direction {
     // The body's rotation from level is Rz(any) Ry(pitch) Rx(roll), z upwards; gravity points down.
     of_angles: |[pitch, roll]| Vector3::new(pitch.sin(), -pitch.cos() * roll.sin(), -pitch.cos() * roll.cos()),
     residuals: "inclinations",
+    depends_on: "the body that carries the inclinometer (`body`), how it is mounted there (`mount`), gravity",
     fault: "gx, gy, gz are all zero, and give no direction",
     of_tool: None,
     target_start,

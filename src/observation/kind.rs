@@ -313,6 +313,11 @@ pub trait Observation: Sync {
         None
     }
 
+    /// What is declared for it besides the joints and lengths of the robot: what to look at where nothing explains the readings.
+    fn depends_on(&self) -> &'static str {
+        "where the markers are"
+    }
+
     /// Name of one residual in reports, in the plural.
     fn residuals_named(&self) -> &'static str {
         "coordinates"

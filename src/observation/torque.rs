@@ -34,6 +34,10 @@ impl Observation for Torque {
         "torques"
     }
 
+    fn depends_on(&self) -> &'static str {
+        "masses and their centres (`bodies`), gravity, units and gains of the torques"
+    }
+
     fn value(&self, point: &MeasuredPoint) -> Rows {
         row(point.target[0] * point.load + point.target[1])
     }

@@ -188,7 +188,7 @@ pub const CHECKS: &[Check] = &[
     Check {
         codes: &[Code::WrongUnits],
         of_result: true,
-        about: "springs are not all softer or stiffer by one factor: masses or stiffnesses are off by it",
+        about: "springs are not all softer or stiffer by one factor: masses, stiffnesses or wrenches are off by it",
         find: common_factor::of_calibration,
     },
     Check {

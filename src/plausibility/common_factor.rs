@@ -1,5 +1,5 @@
 //! Springs that all come out softer or stiffer by one factor: single joints age and are guessed, but not all alike. Then the declared
-//! masses, the gravity or the stiffnesses are off by it.
+//! masses, the gravity or the stiffnesses are off by it; of deflections the wrenches may be.
 
 use super::evidence::{Evidence, Limits};
 use crate::description::campaign::Campaign;
@@ -9,6 +9,10 @@ use crate::math::quantiles::normal95;
 use crate::model::Model;
 use crate::parameter::{Group, Kind, Slot};
 
+/// Standard deviations of a common factor from one, by the tolerances of all springs, from which it is no chance: of normal ones 6 in
+/// 100000 are as far.
+const CERTAIN: f64 = 4.0;
+
 /// A spring that the readings tell.
 struct Spring<'a> {
     name: &'a str,
@@ -16,14 +20,39 @@ struct Spring<'a> {
     softer: f64,
     /// Standard deviation of that.
     sigma: f64,
+    /// Standard deviation by which it may be off as declared.
+    tolerance: f64,
 }
 
 /// Of a calibration.
 pub(super) fn of_calibration(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
-    let Some(found) = evidence.found.filter(|_| !evidence.campaign.is_difference()) else { return Vec::new() };
+    let Some(found) = evidence.found else { return Vec::new() };
     let own = found.estimates.iter().filter(|estimate| !estimate.at_bound);
     let springs = own.filter_map(|estimate| spring(evidence.model, estimate.slot, estimate.value, estimate.ci95?));
-    reported(springs.collect(), limits).into_iter().collect()
+    let springs: Vec<Spring> = springs.collect();
+    let found = match evidence.campaign.is_difference() {
+        true => of_wrenches(&springs, limits),
+        false => reported(springs, limits),
+    };
+    found.into_iter().collect()
+}
+
+/// Of springs fitted to deflections, by a common factor that the description's tolerances of them do not allow; factors beyond
+/// [`Limits::deflection_factor`] are told before anything is fitted.
+fn of_wrenches(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
+    let common = common(springs, |spring| spring.tolerance).filter(|_| springs.len() > 1)?;
+    let is_one_side = springs.iter().all(|spring| spring.softer * common.mean > 0.0);
+    let is_far = common.mean.abs() > limits.wrench_factor.ln() && common.mean.abs() < limits.stiffness_factor.ln();
+    if !is_one_side || !is_far || common.mean.abs() < CERTAIN * common.sigma {
+        return None;
+    }
+    let message = format!(
+        "all springs that the readings tell are about {}, which their tolerances do not allow: are wrenches or deflections in another unit, \
+         as lbf (4.45 N) and lbf.ft (1.36 N.m), or the declared stiffnesses off by that factor?",
+        by(common.mean, springs)
+    );
+    let remedy = "give wrenches and deflections in the units that `units:` declares; if the declared stiffnesses are guesses, go on with --force";
+    Some(Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy).figure("factor", common.mean.exp()))
 }
 
 /// Of the causes that a diagnosis found, and of what it fitted with them.
@@ -55,7 +84,8 @@ fn spring(model: &Model, slot: Slot, value: f64, width: f64) -> Option<Spring<'_
     let is_reported =
         parameter.group == Group::Elastic && is_compliance && parameter.nominal > 0.0 && width < 0.5 * value;
     let sigma = width / normal95() / value;
-    is_reported.then(|| Spring { name: &parameter.name, softer: (value / parameter.nominal).ln(), sigma })
+    let tolerance = parameter.tolerance / parameter.nominal;
+    is_reported.then(|| Spring { name: &parameter.name, softer: (value / parameter.nominal).ln(), sigma, tolerance })
 }
 
 /// Where all are far off to one side, by whatever factors.
@@ -80,26 +110,42 @@ fn all_far(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
 }
 
 fn reported(springs: Vec<Spring>, limits: &Limits) -> Option<Diagnostic> {
-    let variance = |spring: &Spring| spring.sigma.powi(2) + limits.alike.powi(2);
-    let weight: f64 = springs.iter().map(|spring| variance(spring).recip()).sum();
-    let mean = springs.iter().map(|spring| spring.softer / variance(spring)).sum::<f64>() / weight;
-    let is_alike = |spring: &Spring| (spring.softer - mean).abs() < 3.0 * variance(spring).sqrt();
-    let is_far = mean.abs() > limits.deflection_factor.ln() && mean.abs() < limits.stiffness_factor.ln();
     if springs.len() < 2 {
         return None;
     }
-    if !is_far || !springs.iter().all(is_alike) {
-        return all_far(&springs, limits);
-    }
-    let factor = mean.abs().exp();
-    let how = if mean > 0.0 { "softer" } else { "stiffer" };
-    let names: Vec<&str> = springs.iter().map(|spring| spring.name).collect();
+    let is_far = |mean: &f64| mean.abs() > limits.deflection_factor.ln() && mean.abs() < limits.stiffness_factor.ln();
+    let alike = common(&springs, |_| limits.alike).map(|common| common.mean);
+    let Some(mean) = alike.filter(is_far) else { return all_far(&springs, limits) };
     let message = format!(
-        "all springs that the readings tell are {factor:.1} times {how} than declared ({}): are the declared masses, or the stiffnesses, off \
-         by that factor?",
-        names.join(", ")
+        "all springs that the readings tell are {}: are the declared masses, or the stiffnesses, off by that factor?",
+        by(mean, &springs)
     );
     let remedy = "look at powers of ten of masses and stiffnesses, at `mass` and `rotational_stiffness` under `units:`, and at `gravity`; if \
                   the declared stiffnesses are guesses, go on with --force";
     Some(Diagnostic::warning(message).code(Code::WrongUnits).remedy(remedy).figure("factor", mean.exp()))
+}
+
+/// A factor that springs share.
+struct Common {
+    /// Its logarithm: how many times softer they are.
+    mean: f64,
+    /// Standard deviation of that.
+    sigma: f64,
+}
+
+/// The factor by which all springs are softer, where each lies within three standard deviations of it, single ones differing by `spread`;
+/// `None` where they are not by the same.
+fn common(springs: &[Spring], spread: impl Fn(&Spring) -> f64) -> Option<Common> {
+    let variance = |spring: &Spring| spring.sigma.powi(2) + spread(spring).powi(2);
+    let weight: f64 = springs.iter().map(|spring| variance(spring).recip()).sum();
+    let mean = springs.iter().map(|spring| spring.softer / variance(spring)).sum::<f64>() / weight;
+    let is_alike = |spring: &Spring| (spring.softer - mean).abs() < 3.0 * variance(spring).sqrt();
+    springs.iter().all(is_alike).then(|| Common { mean, sigma: weight.sqrt().recip() })
+}
+
+/// How much softer or stiffer, and which they are.
+fn by(mean: f64, springs: &[Spring]) -> String {
+    let how = if mean > 0.0 { "softer" } else { "stiffer" };
+    let names: Vec<&str> = springs.iter().map(|spring| spring.name).collect();
+    format!("{:.1} times {how} than declared ({})", mean.abs().exp(), names.join(", "))
 }

@@ -115,6 +115,9 @@ pub struct Limits {
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
     pub deflection_factor: f64,
+    /// Factor from which springs fitted to deflections that are all off by about the same tell of wrenches in another unit. A judgement:
+    /// joints that are declared without bearings and links come out softer together by less, and the units of force lie four and more apart.
+    pub wrench_factor: f64,
     /// Standard deviation of the logarithm of the factor by which single springs differ from a common one: where all are off by more than
     /// [`Limits::deflection_factor`], and by the same to three times this, it is no coincidence of guesses.
     pub alike: f64,
@@ -184,11 +187,12 @@ impl Default for Limits {
             noise_wrong: 40.0,
             noise_hopeless: 60.0,
             deflection_factor: 5.0,
+            wrench_factor: 2.0,
             alike: 0.05,
             all_springs: 10.0,
             noise_freedom: 20.0,
             worse: [1.1, 1.5],
-            worse_open: 1.02,
+            worse_open: 1.005,
             fewest_configurations: 8,
             rows_per_parameter: 1.5,
             sessions_fall: 1.5,

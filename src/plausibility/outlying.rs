@@ -94,12 +94,34 @@ fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, le
         mm(scale * left),
         named.join(", ")
     );
+    let remedy = match of_one_kind(campaign, wrong) {
+        Some((kind, depends_on)) => format!(
+            "most readings of {kind} are among them: look at what the campaign declares for these rather than at single rows: {depends_on}"
+        ),
+        None => "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)".into(),
+    };
     Diagnostic::warning(message)
         .code(Code::OutlyingReadings)
-        .remedy("look at those rows and correct or delete them; or let outliers count little (`--loss huber`)")
+        .remedy(remedy)
         .figure("readings", wrong.len() as f64)
         .figure("greatest_mm", worst.first().map_or(0.0, |&k| 1e3 * by(k)))
         .figure("others_mm", 1e3 * left)
+}
+
+/// Share of the readings of one kind, and of those that are far off, from which it is that kind that is wrong. A judgement.
+const ONE_KIND: [f64; 2] = [0.5, 0.9];
+
+/// The kind, beside others, of which most readings are far off and to which nearly all of these belong; and what it depends on.
+fn of_one_kind(campaign: &Campaign, wrong: &[usize]) -> Option<(&'static str, &'static str)> {
+    let observes = |k: usize| campaign.readings[k].observes;
+    let of =
+        |kind: &str, all: &mut dyn Iterator<Item = usize>| all.filter(|&k| observes(k).name() == kind).count() as f64;
+    let own = observes(*wrong.first()?);
+    let every = of(own.name(), &mut (0..campaign.readings.len()));
+    let far = of(own.name(), &mut wrong.iter().copied());
+    let is_one = (every as usize) < campaign.readings.len();
+    let is_wrong = far >= ONE_KIND[0] * every && far >= ONE_KIND[1] * wrong.len() as f64;
+    (is_one && is_wrong).then(|| (own.name(), own.depends_on()))
 }
 
 /// After a calibration: fitted readings by deletion, held-out ones by their errors.
@@ -110,8 +132,50 @@ pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
         let robust = robust(evidence)?;
         outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
     };
-    let few = || outlying(evidence, limits).or_else(hidden).map(described);
+    let few = || outlying(evidence, limits).or_else(hidden).map(described).or_else(|| turned(evidence, limits));
     many(evidence, limits).or_else(few).into_iter().collect()
+}
+
+/// What is said of readings whose lengths are as those of the others, and whose rotations are far off: each of the two is judged by its
+/// own kind.
+fn turned(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
+    let found = evidence.found.filter(|found| found.converged())?;
+    let campaign = evidence.campaign;
+    let rotation = |(reading, rows): (&Reading, &[f64])| {
+        let lengths = reading.observes.length_rows();
+        let has_both = lengths > 0 && reading.observes.angle_rows() > 0;
+        has_both.then(|| rows.iter().skip(lengths).map(|row| row * row).sum::<f64>().sqrt())
+    };
+    let errors: Vec<Option<f64>> = campaign.by_reading(&found.residual, 1).map(rotation).collect();
+    let mut known: Vec<f64> = errors.iter().flatten().copied().collect();
+    let count = known.len();
+    let middle = median(&mut known)?;
+    let floor = limits.outlying * (count as f64).cbrt() * middle;
+    let mut wrong: Vec<(usize, f64)> =
+        errors.iter().enumerate().filter_map(|(k, error)| Some((k, error.filter(|own| *own > floor)?))).collect();
+    if wrong.is_empty()
+        || wrong.len() as f64 > limits.wrong_share * count as f64
+        || count < limits.fewest_configurations
+    {
+        return None;
+    }
+    wrong.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let shown = |angle: f64| format!("{:.3} deg", angle.to_degrees());
+    let named: Vec<String> = wrong
+        .iter()
+        .take(NAMED)
+        .map(|(k, error)| format!("{} ({})", campaign.address(&campaign.readings[*k]), shown(*error)))
+        .collect();
+    let more = if wrong.len() > NAMED { format!(" and {} more", wrong.len() - NAMED) } else { String::new() };
+    let message = format!(
+        "orientations of {} of {count} readings are far off where half of the others are within {}: {}{more}",
+        wrong.len(),
+        shown(middle),
+        named.join(", ")
+    );
+    let remedy = "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)";
+    let diagnostic = Diagnostic::warning(message).code(Code::OutlyingReadings).remedy(remedy);
+    Some(diagnostic.figure("readings", wrong.len() as f64))
 }
 
 /// What is said where more readings than can be simply wrong are far from the others: a robust loss fits these, and bears those in

@@ -274,6 +274,7 @@ pub(super) fn enough_readings(evidence: &Evidence, limits: &Limits) -> Vec<Diagn
     let Some(found) = evidence.found else { return Vec::new() };
     let fitted = evidence.campaign.select(|index, _| !found.held_out.get(index).copied().unwrap_or(false));
     let (amount, kept) = (fitted.amount(), found.identifiability.kept.len());
-    let diagnostic = super::amount::too_little(&amount, kept, limits);
-    diagnostic.into_iter().collect()
+    let held_out = evidence.campaign.select(|index, _| found.held_out.get(index).copied().unwrap_or(false));
+    let few = super::amount::few_held_out(&held_out.amount());
+    super::amount::too_little(&amount, kept, limits).into_iter().chain(few).collect()
 }

@@ -64,6 +64,14 @@ impl<'a> Trials<'a> {
         typical(&campaign, &residual, self.limits).filter(|error| error.is_finite())
     }
 
+    /// The same of all readings as they are read, with as many starts as a registration that is asked for has: contacts with curved surfaces
+    /// have valleys in which a quick one stays.
+    pub fn registered(&self) -> Option<f64> {
+        let nominal = self.model.registry.nominal();
+        let (_, residual) = registered(self.model, &self.whole, &nominal, &RegistrationSettings::default()).ok()?;
+        typical(&self.whole, &residual, self.limits).filter(|error| error.is_finite())
+    }
+
     /// The readings times the factor with which they fit the robot best, where they are positions; base and tool take part of it up, so
     /// that it is found in turns with them.
     pub fn scaled(&self) -> Option<Hypothesis> {

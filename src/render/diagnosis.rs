@@ -82,7 +82,8 @@ pub fn finding(found: &Diagnosis) -> String {
             );
             let (after, unseen) = (found.after_all.rms, format!("(rms, unseen readings; noise {noise:.4} mm)"));
             // An outlier may be among the readings held out, or not: with them all readings are counted.
-            let shrinks = match gap.without_outliers {
+            // Outliers of which rotations alone are wrong leave lengths as they are.
+            let shrinks = match gap.without_outliers.filter(|without| rms - without > UNSEEN * rms) {
                 None => format!("The gap shrinks from {rms:.4} to {after:.4} mm {unseen}"),
                 Some(without) if found.causes.len() > 1 => format!(
                     "The error of all readings shrinks from {rms:.4} mm to {without:.4} mm without the outliers, and the gap \
@@ -116,16 +117,14 @@ fn short(cause: &Cause) -> String {
 }
 
 fn cause(number: usize, cause: &Cause) -> String {
-    let interval = match cause.shrinkage_ci95 {
-        [Some(low), Some(high)] => format!(" ({:.0} to {:.0} %)", 100.0 * low, 100.0 * high),
-        _ => String::new(),
-    };
     let mut out = match cause.effect.as_str() {
         "outliers" => format!("{number}. outliers at {}\n", cause.site),
         _ => format!("{number}. {}\n", cause.claim),
     };
-    let (before, after, less) = (cause.rms_before, cause.rms_after, 100.0 * cause.shrinkage);
-    let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less:.0} % less{interval}");
+    let (before, after, less) = (cause.rms_before, cause.rms_after, less(cause.shrinkage, cause.shrinkage_ci95));
+    if cause.effect != "outliers" || cause.implies.is_empty() {
+        let _ = writeln!(out, "   evidence  {before:.4} -> {after:.4} mm, {less}");
+    }
     if let Some(Stability { family, site, law, .. }) = cause.stability {
         let shown = |share: f64| format!("{:.0} %", 100.0 * share);
         let law = if cause.level == Level::Law { format!(", law {}", shown(law)) } else { String::new() };
@@ -136,10 +135,13 @@ fn cause(number: usize, cause: &Cause) -> String {
         let _ = writeln!(out, "   implies   {implied}");
     }
     if let Some(curve) = &cause.curve {
-        let _ = writeln!(out, "   curve     {}", curve_text(curve, cause.shown_in()));
+        let _ = writeln!(out, "   curve     {}", curve_text(curve));
+    }
+    for (component, curve) in cause.curves.iter().filter(|(_, curve)| curve.is_certain()) {
+        let _ = writeln!(out, "   curve {component:<3} {}", curve_text(curve));
     }
     let _ = writeln!(out, "   pattern   {}", cause.signature);
-    for p in &cause.parameters {
+    for p in cause.parameters.iter().filter(|_| cause.curves.is_empty()) {
         let CauseParameter { name, unit, value, ci95 } = p;
         let width = ci95.filter(|_| name != "count").map_or(String::new(), |ci95| format!(" +- {ci95:.1e} {unit}"));
         let value = match value {
@@ -164,7 +166,24 @@ fn cause(number: usize, cause: &Cause) -> String {
 }
 
 /// A free curve: amounts with their bands in a unit of this size, at what it follows.
-fn curve_text(curve: &Curve, (unit, size): (&str, f64)) -> String {
+/// Share of an error that does not show in whole per cents.
+const UNSEEN: f64 = 0.005;
+
+/// A shrinkage in words, with its interval: a cause by itself may leave more, until others are added.
+fn less(shrinkage: f64, ci95: [Option<f64>; 2]) -> String {
+    // Adding zero takes the sign of what rounds to none.
+    let percent = |share: f64| (100.0 * share).round() + 0.0;
+    let is_less = percent(shrinkage) >= 0.0;
+    let shown = |share: f64| percent(if is_less { share } else { -share });
+    let interval = match if is_less { ci95 } else { [ci95[1], ci95[0]] } {
+        [Some(low), Some(high)] => format!(" ({} to {} %)", shown(low), shown(high)),
+        _ => String::new(),
+    };
+    format!("{} % {}{interval}", shown(shrinkage), if is_less { "less" } else { "more" })
+}
+
+fn curve_text(curve: &Curve) -> String {
+    let (unit, size) = curve.shown_in();
     let degrees = curve.unit == "rad";
     let at = |x: f64| if degrees { format!("{:.0} deg", x.to_degrees()) } else { format!("{x:.3} {}", curve.unit) };
     let one =

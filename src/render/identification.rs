@@ -100,10 +100,8 @@ pub fn sensitivities(found: &Sensitivities, screen: Screen) -> String {
 /// A table of errors, one row a set of readings; sets of no readings are left out.
 pub fn errors(rows: &[(&str, &Option<ReadingErrors>)], screen: Screen) -> String {
     let rows = || rows.iter().filter_map(|(what, errors)| Some((*what, errors.as_ref()?)));
-    // Readings of angles or torques alone have no lengths.
-    let has_length = |e: &ReadingErrors| e.max > 0.0 || e.orientation.is_none() && e.load.is_none();
     let lengths =
-        |e: &ReadingErrors| has_length(e).then_some(vec![e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max]);
+        |e: &ReadingErrors| e.has_lengths().then_some(vec![e.mean, e.rms, e.max, e.coordinate.rms, e.coordinate.max]);
     type Values<'a> = &'a dyn Fn(&ReadingErrors) -> Option<Vec<f64>>;
     let columns: [(&[&str], usize, Values); 3] = [
         (&["mean mm", "rms mm", "max mm", "coordinate rms mm", "coordinate max mm"], 4, &lengths),

@@ -135,11 +135,11 @@ pub fn parts(found: &[PartErrors], file: &Path) -> io::Result<Vec<u8>> {
     sheet.column("readings", |row| found[row].errors.readings.to_string());
     type Figure = fn(&ReadingErrors) -> Option<f64>;
     let columns: [(&str, Figure); 11] = [
-        ("mean", |of| Some(of.mean)),
-        ("rms", |of| Some(of.rms)),
-        ("max", |of| Some(of.max)),
-        ("coordinate_rms", |of| Some(of.coordinate.rms)),
-        ("coordinate_max", |of| Some(of.coordinate.max)),
+        ("mean", |of| of.has_lengths().then_some(of.mean)),
+        ("rms", |of| of.has_lengths().then_some(of.rms)),
+        ("max", |of| of.has_lengths().then_some(of.max)),
+        ("coordinate_rms", |of| of.has_lengths().then_some(of.coordinate.rms)),
+        ("coordinate_max", |of| of.has_lengths().then_some(of.coordinate.max)),
         ("orientation_mean", |of| Some(of.orientation?.mean)),
         ("orientation_rms", |of| Some(of.orientation?.rms)),
         ("orientation_max", |of| Some(of.orientation?.max)),
@@ -147,7 +147,12 @@ pub fn parts(found: &[PartErrors], file: &Path) -> io::Result<Vec<u8>> {
         ("torque_rms", |of| Some(of.load?.rms)),
         ("torque_max", |of| Some(of.load?.max)),
     ];
-    for (name, value) in columns.into_iter().filter(|(_, value)| found.iter().any(|of| value(&of.errors).is_some())) {
+    // Columns of lengths are always there.
+    let is_shown = |name: &str, value: Figure| {
+        !name.starts_with("orientation") && !name.starts_with("torque")
+            || found.iter().any(|of| value(&of.errors).is_some())
+    };
+    for (name, value) in columns.into_iter().filter(|(name, value)| is_shown(name, *value)) {
         let cell = move |row: usize| value(&found[row].errors).map_or_else(String::new, |value| format!("{value:.9}"));
         sheet.column(name, cell);
     }

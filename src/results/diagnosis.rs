@@ -86,21 +86,13 @@ pub struct Cause {
     pub support: Option<Support>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
+    /// By component, of a free form at the base or the tool.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub curves: IndexMap<String, Curve>,
     /// What the amounts mean on the machine.
     pub implies: Vec<String>,
     pub signature: &'static str,
     pub remedy: &'static str,
-}
-
-impl Cause {
-    /// The unit in which amounts of a curve are shown, and how many of it are one of theirs.
-    pub fn shown_in(&self) -> (&'static str, f64) {
-        match self.parameters.first().map_or("", |own| own.unit) {
-            "rad" => ("mrad", 1e3),
-            "m" => ("mm", 1e3),
-            _ => ("ppm", 1e6),
-        }
-    }
 }
 
 /// A hypothesis that was not selected.
@@ -336,6 +328,7 @@ fn cause(cause: &diagnosis::Cause) -> Cause {
         stability: cause.stability,
         support: cause.support,
         curve: cause.curve.clone(),
+        curves: cause.curves.clone(),
         implies: cause.implies.clone(),
         signature: cause.signature,
         remedy: cause.remedy,

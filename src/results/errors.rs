@@ -77,4 +77,9 @@ impl ReadingErrors {
         let all = Self { readings: errors.readings, mean, rms, max, coordinate, orientation, load };
         (errors.readings > 0).then_some(all)
     }
+
+    /// Whether lengths are among them: readings of angles or torques alone have none, and their errors in mm are zero.
+    pub fn has_lengths(&self) -> bool {
+        self.max > 0.0 || self.orientation.is_none() && self.load.is_none()
+    }
 }

@@ -205,7 +205,56 @@ fn a_curve_in_time_stands_at_the_body_that_moves() {
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         let [cause] = &found.causes[..] else { panic!("{site}: {said:?}") };
         assert!(cause.effect == "free-form" && cause.site == site && cause.level == Level::Site, "{site}: {said:?}");
+        // Its curves by component: what was put in along x is 0.6 times as much, the other way, along y.
+        let [x, y] = ["x", "y"].map(|component| &cause.curves[component]);
+        assert!(x.is_certain() && x.amount_unit == "m" && cause.curve.is_none(), "{x:?}");
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let ratio = product(&x.amount, &y.amount) / product(&x.amount, &x.amount);
+        assert!((ratio + 0.6).abs() < 0.15, "{site}: {ratio}");
     }
+}
+
+/// A base that walks with time as it likes: most of it may lie along a straight line, and is no drift.
+#[test]
+fn a_walk_of_the_base_is_no_drift() {
+    let mut amounts = Vec::new();
+    let mut along = 0.0;
+    // A walk that goes on in one sense more often than not.
+    for step in [6.0, 4.0, -5.0, 7.0, 6.0, -6.0, 8.0, 1.0, 7.0, -6.0, 5.0, 6.0, -4.0, 7.0] {
+        along += 3e-5 * step;
+        amounts.push(along);
+    }
+    let times = (0..amounts.len()).map(|k| 460.0 * k as f64).collect();
+    let names: Vec<String> = (1..=amounts.len()).map(|k| format!("x{k}")).collect();
+    let mut parameters = vec![("follows", RawAmount::from("time")), ("at", RawAmount::Numbers(times))];
+    parameters.extend(names.iter().zip(&amounts).map(|(name, value)| (name.as_str(), RawAmount::from(*value))));
+    let (plain, spoiled) = arm("free-form", "base", &parameters);
+    let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
+    let said: Vec<String> =
+        found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+    assert!(said.iter().all(|cause| !cause.contains("Law")), "{said:?}");
+}
+
+/// A joint's error that repeats several times a turn as a saw does: the swing of its period takes most of it, and is another shape.
+#[test]
+fn a_saw_is_no_swing() {
+    let (plain, mut spoiled) =
+        arm("transmission-error", "joint:1", &[("order", RawAmount::from(5.0)), ("sin", RawAmount::from(4e-4))]);
+    for k in 2..=7 {
+        let parameters =
+            [("order", RawAmount::from(5.0 * f64::from(k))), ("sin", RawAmount::from(4e-4 / f64::from(k)))];
+        let raw = RawEffect {
+            effect: Some("transmission-error".into()),
+            site: Some("joint:1".into()),
+            parameters: parameters.into_iter().map(|(name, value)| (name.to_string(), value)).collect(),
+            ..RawEffect::default()
+        };
+        spoiled.switch_on(plain.resolve_effect(&raw).expect("an effect"));
+    }
+    let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
+    let said: Vec<String> =
+        found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
+    assert!(said.iter().all(|cause| !cause.contains("Law")), "{said:?}");
 }
 
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that

@@ -194,6 +194,56 @@ measurements: b.csv
     assert!(ran.err.contains("by which the contact `s1` is grouped"), "{}", ran.err);
 }
 
+/// The session of a file groups its contacts as a column would.
+#[test]
+fn contacts_are_grouped_by_the_session_of_their_file() {
+    let folder = simulated(
+        "observes: contact
+instrument: {sigma: 0.05}
+estimate: {tool: true}
+contacts: {s1: {kind: socket, group: session}, s2: {kind: socket, group: session}}
+distances: {s1-s2: 80}
+measurements:
+- {file: a.csv, session: mon}
+- {file: b.csv, session: tue}
+",
+        &["--poses", "30"],
+    );
+    let names: Vec<String> = loaded(folder.path()).campaign.targets.iter().map(|target| target.name.clone()).collect();
+    assert_eq!(names, ["s1@mon", "s1@tue", "s2@mon", "s2@tue"]);
+    let found = result(folder.path(), &["identify", "made"]);
+    assert!((0.7..1.3).contains(&noise_ratio(&found)), "{}", found["noise_ratio"]);
+}
+
+/// Angles alone have no errors in mm, and what a sensor's readings depend on is named where most of them are far off.
+#[test]
+fn an_inclinometer_on_another_body_is_told() {
+    let folder = simulated(
+        "estimate: {base: true, tool: true}
+calibrate: [geometry, joint-offset]
+measurements:
+- {file: a.csv, observes: position, instrument: {sigma: 0.02}}
+- {file: b.csv, observes: inclination, body: \"4\", mount: unknown, instrument: {orientation: 0.005}}
+",
+        &["--poses", "40"],
+    );
+    let at = folder.path();
+    assert_eq!(run(at, &["identify", "made", "--parts", "p.csv"]).status, 0);
+    let text = std::fs::read_to_string(at.join("p.csv")).expect("parts");
+    let row = text.lines().find(|line| line.starts_with("kind,inclination")).expect("a part");
+    assert_eq!(row.split(',').skip(3).take(5).collect::<Vec<_>>(), [""; 5], "{text}");
+    let campaign = at.join("made/campaign.yaml");
+    let text = std::fs::read_to_string(&campaign).expect("text");
+    assert!(text.contains("body: \"4\""), "{text}");
+    std::fs::write(&campaign, text.replace("body: \"4\"", "body: \"2\"")).expect("written");
+    let ran = run(at, &["identify", "made"]);
+    assert!(
+        ran.out.contains("most readings of inclination are among them") && ran.out.contains("`body`"),
+        "{}",
+        ran.out
+    );
+}
+
 #[test]
 fn a_description_says_which_sessions_it_does_not_hold() {
     let folder = simulated(

@@ -119,6 +119,53 @@ fn a_campaign_says_what_its_reflectors_show() {
     assert!(said.status == 2 && said.err.contains("references.csv"), "{}", said.err);
 }
 
+/// A base that creeps while a gear ratio is wrong: reflectors that creep with it speak for the drift, reflectors that stand still against it.
+#[test]
+fn reflectors_speak_for_a_drift_and_against_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    // From the start to the end it creeps by 0.25 mm.
+    let creep = 4e-8;
+    let effects = format!(
+        "effects:\n- {{effect: gear-ratio, site: joint:2, parameters: {{ratio: 6e-4}}}}\n\
+         - {{effect: frame-drift, site: base, parameters: {{x: {creep}}}}}\n"
+    );
+    let plain = run(folder.path(), &["convert", "universal-ur5", "plain.yaml"]);
+    assert_eq!(plain.status, 0, "{}", plain.err);
+    let text = std::fs::read_to_string(at("plain.yaml")).expect("read");
+    std::fs::write(at("arm.yaml"), text + &effects).expect("written");
+    let flags = ["--poses", "80", "--noise", "0.02", "--errors", "0", "--unknown-base", "--conditions", "--seed", "5"];
+    let made = run(folder.path(), &[&["simulate", "arm.yaml", "--into", "c"][..], &flags].concat());
+    assert_eq!(made.status, 0, "{}", made.err);
+    let mut reader = csv::Reader::from_path(at("c/measurements.csv")).expect("a table");
+    let column = reader.headers().expect("a header").iter().position(|name| name == "time").expect("times");
+    let times: Vec<f64> = reader.records().map(|row| row.expect("a row")[column].parse().expect("a number")).collect();
+    let campaign = std::fs::read_to_string(at("c/campaign.yaml")).expect("read") + "references: references.csv\n";
+    std::fs::write(at("c/campaign.yaml"), campaign).expect("written");
+    for (moves, is_drift) in [(1.0, true), (0.0, false)] {
+        let shift = |reading: &ReferenceReading| Vector3::new(1e3 * moves * creep * times[reading.epoch], 0.0, 0.0);
+        let mut table = "pose;reflector;x;y;z\n".to_string();
+        let all = (0..3).flat_map(|block| {
+            let own = drawn(7 + block, Vector3::zeros(), 0.0).readings.into_iter();
+            own.map(move |reading| ReferenceReading { epoch: reading.epoch + 30 * block as usize, ..reading })
+        });
+        for reading in all.filter(|own| own.epoch < times.len()) {
+            let [x, y, z] = (1e3 * reading.position + shift(&reading)).into();
+            let name = ["a", "b", "c", "d"][reading.reflector];
+            writeln!(table, "p{:03};{name};{x:.5};{y:.5};{z:.5}", reading.epoch + 1).expect("written");
+        }
+        std::fs::write(at("c/references.csv"), &table).expect("written");
+        let said = run(folder.path(), &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
+        let json: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+        let names = |list: &str| -> Vec<String> {
+            let all = json[list].as_array().expect("a list").iter();
+            all.filter_map(|one| one["effect"].as_str().map(String::from)).collect()
+        };
+        assert_eq!(names("causes").iter().any(|name| name == "frame-drift"), is_drift, "{}", json["causes"]);
+        assert_eq!(names("excluded").iter().any(|name| name == "frame-drift"), !is_drift, "{}", json["excluded"]);
+    }
+}
+
 /// A real arm: reflectors on the base crept by some 50 um over the run, and distances between those of the tool scatter by 4
 /// to 7 um; see the data's notes.
 #[test]

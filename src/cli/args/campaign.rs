@@ -130,7 +130,7 @@ pub struct Identify {
     /// Reduction.
     #[command(flatten)]
     pub reduction: Reduction,
-    /// How the fit proceeds; all end at the same parameters.
+    /// How the fit proceeds. Where they converge, all end at the same parameters; `batch` does soonest.
     #[arg(long, value_enum, default_value_t = Scheme::Batch)]
     pub scheme: Scheme,
     /// Weights of readings.

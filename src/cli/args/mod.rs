@@ -31,7 +31,7 @@ use crate::observation::Kinds;
     name = "elastogeo",
     version,
     about,
-    after_help = "A first hour: `elastogeo init my-robot`, then `elastogeo identify my-robot`.\nWhat a word means: `elastogeo explain rank`.\n\nExit status: 0 done, 1 the result is not to be used, 2 bad input."
+    after_help = "A first hour: `elastogeo init my-robot`, then `elastogeo identify my-robot`.\nWhat a word means: `elastogeo explain rank`.\n\nExit status: 0 done, 1 the result is not to be used, 2 bad input, 3 an alarm that was asked for."
 )]
 pub struct Arguments {
     /// How results are printed.

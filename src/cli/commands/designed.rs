@@ -135,7 +135,8 @@ fn touched(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted
     let mut all = Vec::new();
     for member in 1..=wanted.placements.max(1) {
         for (name, contact) in &raw.contacts {
-            match &contact.group {
+            // The entry may say of all its rows in which group they are.
+            match contact.group.as_ref().filter(|group| entry.named(group).is_none()) {
                 None if member == 1 => all.push(one(name)),
                 None => {}
                 Some(group) => {
@@ -147,7 +148,8 @@ fn touched(design: &Design, raw: &RawCampaign, entry: &RawEntry, wanted: &Wanted
         }
     }
     // A table has one set of columns.
-    let groups: Vec<&String> = raw.contacts.values().filter_map(|contact| contact.group.as_ref()).collect();
+    let groups = raw.contacts.values().filter_map(|contact| contact.group.as_ref());
+    let groups: Vec<&String> = groups.filter(|group| entry.named(group).is_none()).collect();
     for cells in &mut all {
         for group in &groups {
             cells.entry((*group).clone()).or_insert_with(|| "1".into());

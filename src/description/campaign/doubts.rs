@@ -8,7 +8,7 @@ use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
 use super::source::Source;
-use super::{Campaign, Payload, Reading};
+use super::{Campaign, OrderBy, Payload, Reading};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
@@ -144,11 +144,18 @@ fn back_in_time(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Plac
     }
     let &(index, by) = back.first()?;
     let more = if back.len() > 1 { format!(", and {} times more", back.len() - 1) } else { String::new() };
-    let diagnostic = Diagnostic::warning(format!("`time` goes back by {by} s{more}: readings are put into its order"));
-    let diagnostic = diagnostic.at(place(index, "time")).figure("times", back.len() as f64);
-    Some(
-        diagnostic.remedy("if a clock or a session began anew, name the sessions; else sort the rows, or give `order`"),
-    )
+    let (what, remedy) = match campaign.conditions.order {
+        OrderBy::Numbers => (
+            "`order` says which came first, `time` what drifts",
+            "if a clock or a session began anew, name the sessions; else correct the times",
+        ),
+        _ => (
+            "readings are put into its order",
+            "if a clock or a session began anew, name the sessions; else sort the rows, or give `order`",
+        ),
+    };
+    let diagnostic = Diagnostic::warning(format!("`time` goes back by {by} s{more}: {what}")).remedy(remedy);
+    Some(diagnostic.at(place(index, "time")).figure("times", back.len() as f64))
 }
 
 /// Median time between configurations above which it is doubted, s: they take seconds to minutes, which in milliseconds look like hours.

@@ -37,7 +37,9 @@ pub use conditions::{ConditionColumn, Conditions, EARLIER_MOVES, OrderBy};
 pub use configurations::{Point, point_of};
 pub use faults::faults;
 pub use read::resolve;
-pub use references::{ReferenceReading, References, completed as completed_reference, reference_columns};
+pub use references::{
+    Configuration, ReferenceReading, References, completed as completed_reference, reference_columns,
+};
 pub use sessions::{InSession, Sessions, Sharing};
 pub use targets::{Between, Constraint, Target, TargetValue};
 pub use write::{csv, csv_in, names};

@@ -15,7 +15,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::raw_files::{Format, RawCsv, RawPoints};
 use super::raw_instrument::RawInstrument;
 use super::raw_targets::OrUnknown;
-use super::sessions::Sharing;
+use super::sessions::{SESSION, STATION, Sharing};
 use crate::description::table::{Join, Orientation};
 use crate::description::units::{SomeUnits, Units};
 use crate::observation::Observes;
@@ -122,6 +122,15 @@ impl RawEntry {
     /// Its units: those of the campaign, where it names none of its own.
     pub fn units(&self, of_campaign: Units) -> Units {
         self.units.map_or(of_campaign, |own| own.or(of_campaign))
+    }
+
+    /// What it names for all its rows in the place of a column.
+    pub fn named(&self, column: &str) -> Option<&str> {
+        match column {
+            SESSION => self.session.as_deref(),
+            STATION => self.station.as_deref(),
+            _ => None,
+        }
     }
 
     fn is_only_a_file(&self) -> bool {

@@ -142,10 +142,15 @@ fn groups(contact: &RawContact, sources: &[Source]) -> Vec<Option<[String; 2]>> 
     let Some(column) = &contact.group else { return vec![None] };
     let mut members: Vec<String> = Vec::new();
     for source in sources {
-        let texts = source.table.texts(column).map_or(&[][..], |texts| texts.texts());
-        members.extend(
-            texts.iter().filter(|text| !text.is_empty() && !members.contains(text)).cloned().collect::<Vec<_>>(),
-        );
+        let texts: Vec<&str> = match source.table.texts(column) {
+            Some(texts) => texts.texts().iter().map(String::as_str).collect(),
+            None => source.entry.named(column).into_iter().collect(),
+        };
+        for text in texts {
+            if !text.is_empty() && !members.iter().any(|known| known == text) {
+                members.push(text.to_owned());
+            }
+        }
     }
     members.into_iter().map(|member| Some([column.clone(), member])).collect()
 }

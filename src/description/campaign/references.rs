@@ -35,6 +35,25 @@ pub struct ReferenceReading {
     pub position: Vector3<f64>,
 }
 
+/// What a row says of the configuration at which it was measured.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Configuration {
+    /// Its name, by the column `pose`.
+    Pose(String),
+    /// Its number, by the column `order`: the bits of it, which may lie between those of two readings.
+    Order(u64),
+}
+
+impl Configuration {
+    /// What a row of a table says: the number before the name.
+    pub fn of(table: &Table, row: usize) -> impl Iterator<Item = Self> + use<> {
+        let order = table.numbers("order").and_then(|all| all.get(row)).filter(|number| number.is_finite());
+        let pose = table.texts("pose").and_then(|all| all.get(row)).filter(|name| !name.is_empty());
+        let order = order.map(|number| Self::Order(number.to_bits()));
+        order.into_iter().chain(pose.map(|name| Self::Pose(name.to_owned())))
+    }
+}
+
 /// What holds of a file of references: the campaign's units and dialect where it has none of its own.
 pub fn completed(raw: &RawCampaign, entry: &RawEntry) -> RawEntry {
     let mut all = entry.clone();
@@ -86,33 +105,34 @@ impl References {
         table: &Table,
         units: &Units,
         session: Option<&str>,
-        of_pose: Option<&HashMap<&str, &str>>,
+        of_pose: Option<&HashMap<Configuration, &str>>,
     ) {
         let factor = units.length.factor();
-        let (order, pose, names) = (table.numbers("order"), table.texts("pose"), table.texts("reflector"));
+        let names = table.texts("reflector");
         let sessions = table.texts("session");
         let coordinates = ["x", "y", "z"].map(|name| table.numbers(name));
-        let mut by_key: HashMap<String, usize> = HashMap::new();
+        let mut by_key: HashMap<(Configuration, &str), usize> = HashMap::new();
         let mut seen: Vec<usize> = Vec::new();
         for row in 0..table.row_count() {
             let name = names.and_then(|names| names.get(row)).unwrap_or_default();
-            let named = pose.and_then(|all| all.get(row)).filter(|name| !name.is_empty());
+            let at: Vec<Configuration> = Configuration::of(table, row).collect();
             let of_row = of_pose.and_then(|known| {
                 let own = sessions.and_then(|all| all.get(row)).filter(|own| !own.is_empty()).or(session);
-                own.or_else(|| known.get(named?).copied())
+                own.or_else(|| at.iter().find_map(|at| known.get(at)).copied())
             });
             let name = of_row.map_or_else(|| name.to_owned(), |session| format!("{name}@{session}"));
             let reflector = self.reflectors.iter().position(|own| *own == name).unwrap_or_else(|| {
                 self.reflectors.push(name);
                 self.reflectors.len() - 1
             });
-            if let Some(name) = named.filter(|name| self.poses.last().is_none_or(|last| last != name)) {
-                self.poses.push(name.to_owned());
+            for at in &at {
+                if let Configuration::Pose(name) = at
+                    && self.poses.last() != Some(name)
+                {
+                    self.poses.push(name.clone());
+                }
             }
-            let numbered = order
-                .and_then(|all| all.get(row))
-                .map(|number| format!("order {number} {}", of_row.unwrap_or_default()));
-            let key = numbered.or_else(|| named.map(|pose| format!("pose {pose} {}", of_row.unwrap_or_default())));
+            let key = at.into_iter().next().map(|at| (at, of_row.unwrap_or_default()));
             let epoch = match key {
                 Some(key) => *by_key.entry(key).or_insert_with(|| {
                     self.epochs += 1;
@@ -127,8 +147,9 @@ impl References {
                     self.epochs - 1
                 }
             };
-            let at = |k: usize| coordinates[k].and_then(|all| all.get(row)).copied().unwrap_or(f64::NAN) * factor;
-            let position = Vector3::new(at(0), at(1), at(2));
+            let coordinate =
+                |k: usize| coordinates[k].and_then(|all| all.get(row)).copied().unwrap_or(f64::NAN) * factor;
+            let position = Vector3::new(coordinate(0), coordinate(1), coordinate(2));
             self.readings.push(ReferenceReading { epoch, reflector, position });
         }
     }

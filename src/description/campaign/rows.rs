@@ -128,7 +128,7 @@ impl<'a> RowReader<'a> {
         }
         let [marker, target] = match observes.ignores_arrangement() {
             true => sensor(entry, self.robot, campaign),
-            false => [blank.marker, target(row, observes, campaign, faults)],
+            false => [blank.marker, target(row, entry, observes, campaign, faults)],
         };
         // What is touched decides the kind of a contact; other kinds refer to nothing.
         let of_target =
@@ -304,7 +304,7 @@ fn set(row: &Row, faults: &mut Faults) -> Option<bool> {
 }
 
 /// What a row of a kind of readings refers to, by index; `None` where the kind needs nothing, or what it needs is not there.
-fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Faults) -> Option<usize> {
+fn target(row: &Row, entry: &RawEntry, observes: Observes, campaign: &Campaign, faults: &mut Faults) -> Option<usize> {
     let column = observes.target_column()?;
     let mut own = campaign.targets.iter().enumerate().filter(|(_, target)| target.column == column);
     let Some(name) = row.text(column) else {
@@ -312,11 +312,12 @@ fn target(row: &Row, observes: Observes, campaign: &Campaign, faults: &mut Fault
         if own.next().is_some() {
             let diagnostic = Diagnostic::error(format!("several {column}s are declared, and the rows do not name one"));
             let measured = observes.columns().first().and_then(|measured| row.place(measured.name));
-            faults.push(diagnostic.at(measured).remedy(format!("add a column `{column}`")));
+            let place = measured.or_else(|| row.place(row.table.first_column()));
+            faults.push(diagnostic.at(place).remedy(format!("add a column `{column}`")));
         }
         return first;
     };
-    let found = own.clone().find(|(_, target)| target.is_meant(name, |group| row.text(group)));
+    let found = own.clone().find(|(_, target)| target.is_meant(name, |group| row.text(group).or(entry.named(group))));
     if let Some((index, _)) = found {
         return Some(index);
     }

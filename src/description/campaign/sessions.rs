@@ -6,6 +6,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// The column that names sessions.
+pub const SESSION: &str = "session";
+/// The column that names stations.
+pub const STATION: &str = "station";
+
 /// Between which readings a part of the measuring arrangement is shared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[cfg_attr(feature = "cli", derive(JsonSchema))]

@@ -4,6 +4,7 @@ use std::io;
 
 use indexmap::IndexMap;
 
+use super::sessions::{SESSION, STATION};
 use super::{Campaign, ConditionColumn, InSession, OrderBy, Payload, Reading, WRENCH};
 use crate::description::robot::Variable;
 use crate::description::table::Sheet;
@@ -70,8 +71,8 @@ pub fn csv_in(campaign: &Campaign, variables: &[Variable], markers: &[String], u
     target_cells(&mut sheet, campaign);
     torque_cells(&mut sheet, campaign, variables, units);
     for (name, names, of) in [
-        ("session", &campaign.sessions.names, (|at| at.session) as fn(&InSession) -> usize),
-        ("station", &campaign.sessions.stations, |at| at.station),
+        (SESSION, &campaign.sessions.names, (|at| at.session) as fn(&InSession) -> usize),
+        (STATION, &campaign.sessions.stations, |at| at.station),
     ] {
         if names.iter().any(|name| !name.is_empty()) {
             sheet.texts(name, move |row| names.get(of(&readings[row].session)).cloned().unwrap_or_default());
@@ -119,7 +120,11 @@ fn target_cells<'a>(sheet: &mut Sheet<'a>, campaign: &'a Campaign) {
             of_row(readings, row).find_map(own).map_or_else(String::new, |target| target.member.0.clone())
         });
     }
-    for group in groups(campaign).into_iter().filter(|_| kinds_read(campaign).iter().any(|kind| kind.touches())) {
+    // Sessions and stations are columns of their own.
+    let is_own = |group: &&str| ![SESSION, STATION].contains(group);
+    for group in
+        groups(campaign).into_iter().filter(is_own).filter(|_| kinds_read(campaign).iter().any(|kind| kind.touches()))
+    {
         sheet.texts(group, move |row| {
             let own = |reading: &Reading| {
                 let target = campaign.target_of(reading);
@@ -164,11 +169,11 @@ pub fn names(campaign: &Campaign, readings: &[Reading]) -> IndexMap<String, Stri
         }
         let session = campaign.sessions.names.get(reading.session.session).filter(|name| !name.is_empty());
         if let Some(name) = session {
-            cells.insert("session".into(), name.clone());
+            cells.insert(SESSION.into(), name.clone());
         }
         let station = campaign.sessions.stations.get(reading.session.station).filter(|name| !name.is_empty());
         if let Some(name) = station {
-            cells.insert("station".into(), name.clone());
+            cells.insert(STATION.into(), name.clone());
         }
         if !campaign.payloads.is_empty() {
             let own = campaign.payloads.iter().find(|(_, known)| Some(*known) == reading.payload);

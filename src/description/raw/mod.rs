@@ -137,7 +137,7 @@ raw! {
         site: Option<String>,
         /// Its parameters: amounts in SI, and what it is not linear in by name or number.
         parameters: IndexMap<String, RawAmount>,
-        /// What a free curve goes with: `q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `session-time`, `temperature`.
+        /// What a free curve goes with: `q3`, `own-load.q3`, `load.q3`, `move.q3`, `time`, `session-time`, `temperature`; of the instrument `range` and `height`.
         follows: Option<String>,
         /// A free curve of a joint.
         curve: Option<RawCurve>,

@@ -1,6 +1,8 @@
 //! Lengths and angles that no robot has: mostly those of a file that does not say its units.
 
+use crate::description::frame::{Constants, Frame};
 use crate::description::raw::{JointKind, RawRobot};
+use crate::description::robot::Robot;
 use crate::description::units::{Angle, Length};
 use crate::diagnostic::{Code, Diagnostic};
 
@@ -12,7 +14,9 @@ const LONGEST: f64 = 50.0;
 const WIDEST: f64 = 20.0;
 
 /// Warnings where a description in m and rad reads like one in mm and deg.
-pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
+///
+/// `raw` is the description as written, `robot` what it means.
+pub fn doubtful_sizes(raw: &RawRobot, robot: &Robot, locate: Locate) -> Vec<Diagnostic> {
     let cure = "lengths here are in m and angles in rad; if they are not, declare them: \
                 `units: {length: mm, angle: deg}`";
     let mut diagnostics = Vec::new();
@@ -24,8 +28,9 @@ pub fn doubtful_sizes(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
     diagnostics.extend(metres_as_millimetres(raw, locate));
     diagnostics.extend(radians_as_degrees(raw, locate));
     diagnostics.extend(limits_in_radians(raw, locate));
-    diagnostics.extend(heavy_or_far(raw, locate));
-    diagnostics.extend(centres_in_metres(raw, locate));
+    let reach = reach(robot);
+    diagnostics.extend(heavy_or_far(raw, reach, locate));
+    diagnostics.extend(centres_in_metres(raw, reach, locate));
     diagnostics.extend(other_gravity(raw, locate));
     diagnostics
 }
@@ -138,6 +143,16 @@ fn limits_in_radians(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
     })
 }
 
+/// Sum of the lengths of a robot's frames, m, of those that share an axis once.
+fn reach(robot: &Robot) -> f64 {
+    let of = |frame: &Frame| {
+        let Constants { b, d, r, .. } = frame.constants;
+        let shared = if frame.coaxial.is_some() { 0.0 } else { b.abs() + d.abs() };
+        shared + r.abs()
+    };
+    robot.frames.iter().map(of).sum()
+}
+
 /// Greatest mass of a body, kg: the largest industrial robots weigh 12 t in all.
 const HEAVIEST: f64 = 1e4;
 /// Density of steel, kg/m3: a body is no heavier than a bar of steel as long as the robot's lengths together, a tenth as thick,
@@ -155,9 +170,8 @@ pub fn heaviest(lengths: f64) -> f64 {
 }
 
 /// Masses that no robot has, and centres of mass that lie outside it.
-fn heavy_or_far(raw: &RawRobot, locate: Locate) -> Vec<Diagnostic> {
+fn heavy_or_far(raw: &RawRobot, reach: f64, locate: Locate) -> Vec<Diagnostic> {
     let (length, mass) = (raw.units.length, raw.units.mass);
-    let reach = lengths(raw).0 * length.factor();
     let heaviest = heaviest(reach);
     let mut all = Vec::new();
     for (name, body) in &raw.bodies {
@@ -203,8 +217,9 @@ const CENTRES: usize = 2;
 const BALANCED: f64 = 1e-3;
 
 /// A file in mm whose centres of mass are in metres.
-fn centres_in_metres(raw: &RawRobot, locate: Locate) -> Option<Diagnostic> {
-    let reach = lengths(raw).0;
+fn centres_in_metres(raw: &RawRobot, reach: f64, locate: Locate) -> Option<Diagnostic> {
+    // In the file's unit, as the centres are.
+    let reach = reach / raw.units.length.factor();
     let size = |com: [f64; 3]| com.iter().map(|v| v * v).sum::<f64>().sqrt();
     let off: Vec<(&String, f64)> = raw
         .bodies

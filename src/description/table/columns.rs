@@ -111,7 +111,7 @@ impl Table {
     }
 
     /// The name of the column that stands first.
-    pub(super) fn first_column(&self) -> &str {
+    pub fn first_column(&self) -> &str {
         self.fields.iter().min_by_key(|(_, field)| **field).map_or("", |(name, _)| name)
     }
 

@@ -1,6 +1,6 @@
 //! What a campaign calibrates by name, and the nuisance parameters which that are: they are calibrated with every hypothesis.
 
-use super::Nonlinear;
+use super::{Nonlinear, Site};
 use crate::description::campaign::Campaign;
 use crate::model::Model;
 use crate::observation::Purpose;
@@ -33,13 +33,17 @@ pub fn all_springs(model: &Model, campaign: &Campaign) -> Vec<String> {
 }
 
 /// Parameters of the model that are calibrated with every hypothesis: those of the `known` effects, at all
-/// the joints, links and actuators that variables move.
+/// the joints, links and actuators that variables move, and those springs of passive joints that the description declares to be identified:
+/// an identification fits them too.
 pub fn nuisance(model: &Model, campaign: &Campaign, known: &[String]) -> Vec<Slot> {
     let mut slots = Vec::new();
+    let declared = model.elastic_slots();
     for effect in known.iter().filter_map(|name| model.catalogue.get(name)) {
-        let sites = model.sites_with_constants(effect.as_ref());
-        let mut own: Vec<Slot> =
-            sites.iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect();
+        let constants = |sites: Vec<Site>| -> Vec<Slot> {
+            sites.iter().flat_map(|site| effect.constants(model, site, &Nonlinear::default())).collect()
+        };
+        let mut own = constants(model.sites_with_constants(effect.as_ref()));
+        own.extend(constants(effect.sites(model)).into_iter().filter(|slot| declared.contains(slot)));
         // Where a description has some of them compliant, those are meant.
         let is_compliant = |slot: &Slot| model.registry[*slot].nominal != 0.0;
         if own.iter().any(|slot| model.registry[*slot].group == Group::Elastic && is_compliant(slot)) {

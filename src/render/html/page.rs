@@ -72,14 +72,12 @@ impl Page {
             debug_assert!(added.is_ok(), "{name}: {added:?}");
         }
         let shared = Arc::new(json.clone());
-        let own = Arc::clone(&shared);
-        environment.add_function("fig", move |pointer: String, digits: usize| figure(&own, &pointer, digits, 1.0));
-        for (name, scale) in [("deg", 180.0 / std::f64::consts::PI), ("mm", 1e3)] {
+        // `pct_more` is of a share by which something is more than before.
+        let degrees = 180.0 / std::f64::consts::PI;
+        for (name, scale) in [("fig", 1.0), ("deg", degrees), ("mm", 1e3), ("pct", 100.0), ("pct_more", -100.0)] {
             let own = Arc::clone(&shared);
             environment.add_function(name, move |pointer: String, digits: usize| figure(&own, &pointer, digits, scale));
         }
-        let own = Arc::clone(&shared);
-        environment.add_function("pct", move |pointer: String, digits: usize| figure(&own, &pointer, digits, 100.0));
         environment.add_function("sci", move |pointer: String| scientific(&shared, &pointer));
         environment.add_filter("step", |name: String| name.replace('~', "~0").replace('/', "~1"));
         environment.add_filter("ticks", |text: String| {

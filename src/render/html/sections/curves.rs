@@ -11,12 +11,20 @@ use crate::results::Cause;
 /// Points of a line.
 const POINTS: usize = 120;
 
-/// The chart of a cause that is a curve, or holds one.
-pub fn curve(cause: &Cause) -> Option<String> {
-    let curve = cause.curve.as_ref()?;
+/// The charts of a cause that is a curve, or holds some: of several components those that are not zero for certain.
+pub fn charts(cause: &Cause) -> Vec<String> {
+    let follows = cause.follows.as_deref().unwrap_or("what it follows");
+    let of_components = cause.curves.iter().filter(|(_, curve)| curve.is_certain());
+    let named = of_components.map(|(component, curve)| (format!("{} {component}", cause.site), curve));
+    let single = cause.curve.iter().map(|curve| (cause.site.clone(), curve));
+    single.chain(named).filter_map(|(name, curve)| drawn(&name, follows, curve)).collect()
+}
+
+/// A curve with its band, against what it follows.
+fn drawn(name: &str, follows: &str, curve: &Curve) -> Option<String> {
     let (least, most) = (*curve.at.first()?, *curve.at.last()?);
     let spline = NaturalSpline::new(&curve.at)?;
-    let (unit, size) = cause.shown_in();
+    let (unit, size) = curve.shown_in();
     let is_angle = curve.unit == "rad";
     let place = |x: f64| if is_angle { x.to_degrees() } else { x };
     let along: Vec<f64> = (0..POINTS).map(|k| least + (most - least) * k as f64 / (POINTS - 1) as f64).collect();
@@ -33,10 +41,9 @@ pub fn curve(cause: &Cause) -> Option<String> {
     let middle: Vec<(f64, f64)> = shown.iter().copied().zip(line(0.0)).collect();
     let knots: Vec<(f64, f64)> =
         curve.at.iter().enumerate().map(|(k, x)| (place(*x), size * knot(curve, k, 0.0))).collect();
-    let follows = cause.follows.as_deref().unwrap_or("what it follows");
     let x = format!("{follows}, {}", if is_angle { "deg" } else { curve.unit });
-    let y = format!("{}, {unit}", cause.site);
-    let alt = format!("Curve at {} against {follows}, with its 95 % band", cause.site);
+    let y = format!("{name}, {unit}");
+    let alt = format!("Curve at {name} against {follows}, with its 95 % band");
     let band = BandPlot::new(shown, line(-1.0), line(1.0)).with_color(GREY).with_opacity(0.35);
     let plots = vec![
         Plot::Band(band),

@@ -6,7 +6,7 @@ use minijinja::value::Serde;
 use minijinja::{Value, context};
 
 use super::color::scale;
-use super::curves::curve;
+use super::curves::charts;
 use crate::render::html::charts::{BLUE, Frame, chart};
 use crate::render::html::page::{Page, Section, safe};
 use crate::results::Report;
@@ -50,7 +50,8 @@ pub fn section(report: &Report, page: &Page) -> Option<Section> {
         let plot = BarPlot::new().with_bars(sites.clone()).with_color(BLUE);
         chart(&frame, None, vec![Plot::Bar(plot)], |layout| layout.with_x_tick_rotate(-45.0).with_y_axis_min(0.0))
     });
-    let curves: Vec<Option<Value>> = found.causes.iter().map(|cause| curve(cause).map(safe)).collect();
+    let curves: Vec<Vec<Value>> =
+        found.causes.iter().map(|cause| charts(cause).into_iter().map(safe).collect()).collect();
     let html = page.render(
         "effects.html",
         context! { curves, matrix => matrix.map(safe), located => located.map(safe), verdict => Value::from(Serde(&found.verdict)) },

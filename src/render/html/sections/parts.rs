@@ -49,6 +49,7 @@ pub fn section(review: &Review, report: &Report, page: &Page) -> Option<Section>
         chart => drawn, stage => stage_label(stage.key),
         named => is_reported.then(|| named.collect::<Vec<_>>().join(", ")),
         angles => found.parts.iter().any(|part| part.errors.orientation.is_some()),
+        lengths => (0..found.parts.len()).filter(|&k| found.parts[k].errors.has_lengths()).collect::<Vec<_>>(),
         loads => found.parts.iter().any(|part| part.errors.load.is_some()),
     };
     let html = page.render("parts.html", context);
