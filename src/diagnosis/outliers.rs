@@ -157,9 +157,7 @@ pub fn cause(
     let [alone, after] = left;
     let explained = residual(members)?;
     let least = inputs.settings.outliers.least_shrinkage;
-    let turns = |[all, others]: [f64; 2]| 1.0 - others / all >= least;
-    let is_of_lengths = shrinkage(&explained, after).0 >= least;
-    if !is_of_lengths && !turned(&explained).is_some_and(turns) {
+    if shrinkage(&explained, after).0 < least {
         return Ok(None);
     }
     let calibrated = residual(&[])?;

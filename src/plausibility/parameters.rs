@@ -253,8 +253,8 @@ pub(super) fn better_than_registered(evidence: &Evidence, limits: &Limits) -> Ve
     // Where the fit leaves more than the noise, its parameters take up what the description does not have, and are good for nothing
     // where they do not make unseen readings better.
     let is_open = evidence.campaign.sigma.is_some() && found.noise_ratio > limits.noise[1];
-    let least = if is_open { limits.worse_open } else { limits.worse[0] };
-    if after.readings == 0 || !shown.is_finite() || shown <= least {
+    let is_worse = if is_open { worse > limits.worse_open } else { shown > limits.worse[0] };
+    if after.readings == 0 || !shown.is_finite() || !is_worse {
         return Vec::new();
     }
     let [from, to] = [before.distance[1], after.distance[1]].map(mm);

@@ -292,11 +292,9 @@ fn orientations_far_off_beside_a_gap_are_named() {
     let ran = run(at, &identify);
     assert!(ran.out.contains("DOUBTFUL (outlying-readings): orientations of 4 of 160"), "{}", ran.out);
     let ran = run(at, &["diagnose", "p", "--robot", "plain.yaml"]);
-    assert!(
-        ran.out.contains("errors of orientations (rms) fall from") && !ran.out.contains("0 % less (0"),
-        "{}",
-        ran.out
-    );
+    // As what explains a part of the gap, or as readings that explain none.
+    let words = ["errors of orientations (rms) fall from", "orientations of 4 of 160"];
+    assert!(words.iter().any(|word| ran.out.contains(word)) && !ran.out.contains("0 % less (0"), "{}", ran.out);
 }
 
 /// What readings hardly tell is held by `diagnose` as by `identify`, and both fit the springs of passive joints.
