@@ -20,8 +20,8 @@ use super::selection::Selector;
 use super::settings::Settings;
 use super::shared_site::curves_for_laws;
 use super::unnamed::{
-    curve, drop_negative, drop_replaced, without_held, without_outdone, without_series, without_unknown,
-    without_unlikely,
+    curve, drop_negative, drop_replaced, without_held, without_lesser, without_outdone, without_series,
+    without_unknown, without_unlikely,
 };
 use crate::effects::Family;
 use crate::math::quantiles::normal_of_any;
@@ -73,6 +73,7 @@ pub fn choice(
     let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
     claims = without_held(&problem.hypotheses, claims);
     claims = without_series(&forward, claims, settings);
+    claims = without_lesser(&forward, claims, &members);
     claims = without_unlikely(&forward, claims, settings);
     for _ in 0..settings.claims.curves {
         let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();

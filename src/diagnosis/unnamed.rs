@@ -95,6 +95,27 @@ pub fn without_series(forward: &Forward, claims: Vec<Claim>, settings: &Settings
     kept
 }
 
+/// The claims, those of a law by their family where another value of it at their site, which takes more, is among the `members` chosen and
+/// not named: what is left of a course of another shape is no law either.
+pub fn without_lesser(forward: &Forward, mut claims: Vec<Claim>, members: &[usize]) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let named: Vec<usize> =
+        claims.iter().filter(|claim| claim.level == Level::Law).map(|claim| claim.hypothesis).collect();
+    for claim in claims.iter_mut().filter(|claim| claim.level == Level::Law) {
+        let own = claim.hypothesis;
+        let others: Vec<usize> = named.iter().copied().filter(|&h| h != own).collect();
+        let left = |h: usize| forward.selector.fit(&[others.as_slice(), &[h]].concat()).squares;
+        let is_greater = |&h: &usize| {
+            let is_value = hypotheses[h].is_same(&hypotheses[own]) && !hypotheses[h].is_free() && !named.contains(&h);
+            is_value && left(h) < left(own)
+        };
+        if members.iter().any(is_greater) {
+            claim.level = Level::Family;
+        }
+    }
+    claims
+}
+
 /// The claims, each law beside a curve at its site replaced by a curve alone where the law takes less than its share of what both do, and
 /// less than nearly what one curve does: of such a law a curve takes much more. Where the law comes near to any curve, what a curve adds is
 /// the rest.
