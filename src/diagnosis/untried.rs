@@ -88,10 +88,10 @@ pub fn excluded(campaign: &Campaign, gap: f64, is_fixed: bool, hypotheses: &mut 
 /// leaves.
 pub fn moves_too_far(campaign: &Campaign, problem: &LinearProblem, claims: &[Claim], gap: f64) -> bool {
     let members: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-    let Some(motion) = reference_noise(&campaign.references).and_then(|seen| seen.motion) else { return false };
     if !members.iter().any(|&h| moves_base(&problem.hypotheses[h])) {
         return false;
     }
+    let Some(motion) = reference_noise(&campaign.references).and_then(|seen| seen.motion) else { return false };
     let design = problem.design(&members);
     let amounts = least_squares(&design, &problem.residual);
     let mut first = problem.nuisance.ncols();

@@ -37,8 +37,8 @@ pub(super) fn of_calibration(evidence: &Evidence, limits: &Limits) -> Vec<Diagno
     found.into_iter().collect()
 }
 
-/// Of springs fitted to deflections, by a common factor that the description's tolerances of them do not allow; factors beyond
-/// [`Limits::deflection_factor`] are told before anything is fitted.
+/// Of springs fitted to deflections, by a common factor that the description's tolerances of them do not allow. Deflections that are
+/// far off altogether are refused before anything is fitted ([`Limits::deflection_factor`]).
 fn of_wrenches(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
     let common = common(springs, |spring| spring.tolerance).filter(|_| springs.len() > 1)?;
     let is_one_side = springs.iter().all(|spring| spring.softer * common.mean > 0.0);

@@ -115,7 +115,7 @@ pub struct Limits {
     /// Deflections are within this factor of those of the declared springs, by their median; beyond, units are doubted. Of springs
     /// that are guessed, all come out a few times too soft or too stiff together; between kgf and N, cm and mm lie ten.
     pub deflection_factor: f64,
-    /// Factor from which springs fitted to deflections that are all off by about the same tell of wrenches in another unit. A judgement:
+    /// Factor from which springs fitted to deflections that are all off by about the same are doubted: wrenches may be in another unit. A judgement:
     /// joints that are declared without bearings and links come out softer together by less, and the units of force lie four and more apart.
     pub wrench_factor: f64,
     /// Standard deviation of the logarithm of the factor by which single springs differ from a common one: where all are off by more than

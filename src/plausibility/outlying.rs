@@ -71,6 +71,12 @@ fn own_unit(campaign: &Campaign, reading: &Reading) -> (f64, &'static str) {
     }
 }
 
+/// The worst of so many readings, and how many more there are.
+fn listed(named: &[String], count: usize) -> String {
+    let more = count - named.len();
+    named.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+}
+
 /// What is said of readings that are far off, of which others leave `left` (m).
 fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
     let mut worst = wrong.to_vec();
@@ -85,14 +91,13 @@ fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, le
             format!("{} ({} {unit})", campaign.address(reading), mm(scale * by(k)))
         })
         .collect();
-    let more = if wrong.len() > NAMED { format!(" and {} more", wrong.len() - NAMED) } else { String::new() };
     let verb = if wrong.len() == 1 { "is" } else { "are" };
     let message = format!(
-        "{} of {} readings {verb} far off where half of the others are within {} {unit}: {}{more}",
+        "{} of {} readings {verb} far off where half of the others are within {} {unit}: {}",
         wrong.len(),
         campaign.readings.len(),
         mm(scale * left),
-        named.join(", ")
+        listed(&named, wrong.len())
     );
     let remedy = match of_one_kind(campaign, wrong) {
         Some((kind, depends_on)) => format!(
@@ -166,12 +171,11 @@ fn turned(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         .take(NAMED)
         .map(|(k, error)| format!("{} ({})", campaign.address(&campaign.readings[*k]), shown(*error)))
         .collect();
-    let more = if wrong.len() > NAMED { format!(" and {} more", wrong.len() - NAMED) } else { String::new() };
     let message = format!(
-        "orientations of {} of {count} readings are far off where half of the others are within {}: {}{more}",
+        "orientations of {} of {count} readings are far off where half of the others are within {}: {}",
         wrong.len(),
         shown(middle),
-        named.join(", ")
+        listed(&named, wrong.len())
     );
     let remedy = "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)";
     let diagnostic = Diagnostic::warning(message).code(Code::OutlyingReadings).remedy(remedy);

@@ -165,7 +165,6 @@ fn cause(number: usize, cause: &Cause) -> String {
     out
 }
 
-/// A free curve: amounts with their bands in a unit of this size, at what it follows.
 /// Share of an error that does not show in whole per cents.
 const UNSEEN: f64 = 0.005;
 
@@ -182,6 +181,7 @@ fn less(shrinkage: f64, ci95: [Option<f64>; 2]) -> String {
     format!("{} % {}{interval}", shown(shrinkage), if is_less { "less" } else { "more" })
 }
 
+/// A free curve: amounts with their bands in a unit of this size, at what it follows.
 fn curve_text(curve: &Curve) -> String {
     let (unit, size) = curve.shown_in();
     let degrees = curve.unit == "rad";

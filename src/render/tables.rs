@@ -134,12 +134,15 @@ pub fn parts(found: &[PartErrors], file: &Path) -> io::Result<Vec<u8>> {
     sheet.texts("name", |row| found[row].name.clone());
     sheet.column("readings", |row| found[row].errors.readings.to_string());
     type Figure = fn(&ReadingErrors) -> Option<f64>;
-    let columns: [(&str, Figure); 11] = [
+    // Those of lengths are always there.
+    let lengths: [(&str, Figure); 5] = [
         ("mean", |of| of.has_lengths().then_some(of.mean)),
         ("rms", |of| of.has_lengths().then_some(of.rms)),
         ("max", |of| of.has_lengths().then_some(of.max)),
         ("coordinate_rms", |of| of.has_lengths().then_some(of.coordinate.rms)),
         ("coordinate_max", |of| of.has_lengths().then_some(of.coordinate.max)),
+    ];
+    let others: [(&str, Figure); 6] = [
         ("orientation_mean", |of| Some(of.orientation?.mean)),
         ("orientation_rms", |of| Some(of.orientation?.rms)),
         ("orientation_max", |of| Some(of.orientation?.max)),
@@ -147,12 +150,8 @@ pub fn parts(found: &[PartErrors], file: &Path) -> io::Result<Vec<u8>> {
         ("torque_rms", |of| Some(of.load?.rms)),
         ("torque_max", |of| Some(of.load?.max)),
     ];
-    // Columns of lengths are always there.
-    let is_shown = |name: &str, value: Figure| {
-        !name.starts_with("orientation") && !name.starts_with("torque")
-            || found.iter().any(|of| value(&of.errors).is_some())
-    };
-    for (name, value) in columns.into_iter().filter(|(name, value)| is_shown(name, *value)) {
+    let is_known = |value: Figure| found.iter().any(|of| value(&of.errors).is_some());
+    for (name, value) in lengths.into_iter().chain(others.into_iter().filter(|(_, value)| is_known(*value))) {
         let cell = move |row: usize| value(&found[row].errors).map_or_else(String::new, |value| format!("{value:.9}"));
         sheet.column(name, cell);
     }
