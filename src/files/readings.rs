@@ -30,6 +30,11 @@ pub(super) fn faults(asked: &Asked, locate: impl Fn(&str) -> Option<Place>) -> V
     let all = [
         alone("points", of_table, "it says what the fields of a list of points are: add `format: points`"),
         alone("markers", !entry.markers.is_empty() && measured(asked).is_empty(), "no readings here are of markers"),
+        alone(
+            "joint_columns",
+            !entry.joint_columns.is_empty() && entry.joints.is_none(),
+            "add `joints:`, the file they are of",
+        ),
         alone("join", entry.join.is_some() && entry.joints.is_none(), "add `joints:`, the file to be joined"),
     ];
     let mut faults: Vec<Diagnostic> = all.into_iter().flatten().collect();
@@ -41,9 +46,11 @@ pub(super) fn faults(asked: &Asked, locate: impl Fn(&str) -> Option<Place>) -> V
     if entry.joints.is_some() {
         let expected = entry.orientation.unwrap_or_default().expected(asked.expected.clone());
         let names = || expected.iter().map(|column| column.name.as_str());
-        for ours in entry.columns.keys().filter(|ours| names().all(|name| name != ours.as_str())) {
-            let fault = Diagnostic::error(format!("`columns:` renames `{ours}`, which is no column here"));
-            faults.push(fault.at(locate("columns")).suggest(ours, names()));
+        for (key, columns) in [("columns", &entry.columns), ("joint_columns", &entry.joint_columns)] {
+            for ours in columns.keys().filter(|ours| names().all(|name| name != ours.as_str())) {
+                let fault = Diagnostic::error(format!("`{key}:` renames `{ours}`, which is no column here"));
+                faults.push(fault.at(locate(key)).suggest(ours, names()));
+            }
         }
     }
     faults
@@ -72,9 +79,12 @@ pub(super) fn read(asked: &Asked, files: Vec<(String, Box<dyn Read>)>) -> Result
         readings = widened(readings, &entry.markers, &of_marker);
     }
     let (mut tables, mut faults) = (Vec::new(), Vec::new());
-    for ((name, bytes), (expected, dialect)) in files.into_iter().zip([(readings, own), (joints, of_joints)]) {
+    let mut joint_columns = entry.columns.clone();
+    joint_columns.extend(entry.joint_columns.clone());
+    let asked_of_each = [(readings, own, &entry.columns), (joints, of_joints, &joint_columns)];
+    for ((name, bytes), (expected, dialect, columns)) in files.into_iter().zip(asked_of_each) {
         let most = csv.max_rows.unwrap_or(RawCsv::MOST_ROWS);
-        match read_table(&name, bytes, &expected, &entry.columns, &entry.ignore, &dialect, most) {
+        match read_table(&name, bytes, &expected, columns, &entry.ignore, &dialect, most) {
             Ok(table) => tables.push(table),
             Err(mut found) => faults.append(&mut found),
         }

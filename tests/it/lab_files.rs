@@ -379,3 +379,47 @@ fn figures_of_parts_are_a_table() {
     let other = run(at, &["residuals", "s.yaml", "c", "--parts", "of.ods"]);
     assert!(other.status == 2 && !at.join("of.ods").exists(), "{}", other.err);
 }
+
+/// A file of joints with names of its own, in another order than the readings.
+#[test]
+fn files_with_names_of_their_own_are_joined() {
+    let folder = simulated(&["universal-ur5", "--poses", "20", "--noise", "0.03"]);
+    let (header, rows) = rows(folder.path());
+    let table = |names: &[(&str, &str)], order: &mut dyn Iterator<Item = &Vec<String>>| -> String {
+        let head: Vec<&str> = names.iter().map(|(_, theirs)| *theirs).collect();
+        let cells =
+            |row: &Vec<String>| names.iter().map(|(ours, _)| row[at(&header, ours)].clone()).collect::<Vec<_>>();
+        let lines = order.map(|row| cells(row).join(","));
+        std::iter::once(head.join(",")).chain(lines).map(|line| line + "\n").collect()
+    };
+    let joints =
+        [("pose", "target"), ("q1", "J1"), ("q2", "J2"), ("q3", "J3"), ("q4", "J4"), ("q5", "J5"), ("q6", "J6")];
+    let points = [("pose", "label"), ("x", "x"), ("y", "y"), ("z", "z")];
+    std::fs::write(folder.path().join("joints.csv"), table(&joints, &mut rows.iter())).expect("written");
+    std::fs::write(folder.path().join("points.csv"), table(&points, &mut rows.iter().rev())).expect("written");
+    let campaign = |joint_columns: &str, more: &str| {
+        format!(
+            "robot: universal-ur5\nunits: {{length: mm, angle: deg}}\nobserves: position\n\
+             measurements: {{file: points.csv, columns: {{pose: label}}, joint_columns: {{{joint_columns}}}{more}}}\n"
+        )
+    };
+    let said = |text: String| {
+        std::fs::write(folder.path().join("c.yaml"), text).expect("written");
+        run(folder.path(), &["residuals", "universal-ur5", "c.yaml"])
+    };
+    let names = "pose: target, q1: J1, q2: J2, q3: J3, q4: J4, q5: J5, q6: J6";
+    let ran = said(campaign(names, ", joints: joints.csv"));
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    // Each row by its own joints, as in one file.
+    let total = |text: &str| text.lines().find(|line| line.starts_with(" all ")).map(String::from);
+    let one = run(folder.path(), &["residuals", "universal-ur5", "c"]);
+    assert!(total(&one.out).is_some() && total(&ran.out) == total(&one.out), "{}{}", ran.out, one.out);
+    for (columns, more, words) in [
+        (names, "", "`joint_columns:` means nothing here"),
+        ("pose: target, q9: J1", ", joints: joints.csv", "`joint_columns:` renames `q9`"),
+        ("pose: goal, q1: J1, q2: J2, q3: J3, q4: J4, q5: J5, q6: J6", ", joints: joints.csv", "`target`"),
+    ] {
+        let ran = said(campaign(columns, more));
+        assert!(ran.status == 2 && ran.err.contains(words), "{words}: {}", ran.err);
+    }
+}

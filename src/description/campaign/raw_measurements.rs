@@ -79,6 +79,9 @@ pub struct RawEntry {
     /// The file of the joints of these readings, where they are not in the same.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joints: Option<String>,
+    /// Columns of the file of joints whose names are others than `columns` says: our name, that file's name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_columns: BTreeMap<String, String>,
     /// How rows of both files belong together: by the names of poses where both have them, else by order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub join: Option<Join>,
