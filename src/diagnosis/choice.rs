@@ -70,32 +70,44 @@ pub fn choice(
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
     let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
-    let mut claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
-    claims = without_held(&problem.hypotheses, claims);
-    claims = without_series(&forward, claims, settings);
-    claims = without_lesser(&forward, claims, &members);
-    claims = without_unlikely(&forward, claims, settings);
-    for _ in 0..settings.claims.curves {
-        let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
-        match curve(&forward, &taken, None, settings) {
-            Some(found) => claims.push(found),
-            None => break,
-        }
-    }
-    claims = without_outdone(&forward, claims, settings);
-    claims = without_unknown(&problem.hypotheses, claims);
-    drop_replaced(&mut claims, &selector, left, settings.claims.near_curve);
-    drop_negative(&mut claims, problem);
-    let claims = gathered(claims, &problem.hypotheses);
+    let claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
+    let mut claims = gathered(sifted(&forward, claims, &tests, settings), &problem.hypotheses);
     let path = (0..=claims.len()).map(|count| {
         let taken: Vec<usize> = claims[..count].iter().map(|claim| claim.hypothesis).collect();
         selector.fit(&taken)
     });
-    let path = path.collect();
+    let path: Vec<Subset> = path.collect();
+    // Of the causes chosen together some are too small to be claimed.
+    let is_complete = path.last().is_some_and(leaves_noise);
+    claims
+        .iter_mut()
+        .filter_map(|claim| claim.support.as_mut())
+        .for_each(|support| support.leaves_noise &= is_complete);
     (claims, path)
 }
 
-/// The claims in their order, but for those that are told as one thing: these follow the first of them.
+/// The claims that stand beside one another, laws that do not replaced by curves or families; and curves of what they leave.
+fn sifted(forward: &Forward, claims: Vec<Claim>, tests: &Tests, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    let mut claims = without_held(hypotheses, claims);
+    claims = without_series(forward, claims, settings);
+    claims = without_lesser(forward, claims, tests.members);
+    claims = without_unlikely(forward, claims, settings);
+    for _ in 0..settings.claims.curves {
+        let taken: Vec<usize> = claims.iter().map(|claim| claim.hypothesis).collect();
+        match curve(forward, &taken, None, settings) {
+            Some(found) => claims.push(found),
+            None => break,
+        }
+    }
+    claims = without_outdone(forward, claims, settings);
+    claims = without_unknown(hypotheses, claims);
+    drop_replaced(&mut claims, forward.selector, tests.noise, settings.claims.near_curve);
+    drop_negative(&mut claims, forward.problem);
+    claims
+}
+
+/// The claims in their order, but for those that are reported as one cause: these follow the first of them.
 fn gathered(claims: Vec<Claim>, hypotheses: &[Hypothesis]) -> Vec<Claim> {
     let first = |at: usize| (0..at).find(|&known| claims[known].is_one_with(&claims[at], hypotheses)).unwrap_or(at);
     let mut order: Vec<usize> = (0..claims.len()).collect();
@@ -222,7 +234,7 @@ fn each_by_itself(
     found.into_iter().zip(judged).zip(laws).flat_map(of_one).collect()
 }
 
-/// Causes that are claimed, each with what cannot be told from it.
+/// Causes that are claimed, each with what cannot be distinguished from it.
 struct Before<'a> {
     forward: &'a Forward<'a>,
     causes: Vec<(Vec<usize>, Vec<Vec<usize>>)>,

@@ -25,7 +25,7 @@ pub struct Claim {
     pub hypothesis: usize,
     /// How much of it is certain.
     pub level: Level,
-    /// What cannot be told from it, the nearest first.
+    /// What cannot be distinguished from it, the nearest first.
     pub rivals: Vec<Rival>,
     /// What speaks for its law; `None` of a curve.
     pub support: Option<Support>,
@@ -43,7 +43,7 @@ impl Claim {
         1.0 / (1.0 + (-odds).exp())
     }
 
-    /// Whether it is told with another as one thing: what is known by its family alone, of that family; variants of one effect at one
+    /// Whether it is reported with another as one cause: what is known by its family alone, of that family; variants of one effect at one
     /// site, but for curves.
     pub fn is_one_with(&self, other: &Self, hypotheses: &[Hypothesis]) -> bool {
         let [own, that] = [self, other].map(|claim| &hypotheses[claim.hypothesis]);
@@ -103,11 +103,11 @@ pub fn claims(
     let own_holds = judged.first().is_some_and(|(_, gates)| gates.hold(settings));
     let keeps_all = sharp.is_some() && own_holds;
     let mut lawful: Vec<(usize, Gates)> =
-        judged.into_iter().filter(|(_, gates)| keeps_all || gates.hold(settings)).collect();
+        judged.iter().filter(|(_, gates)| keeps_all || gates.hold(settings)).copied().collect();
     compared.nearest_first(&mut lawful);
     match lawful.split_first() {
         Some(((own, gates), rivals)) => compared.named(*own, *gates, rivals),
-        None => compared.unnamed().into_iter().collect(),
+        None => compared.unnamed().or_else(|| compared.of_site_alone(&judged)).into_iter().collect(),
     }
 }
 
@@ -154,16 +154,7 @@ impl Compared<'_> {
         let rivals = self.with_limits(own, gates, tied);
         let family = self.hypothesis(own).family();
         let shares_family = |at: usize| self.hypothesis(at).family() == family;
-        // Where something stays that no law has, a free curve at another site that does as well leaves the site open.
-        // Constants are simpler than any curve, and a law is than what holds all laws of its family at several sites.
-        let is_simple = |at: usize| self.hypothesis(at).level() == Level::Site;
-        let curves: Vec<usize> = match self.is_sharp || family == Family::Geometry {
-            true => Vec::new(),
-            false => self
-                .free()
-                .filter(|&at| is_simple(at) && self.is_elsewhere(at, own) && self.is_rival(at, own))
-                .collect(),
-        };
+        let curves = self.curves_elsewhere(own);
         // What may be another law in its limit is named only together with one that is not.
         let is_law = !gates.is_in_limit || rivals.iter().any(|(_, gates)| !gates.is_in_limit);
         let of_gap = self.gain(own) / self.forward.gap;
@@ -203,10 +194,45 @@ impl Compared<'_> {
                 is_of_joints: self.sets[*at].len() > 1,
             })
             .collect();
-        let Gates { of_free, of_site, elsewhere, missed, .. } = gates;
-        let support = Some(Support { of_gap, of_free, of_site, elsewhere, missed, leaves_noise: self.is_sharp });
+        let support = Some(gates.support(of_gap, self.is_sharp));
         let claim = |&hypothesis: &usize| Claim { hypothesis, level, rivals: rivals.clone(), support, stability };
         self.sets[own].iter().map(claim).collect()
+    }
+
+    /// Free curves at other sites that do as well as a law. Where something stays that no law has, they leave its site open.
+    fn curves_elsewhere(&self, own: usize) -> Vec<usize> {
+        // Constants are simpler than any curve, and a law is than what holds all laws of its family at several sites.
+        if self.is_sharp || self.hypothesis(own).family() == Family::Geometry {
+            return Vec::new();
+        }
+        let is_simple = |at: usize| self.hypothesis(at).level() == Level::Site;
+        self.free().filter(|&at| is_simple(at) && self.is_elsewhere(at, own) && self.is_rival(at, own)).collect()
+    }
+
+    /// The cause by its site, or its family, where it fails as a law only by what it misses there, and no curve stands for it. `judged`
+    /// are the cause, first, and what does as well.
+    fn of_site_alone(&self, judged: &[(usize, Gates)]) -> Option<Claim> {
+        let ((own, gates), tied) = judged.split_first()?;
+        let [hypothesis] = &self.sets[*own][..] else { return None };
+        let settings = self.forward.settings;
+        let of_gap = self.gain(*own) / self.forward.gap;
+        let is_great = self.is_sharp || of_gap >= settings.least_share;
+        if !is_great || !(Gates { missed: 0.0, ..*gates }).hold(settings) {
+            return None;
+        }
+        let others: Vec<usize> = tied.iter().map(|(at, _)| *at).chain(self.curves_elsewhere(*own)).collect();
+        let stability = self.stability(*own, &[]);
+        let shares_family = |at: &usize| self.hypothesis(*at).family() == self.hypothesis(*own).family();
+        let is_here = |at: &usize| !self.is_elsewhere(*at, *own);
+        let level = if others.iter().all(is_here) && stability.site >= settings.least_halves {
+            Level::Site
+        } else if others.iter().all(shares_family) && stability.family >= settings.least_halves {
+            Level::Family
+        } else {
+            return None;
+        };
+        let support = Some(gates.support(of_gap, self.is_sharp));
+        Some(Claim { hypothesis: *hypothesis, level, rivals: Vec::new(), support, stability })
     }
 
     /// The best free curve, where no law holds and all that does as well sits at its site, or is of its family.

@@ -19,7 +19,7 @@ use crate::estimation::{self, Calibration, CalibrationError, calibrate_as_weighe
 use crate::kinematics::Geometry;
 use crate::least_squares::Status;
 use crate::parameter::Slot;
-use crate::prediction::{PredictionError, survey};
+use crate::prediction::{PredictionError, joint_loads, survey};
 
 /// One competition and the hypotheses selected.
 pub struct Competition {
@@ -115,7 +115,8 @@ impl Competition {
         let training = all.without(&unused);
         let free_errors = FreeErrors::new(model, &fitted, &values, &training)?;
         let first = first_readings(&training, &fitted);
-        let readings = Readings { campaign: &fitted, first: &first, model };
+        let loads = joint_loads(&geometry, &fitted)?;
+        let readings = Readings { campaign: &fitted, first: &first, model, loads: &loads };
         let (claims, path) = choice(settings, &training, readings, &found, noise, &free_errors);
         let problem = all.without(outliers);
         Ok(Self {

@@ -210,7 +210,7 @@ fn location(inputs: &Inputs, competition: &Competition, gap: &Gap, noise: f64) -
     })
 }
 
-/// What to do about a family of which no law is known.
+/// What to do about a site or a family of which no law is known.
 const TELL_APART: &str =
     "measure where the nearest laws differ (`next_poses`) before anything is changed on the machine";
 
@@ -239,7 +239,7 @@ impl<'a> Explanation<'a> {
         Shrinkage { value, ci95: self.bootstrap.shrinkage(from, to, value) }
     }
 
-    /// The causes with their fitted parameters by step. Those that are told as one thing, whose claims follow one another, are one.
+    /// The causes with their fitted parameters by step. Those that are reported as one, whose claims follow one another, are one.
     fn causes(&self, model: &Model, fitted: &[Vec<FittedParameter>]) -> Vec<Cause> {
         let hypotheses = &self.competition.problem.hypotheses;
         let mut all: Vec<Cause> = Vec::new();
@@ -276,13 +276,14 @@ impl<'a> Explanation<'a> {
         let family = hypothesis.family();
         let mut rivals: Vec<EffectAtSite> = claim.rivals.iter().map(|rival| rival.named(hypotheses)).collect();
         let mut remedy = hypothesis.effect.remedy();
-        if claim.level == Level::Family {
+        let is_unknown_law = claim.level != Level::Law && !hypothesis.is_free();
+        if claim.level == Level::Family || is_unknown_law {
             effect = format!("family:{}", family.name());
-            // The law that stands for its family is one of those that it could be.
-            if !hypothesis.is_free() {
-                rivals.insert(0, hypothesis.named());
-                remedy = TELL_APART;
-            }
+        }
+        // The law that stands for its site or its family is one of those that it could be.
+        if is_unknown_law {
+            rivals.insert(0, hypothesis.named());
+            remedy = TELL_APART;
         }
         Cause {
             effect,
@@ -301,7 +302,7 @@ impl<'a> Explanation<'a> {
             support: claim.support,
             curve: curve(hypothesis, fitted),
             curves: curves(hypothesis, fitted),
-            implies: implied(hypothesis, fitted, &self.competition.values),
+            implies: if is_unknown_law { Vec::new() } else { implied(hypothesis, fitted, &self.competition.values) },
             signature: hypothesis.effect.signature(),
             remedy,
         }

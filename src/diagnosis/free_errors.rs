@@ -68,19 +68,38 @@ impl<'a> FreeErrors<'a> {
     /// Errors over their sigmas at a site of one direction, by configuration of the problem: what each of its readings shows of
     /// them together. `None` where there is no such site, or it has several directions.
     pub fn amounts(&self, site: &str, residual: &DVector<f64>) -> Option<Vec<f64>> {
-        let column = self.column(site)?;
         let poses = self.problem.poses();
-        let mut sums = vec![(0.0, 0.0); poses.len()];
+        let pose = |row: usize| poses.partition_point(|pose| *pose < self.problem.pose[row]);
+        self.amounts_of(site, residual, poses.len(), pose)
+    }
+
+    /// The same by configuration and load, as [`FreeErrors::first_readings`].
+    pub fn amounts_by_load(&self, site: &str, residual: &DVector<f64>) -> Option<Vec<f64>> {
+        let firsts: Vec<usize> = self.blocks.iter().map(|rows| rows[0]).collect();
+        self.amounts_of(site, residual, firsts.len(), |row| firsts.partition_point(|first| *first <= row) - 1)
+    }
+
+    fn amounts_of(
+        &self,
+        site: &str,
+        residual: &DVector<f64>,
+        count: usize,
+        of_row: impl Fn(usize) -> usize,
+    ) -> Option<Vec<f64>> {
+        let column = self.column(site)?;
+        let mut sums = vec![(0.0, 0.0); count];
         for row in 0..residual.len() {
             let own = column[row];
-            let sum = &mut sums[poses.partition_point(|pose| *pose < self.problem.pose[row])];
+            let sum = &mut sums[of_row(row)];
             *sum = (sum.0 + own * residual[row], sum.1 + own * own);
         }
-        Some(
-            sums.into_iter()
-                .map(|(product, square): (f64, f64)| product / square.sqrt().max(f64::MIN_POSITIVE))
-                .collect(),
-        )
+        let amount = |(product, square): (f64, f64)| product / square.sqrt().max(f64::MIN_POSITIVE);
+        Some(sums.into_iter().map(amount).collect())
+    }
+
+    /// The first reading of each configuration under each load; constraints count behind the readings.
+    pub fn first_readings(&self) -> impl Iterator<Item = usize> {
+        self.blocks.iter().map(|rows| self.problem.reading[rows[0]])
     }
 
     /// Errors over their sigmas of each configuration of the problem, in the order of its rows, zero where one has fewer than another.

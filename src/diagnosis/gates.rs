@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use super::compared::Compared;
 use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
+use super::level::Support;
 use super::misfit::missed;
 use super::settings::ClaimSettings;
 use crate::math::project_off;
@@ -32,6 +33,12 @@ impl Gates {
             && self.of_site.is_none_or(|share| share >= settings.of_site)
             && self.of_free.is_none_or(|share| share >= settings.of_free)
             && self.elsewhere.is_none_or(|share| share >= settings.elsewhere)
+    }
+
+    /// What speaks for the law; `of_gap` is its share of the gap.
+    pub fn support(&self, of_gap: f64, leaves_noise: bool) -> Support {
+        let Self { of_free, of_site, elsewhere, missed, .. } = *self;
+        Support { of_gap, of_free, of_site, elsewhere, missed, leaves_noise }
     }
 }
 

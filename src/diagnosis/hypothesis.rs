@@ -147,7 +147,7 @@ pub fn hypotheses(
         let is_driven = |site: &Site| site.kind != SiteKind::Joint || site.coordinate.is_some();
         for site in effect.sites(model).into_iter().filter(is_driven) {
             let mut candidates = effect.candidates(model, &site, survey);
-            candidates.retain(|nonlinear| effect.is_told(&site, survey, nonlinear));
+            candidates.retain(|nonlinear| effect.is_identifiable(&site, survey, nonlinear));
             let covers = effect.covers(model, &site);
             for nonlinear in &candidates {
                 let constants = effect.constants(model, &site, nonlinear);

@@ -54,8 +54,8 @@ pub struct Support {
     /// Least gain where a range, a session or a load was left out, over that of folds drawn at random; `None` where none can be left
     /// out.
     pub elsewhere: Option<f64>,
-    /// Share of the error at its site that it misses, by what neighbours along the joint's angle share of the rest.
+    /// Share of the error at its site that it misses, by what neighbours in what it goes with share of the rest.
     pub missed: f64,
-    /// Whether all causes together leave nothing but noise that is known.
+    /// Whether all that are claimed leave nothing but noise that is known.
     pub leaves_noise: bool,
 }

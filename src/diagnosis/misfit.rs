@@ -1,5 +1,5 @@
-//! How much of an error a law misses at its site: what it leaves there, from configuration to configuration, along the
-//! joint's angle and within its period, the time or the temperature.
+//! How much of an error a law misses at its site: what it leaves there, from configuration to configuration, along what it goes with:
+//! the joint's angle, also within its period, load or last move, the time or the temperature.
 //!
 //! Noise does not correlate between neighbours. What neighbours share of the errors that are left at a site is of another
 //! shape than the law, whatever the readings of one configuration share. Measured without a noise that is known, and with
@@ -20,6 +20,9 @@ use crate::effects::{Family, SiteKind};
 use crate::math::project_off;
 use crate::model::Model;
 
+/// Errors over their sigmas by configuration, of each as many.
+type Errors = Vec<Vec<f64>>;
+
 /// Share of a law's contribution at a site that carries its free error, below which another error is meant than that.
 const ITS_OWN: f64 = 0.5;
 
@@ -31,6 +34,8 @@ pub struct Readings<'a> {
     pub first: &'a [Option<usize>],
     /// The robot.
     pub model: &'a Model,
+    /// [`joint_loads`](crate::prediction::joint_loads) of the readings.
+    pub loads: &'a [Vec<f64>],
 }
 
 /// The first reading of each configuration; `None` of constraints, which are no readings.
@@ -66,6 +71,21 @@ impl Readings<'_> {
         }
     }
 
+    /// The last move of its joint by which each configuration was reached; `None` of what does not look back.
+    fn last_moves(&self, law: &Hypothesis) -> Option<Vec<Option<f64>>> {
+        let moves = self.campaign.conditions.last_move.get(law.site.coordinate?)?;
+        let is_joint = (law.family(), law.site.kind) == (Family::History, SiteKind::Joint);
+        let last = |reading: &Option<usize>| moves.get((*reading)?).copied().filter(|moved| moved.is_finite());
+        is_joint.then(|| self.first.iter().map(last).collect())
+    }
+
+    /// The load on its joint in readings; `None` of what does not go with load.
+    fn loads(&self, law: &Hypothesis, readings: impl Iterator<Item = usize>) -> Option<Vec<Option<f64>>> {
+        let own = law.site.coordinate?;
+        let is_joint = (law.family(), law.site.kind) == (Family::Elastic, SiteKind::Joint);
+        is_joint.then(|| readings.map(|reading| self.loads.get(reading)?.get(own).copied()).collect())
+    }
+
     /// Where in its period each configuration lies; `None` of a law that does not repeat.
     fn in_period(&self, law: &Hypothesis) -> Option<Vec<Option<f64>>> {
         let period = law.effect.period(&law.nonlinear)?;
@@ -86,25 +106,32 @@ pub fn missed(
 ) -> f64 {
     let after = project_off(before, columns);
     let fitted = before - &after;
+    let site = law.site.name.as_str();
+    let each = |amounts: Vec<f64>| -> Errors { amounts.into_iter().map(|amount| vec![amount]).collect() };
     let at_site = |errors: &DVector<f64>| match law.site.kind {
-        SiteKind::Joint => Some(free.amounts(&law.site.name, errors)?.into_iter().map(|amount| vec![amount]).collect()),
+        SiteKind::Joint => free.amounts(site, errors).map(each),
         _ => Some(free.by_configuration(errors)),
     };
-    let (Some(own), Some(left)) = (at_site(&fitted), at_site(&after)) else { return 0.0 };
+    let under_load = |errors: &DVector<f64>| free.amounts_by_load(site, errors).map(each);
     let least = ITS_OWN * fitted.norm_squared();
-    let along = [readings.along(law), readings.in_period(law)].into_iter().flatten();
-    along.map(|values| shared(values, &own, &left, least, settings)).fold(0.0, f64::max)
+    let most = |along: &[Option<Vec<Option<f64>>>], at: &dyn Fn(&DVector<f64>) -> Option<Errors>| {
+        let (Some(own), Some(left)) = (at(&fitted), at(&after)) else { return 0.0 };
+        along.iter().flatten().map(|values| shared(values, &own, &left, least, settings)).fold(0.0, f64::max)
+    };
+    let by_configuration = [readings.along(law), readings.in_period(law), readings.last_moves(law)];
+    let by_load = [readings.loads(law, free.first_readings())];
+    f64::max(most(&by_configuration, &at_site), most(&by_load, &under_load))
 }
 
 /// Share that neighbours in `values` have in common of what is left at a site, of this and what is taken there; 0 where less than `least`
 /// is taken.
-fn shared(values: Vec<Option<f64>>, own: &[Vec<f64>], left: &[Vec<f64>], least: f64, settings: &ClaimSettings) -> f64 {
+fn shared(values: &[Option<f64>], own: &[Vec<f64>], left: &[Vec<f64>], least: f64, settings: &ClaimSettings) -> f64 {
     let taken: f64 = own.iter().flatten().map(|amount| amount * amount).sum();
     if taken < least {
         return 0.0;
     }
-    let known = values.into_iter().zip(left);
-    let mut order: Vec<(f64, &Vec<f64>)> = known.filter_map(|(value, errors)| Some((value?, errors))).collect();
+    let known = values.iter().zip(left);
+    let mut order: Vec<(f64, &Vec<f64>)> = known.filter_map(|(value, errors)| Some(((*value)?, errors))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(series) = Series::new(order.into_iter().map(|(_, errors)| errors.clone()).collect()) else { return 0.0 };
     let (shared, p) = series.tested(settings.flips, settings.seed);

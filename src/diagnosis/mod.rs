@@ -19,6 +19,7 @@ mod flips;
 mod forward;
 mod free_errors;
 mod gates;
+mod heavy_tail;
 mod held_out;
 mod hypothesis;
 mod implied;

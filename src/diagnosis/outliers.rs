@@ -7,6 +7,7 @@ use nalgebra::DVector;
 
 use super::competition::Competition;
 use super::free_errors::FreeErrors;
+use super::heavy_tail;
 use super::inputs::Inputs;
 use super::level::Level;
 use super::linear_fit::{LinearFit, entry};
@@ -114,9 +115,19 @@ fn distances(competition: &Competition, marked: &[bool]) -> (Vec<f64>, f64) {
     (distances, sigma)
 }
 
+/// Whether the marked readings are no further off than the tail of the noise that the others show.
+fn are_of_the_noise(competition: &Competition, marked: &[bool], settings: &OutlierSettings) -> bool {
+    let (residual, rows) = residuals(competition, marked);
+    let (distances, _) = distances(competition, marked);
+    let farthest = distances.iter().zip(marked).filter(|(_, marked)| **marked).map(|(distance, _)| *distance);
+    let sizes = rows.iter().map(|&row| residual[row].abs()).collect();
+    heavy_tail::reaches(sizes, farthest.fold(0.0, f64::max), settings.tail_chance)
+}
+
 /// The cause `outliers`, and the root mean square and greatest error of all readings (m): with nothing but the calibration
 /// fitted these are set aside first, which leaves the first of `left` (m); the second is what all causes leave. `None`
-/// where there is no outlier, or where they are just beyond what noise does and explain no gap.
+/// where there is no outlier, where they are no further off than noise with tails as heavy as the others show, or just beyond what noise does,
+/// and explain no gap.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -128,21 +139,9 @@ pub fn cause(
     left: [f64; 2],
 ) -> Result<Option<(Cause, [f64; 2])>, CalibrationError> {
     let count = marked.iter().filter(|marked| **marked).count();
-    if count == 0 {
+    if count == 0 || are_of_the_noise(competition, marked, &inputs.settings.outliers) {
         return Ok(None);
     }
-    // What is left of all readings with some members fitted.
-    let residual = |members: &[usize]| -> Result<Vec<f64>, CalibrationError> {
-        let fitted = LinearFit::new(&competition.problem, members, 1.0);
-        let mut model = inputs.model.clone();
-        for (step, &member) in members.iter().enumerate() {
-            model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
-        }
-        let values = model.completed(&with_nuisance(inputs.model, competition, &fitted));
-        let mut found = Linearised::default();
-        Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
-        Ok(found.residual)
-    };
     // By how much their error shrinks, to what is left without the outliers.
     let shrinkage = |residual: &[f64], left: f64| {
         let [_, rms, max] = errors_of(inputs.campaign, residual, |_| true).distance;
@@ -155,12 +154,12 @@ pub fn cause(
         Some([all[1], others[1]].map(f64::to_degrees))
     };
     let [alone, after] = left;
-    let explained = residual(members)?;
+    let explained = left_of_all(inputs, competition, members)?;
     let least = inputs.settings.outliers.least_shrinkage;
     if shrinkage(&explained, after).0 < least {
         return Ok(None);
     }
-    let calibrated = residual(&[])?;
+    let calibrated = left_of_all(inputs, competition, &[])?;
     let (value, errors) = shrinkage(&calibrated, alone);
     // Rotations alone may be what is wrong.
     let rotations = turned(&calibrated).filter(|_| value < least).map(|[all, others]| {
@@ -194,4 +193,17 @@ pub fn cause(
         entries: Vec::new(),
     };
     Ok(Some((cause, errors)))
+}
+
+/// What is left of all readings with some members fitted.
+fn left_of_all(inputs: &Inputs, competition: &Competition, members: &[usize]) -> Result<Vec<f64>, CalibrationError> {
+    let fitted = LinearFit::new(&competition.problem, members, 1.0);
+    let mut model = inputs.model.clone();
+    for (step, &member) in members.iter().enumerate() {
+        model.switch_on(entry(&competition.problem.hypotheses[member], &fitted.parameters(step)));
+    }
+    let values = model.completed(&with_nuisance(inputs.model, competition, &fitted));
+    let mut found = Linearised::default();
+    Predictor::new(&model, inputs.campaign, Vec::new())?.linearise(&values, false, &mut found)?;
+    Ok(found.residual)
 }

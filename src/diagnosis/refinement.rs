@@ -32,8 +32,9 @@ pub fn refine(
         let value = |k: i32| center * settings.refinement_ratio.powi(k);
         let (effect, site) = (&hypothesis.effect, &hypothesis.site);
         let of = |k: i32| (k, hypothesis.nonlinear.clone().with_continuous(value(k)));
-        let is_told = |(k, nonlinear): &(i32, Nonlinear)| *k == 0 || effect.is_told(site, survey, nonlinear);
-        let tried: Vec<Nonlinear> = steps.map(of).filter(is_told).map(|(_, nonlinear)| nonlinear).collect();
+        let is_identifiable =
+            |(k, nonlinear): &(i32, Nonlinear)| *k == 0 || effect.is_identifiable(site, survey, nonlinear);
+        let tried: Vec<Nonlinear> = steps.map(of).filter(is_identifiable).map(|(_, nonlinear)| nonlinear).collect();
         let term = |own: &Nonlinear| Term::new(inputs.model, &hypothesis.effect, &hypothesis.site, own);
         let terms = tried.iter().map(term).collect();
         let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;

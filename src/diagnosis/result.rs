@@ -141,7 +141,7 @@ pub struct Excluded {
     pub by: String,
 }
 
-/// A free curve, with mean zero where a constant cannot be told from what is calibrated.
+/// A free curve, with mean zero where a constant cannot be distinguished from what is calibrated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
     /// What it follows, SI.

@@ -163,7 +163,8 @@ pub struct ClaimSettings {
     pub least_law: f64,
     /// Share of what a curve takes away from which a law at its site is held to be what the curve shows: a half of the configurations that
     /// chooses the curve chooses the law, and other laws at the site correct its shape. A law whose shape is off by a seventh, rms,
-    /// takes 0.98 (1 - 1/7²); with many readings the curve wins by that in every half. Chosen on workshops of seeds 71 and 72, judged on
+    /// takes 0.98 (1 - 1/7²); with many readings the curve wins by that in every half. As much a law must
+    /// take of what it does together with a curve of its family at its site. Chosen on workshops of seeds 71 and 72, judged on
     /// the seed that `docs/accuracy.md` names.
     pub near_curve: f64,
     /// How often names are right, by their stability at the claimed level and by the share of the gap that they take: a constant and
@@ -252,6 +253,9 @@ pub struct OutlierSettings {
     pub apart: f64,
     /// Share of the error that outliers must make up to be named as a cause.
     pub least_shrinkage: f64,
+    /// Probability with which noise that has tails as heavy as the other readings show reaches as far, above which they are named by no
+    /// cause.
+    pub tail_chance: f64,
 }
 
 impl Default for OutlierSettings {
@@ -264,6 +268,7 @@ impl Default for OutlierSettings {
             competitions: 4,
             apart: 1.8,
             least_shrinkage: 0.01,
+            tail_chance: 0.01,
         }
     }
 }

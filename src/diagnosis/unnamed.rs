@@ -13,6 +13,7 @@ use super::linear_problem::LinearProblem;
 use super::selection::Selector;
 use super::settings::Settings;
 use super::stability::stability;
+use crate::effects::Family;
 use crate::math::quantiles::normal95;
 
 /// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
@@ -48,13 +49,13 @@ pub fn drop_negative(claims: &mut Vec<Claim>, problem: &LinearProblem) {
     }
 }
 
-/// The claims without those of a law known by its family alone where a curve of that family is claimed at its site: no more is known of it
-/// than the curve says.
+/// The claims without those of a law known by its site or family alone where a curve of that family is claimed at its site: no more is known
+/// of it than the curve says.
 pub fn without_unknown(hypotheses: &[Hypothesis], mut claims: Vec<Claim>) -> Vec<Claim> {
     let of_sites: Vec<usize> =
         claims.iter().filter(|claim| claim.level == Level::Site).map(|claim| claim.hypothesis).collect();
     let is_held = |claim: &Claim| of_sites.iter().any(|&curve| hypotheses[curve].holds(&hypotheses[claim.hypothesis]));
-    claims.retain(|claim| claim.level != Level::Family || !is_held(claim));
+    claims.retain(|claim| claim.level == Level::Law || !is_held(claim));
     claims
 }
 
@@ -116,9 +117,10 @@ pub fn without_lesser(forward: &Forward, mut claims: Vec<Claim>, members: &[usiz
     claims
 }
 
-/// The claims, each law beside a curve at its site replaced by a curve alone where the law takes less than its share of what both do, and
-/// less than nearly what one curve does: of such a law a curve takes much more. Where the law comes near to any curve, what a curve adds is
-/// the rest.
+/// The claims, each law beside a curve at its site replaced by a curve alone: where the curve is of its family and the law does not take
+/// nearly all that both do, since the error then has another shape; of others where the law takes less than its share of what both do, and
+/// less than nearly what one curve does. Lags and compliances are named by what they go with, the last move or the load, in whatever way: for
+/// these both must hold.
 pub fn without_outdone(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
     let (hypotheses, limits) = (&forward.problem.hypotheses, &settings.claims);
     let is_free_at = |h: usize, law: usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
@@ -134,9 +136,15 @@ pub fn without_outdone(forward: &Forward, claims: Vec<Claim>, settings: &Setting
         let before = squares(&[]);
         let gain = |own: &[usize]| before - squares(own);
         let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
+        let is_of_driver = matches!(hypotheses[law].family(), Family::History | Family::Elastic);
+        let is_of_shape = !is_of_driver && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
         let curves = (0..hypotheses.len()).filter(|&h| is_free_at(h, law));
         let best = curves.map(|h| gain(&[h])).fold(0.0, f64::max);
-        if gain(&[law]) >= f64::min(limits.of_free * gain(&both), limits.near_curve * best) {
+        let least = match is_of_shape {
+            true => limits.near_curve * gain(&both),
+            false => f64::min(limits.of_free * gain(&both), limits.near_curve * best),
+        };
+        if gain(&[law]) >= least {
             continue;
         }
         let found = curve(forward, &taken, Some(&hypotheses[law]), settings);
@@ -198,7 +206,7 @@ pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, setti
         return None;
     }
     let stability = stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims);
-    // What it goes with is told by most halves of the configurations, or it is not known what happens there.
+    // What it goes with is chosen by most halves of the configurations, or it is not known what happens there.
     (stability.family >= settings.claims.least_halves).then(|| Claim {
         hypothesis: candidates[best],
         level: own.level(),

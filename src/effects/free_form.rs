@@ -55,6 +55,13 @@ pub(super) static LAW: Law = Law {
         let kinds = [SiteKind::Joint, SiteKind::Base, SiteKind::Tool, SiteKind::Instrument];
         kinds.into_iter().flat_map(|kind| model.sites(kind)).collect()
     }),
+    misplaced: |site, nonlinear| {
+        let (driver, _) = law(nonlinear)?;
+        let is_where_it_looks = matches!(driver, Driver::Range | Driver::Height);
+        let is_of_instrument = site.kind == SiteKind::Instrument;
+        (is_where_it_looks && !is_of_instrument)
+            .then_some(("follows", "only the instrument's curve can follow `range` or `height` (`site: instrument`)"))
+    },
     // Every driver of every joint; of base and tool time and temperature; of the instrument, where it looks. A difference of two
     // readings shows loads alone.
     candidates: |_, site, survey| {

@@ -27,8 +27,10 @@ pub struct Law {
     /// Whether it is the same with and without an applied load, so that a difference of the two does not show it.
     pub cancels_in_differences: bool,
     pub sites: Option<fn(&Model) -> Vec<Site>>,
+    /// As [`Effect::misplaced`].
+    pub misplaced: fn(&Site, &Nonlinear) -> Option<(&'static str, &'static str)>,
     pub candidates: fn(&Model, &Site, &Survey) -> Vec<Nonlinear>,
-    pub is_told: fn(&Site, &Survey, &Nonlinear) -> bool,
+    pub is_identifiable: fn(&Site, &Survey, &Nonlinear) -> bool,
     pub covers: Option<fn(&Model, &Site) -> Vec<String>>,
     pub is_another_at_ends: fn(&Nonlinear) -> [bool; 2],
     pub constants: fn(&Model, &Site, &Nonlinear) -> Vec<Slot>,
@@ -53,8 +55,9 @@ impl Law {
         is_free_form: false,
         cancels_in_differences: false,
         sites: None,
+        misplaced: |_, _| None,
         candidates: |_, _, _| vec![Nonlinear::default()],
-        is_told: |_, _, _| true,
+        is_identifiable: |_, _, _| true,
         covers: None,
         is_another_at_ends: |_| [false; 2],
         constants: |_, _, _| Vec::new(),
@@ -139,8 +142,12 @@ impl Effect for &'static Law {
         self.nonlinear.to_vec()
     }
 
-    fn is_told(&self, site: &Site, survey: &Survey, nonlinear: &Nonlinear) -> bool {
-        (self.is_told)(site, survey, nonlinear)
+    fn misplaced(&self, site: &Site, nonlinear: &Nonlinear) -> Option<(&'static str, &'static str)> {
+        (self.misplaced)(site, nonlinear)
+    }
+
+    fn is_identifiable(&self, site: &Site, survey: &Survey, nonlinear: &Nonlinear) -> bool {
+        (self.is_identifiable)(site, survey, nonlinear)
     }
 
     fn candidates(&self, model: &Model, site: &Site, survey: &Survey) -> Vec<Nonlinear> {

@@ -35,7 +35,7 @@ pub(super) static LAW: Law = Law {
         let of = |order: f64| Nonlinear::new([(&ORDER, NonlinearValue::Real(order))]);
         if turns { ORDERS.map(of).to_vec() } else { Vec::new() }
     },
-    is_told: |site, survey, nonlinear| {
+    is_identifiable: |site, survey, nonlinear| {
         let order = nonlinear.continuous().unwrap_or_default();
         let range = site.coordinate.and_then(|own| survey.ranges.get(own)).map_or(0.0, |[least, most]| most - least);
         order.fract() == 0.0 || order * range >= SEEN * TAU

@@ -82,6 +82,7 @@ pub(super) fn calibrate_from(
         direction_noise,
         iterations: found.iterations,
         history,
+        loss: settings.loss,
         ending: found.status,
         residual,
         registered,

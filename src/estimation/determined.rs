@@ -1,7 +1,7 @@
 //! Constants that readings tell far worse than the description does.
 //!
 //! A reduction by singular values keeps as many parameters as move the readings at all. Where places are unknown too (a ball in
-//! sockets that stand anywhere), some of these are told by next to nothing, and what no model describes moves them to where no arm
+//! sockets that stand anywhere), some of these are hardly determined, and what no model describes moves them to where no arm
 //! has them: a twist of an axis by 48 deg. Where a constant has moved by a hundred times its tolerance, and its 95 % interval is as
 //! wide, parameters that noise decides are left as described ([`Criterion::Noise`]); so they are where one has moved by ten times its
 //! tolerance and its interval holds the description. A wide interval alone does no harm. Nor is a narrow one enough: of a payload

@@ -7,7 +7,7 @@ use super::shared::SharedError;
 use super::statistics::Errors;
 use crate::description::raw::RawFit;
 use crate::identifiability::Identifiability;
-use crate::least_squares::{Status, UsageError};
+use crate::least_squares::{Loss, Status, UsageError};
 use crate::math::quantiles::t95;
 use crate::parameter::Slot;
 use crate::prediction::{ConfigurationError, PredictionError};
@@ -164,6 +164,8 @@ pub struct Calibration {
     pub fit: RawFit,
     /// Root mean square of the residuals over their sigmas (with a robust loss, as it counts them) after each step taken.
     pub history: Vec<f64>,
+    /// The loss that it was made with.
+    pub loss: Loss,
     /// Why it ended.
     pub ending: Status,
     /// Residuals of all readings after calibration, as [`crate::prediction::Linearised::residual`].

@@ -125,6 +125,10 @@ pub trait Effect: Send + Sync {
     fn period(&self, _nonlinear: &Nonlinear) -> Option<f64> {
         None
     }
+    /// The nonlinear parameter whose value cannot go with a site, and what to write there; `None` where all can.
+    fn misplaced(&self, _site: &Site, _nonlinear: &Nonlinear) -> Option<(&'static str, &'static str)> {
+        None
+    }
     /// Conditions of a reading that it depends on.
     fn reads(&self) -> &'static [Condition] {
         &[]
@@ -134,7 +138,7 @@ pub trait Effect: Send + Sync {
         Vec::new()
     }
     /// Whether readings that span so much tell these nonlinear values from a curve of any shape; else a diagnosis does not try them.
-    fn is_told(&self, _site: &Site, _survey: &Survey, _nonlinear: &Nonlinear) -> bool {
+    fn is_identifiable(&self, _site: &Site, _survey: &Survey, _nonlinear: &Nonlinear) -> bool {
         true
     }
     /// Nonlinear values that a diagnosis tries, given what the campaign offers; none where the effect cannot show. By

@@ -57,7 +57,7 @@ fn of_wrenches(springs: &[Spring], limits: &Limits) -> Option<Diagnostic> {
 
 /// Of the causes that a diagnosis found, and of what it fitted with them.
 pub(super) fn of_causes(model: &Model, campaign: &Campaign, found: &Diagnosis, limits: &Limits) -> Option<Diagnostic> {
-    // Of deflections it is told before anything is fitted.
+    // Of deflections it is reported before anything is fitted.
     if campaign.is_difference() {
         return None;
     }

@@ -132,7 +132,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
 }
 
-/// Joint and spring as of machines, and told by the compliances given at angles (rad).
+/// Joint and spring as of machines, and seen by the compliances given at angles (rad).
 pub fn of_elasticity(triangle: &Triangle, given: &[JointCompliance], found: &Elasticity) -> Vec<Diagnostic> {
     let [_, longest] = extremes(given.iter().map(|at| triangle.length(at.angle)));
     let free = *FREE_LENGTH.start() * longest..=*FREE_LENGTH.end() * longest;
@@ -170,7 +170,7 @@ fn negated(triangle: &Triangle, given: &[JointCompliance], found: &Elasticity) -
     Some(Diagnostic::error(message).code(Code::Misread).figure("rms", other.rms).remedy(remedy))
 }
 
-/// Probability of what the law leaves, by the stated intervals, below which it is told: as of other doubts about noise.
+/// Probability of what the law leaves, by the stated intervals, below which it is reported: as of other doubts about noise.
 const CHANCE: f64 = 1e-3;
 
 /// Degrees of freedom of a variance that is known.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::evidence::{Evidence, Limits};
 use super::fitted::Fitted;
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, total_length};
 use super::readings::{AS_GOOD, SAID, Trial, explained};
 use super::shown::mm;
 use super::trial::{drawn, noise, typical};
@@ -139,6 +139,10 @@ fn linear_error(model: &Model, campaign: &Campaign, values: &[f64], limits: &Lim
     typical(campaign, &left, limits)
 }
 
+/// Share of the sum of the robot's lengths beyond which deflections are taken for positions: arms that machine or assemble deflect by
+/// thousandths of it. A judgement.
+const PLACES: f64 = 0.05;
+
 /// Deflections against those of the springs as declared, before anything is fitted: all are in proportion too great or too small
 /// where stiffness, loads or readings are in another unit, also where the fit then has nothing but bounds to end at.
 pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
@@ -175,8 +179,16 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     );
     let is_hopeless = middle.abs() > limits.stiffness_factor.ln();
     let diagnostic = if is_hopeless { Diagnostic::error(message) } else { Diagnostic::warning(message) };
-    let remedy = "state `stiffness`, `rotational_stiffness`, `force`, `torque` and `length` under `units:` as the files have them; \
-                  if the declared stiffnesses are guesses, take no notice";
+    let lengths = |reading: &Reading| size(reading.measured.get(..reading.observes.length_rows()).unwrap_or_default());
+    let sizes = campaign.readings.iter().map(lengths).filter(|size| *size > 0.0).collect::<Vec<_>>();
+    let are_places = median(&mut { sizes }).is_some_and(|size| size > PLACES * total_length(model));
+    let remedy = match are_places {
+        true => "are these positions (`observes: position`)? An arm that deflects by so much of its length breaks",
+        false => {
+            "state `stiffness`, `rotational_stiffness`, `force`, `torque` and `length` under `units:` as the files have them; \
+             if the declared stiffnesses are guesses, take no notice"
+        }
+    };
     vec![diagnostic.code(Code::WrongUnits).remedy(remedy).figure("factor", middle.exp())]
 }
 

@@ -123,20 +123,20 @@ pub struct Limits {
     pub alike: f64,
     /// Degrees of freedom from which that is judged: the ratio is then known to 1/sqrt(2 n) = 16 %.
     pub noise_freedom: f64,
-    /// Calibrated over registered errors of readings held out, beyond which it is told and refused. Where there was nothing to
+    /// Calibrated over registered errors of readings held out, beyond which it is reported and refused. Where there was nothing to
     /// calibrate, n residuals and p parameters leave sqrt(n / (n - p)): 1.1 for p = n / 6.
     pub worse: [f64; 2],
-    /// The same from which it is told where more than the noise is left: nothing is better then, beyond what is rounded. A judgement.
+    /// The same from which it is reported where more than the noise is left: nothing is better then, beyond what is rounded. A judgement.
     pub worse_open: f64,
     /// Configurations below which nothing is concluded: as many as [`crate::estimation::split`] needs to hold some out.
     pub fewest_configurations: usize,
     /// Residuals for each fitted parameter below which errors of other readings are inflated by more than
     /// sqrt(1.5 / 0.5) = 1.7.
     pub rows_per_parameter: f64,
-    /// What registration leaves falls at least by this factor where sessions with a base or tool of their own are told: a
+    /// What registration leaves falls at least by this factor where sessions with a base or tool of their own are suggested: a
     /// robot's own errors, differently sampled in each, are taken up by bases of their own to a lesser part.
     pub sessions_fall: f64,
-    /// What calibration leaves falls at least by this factor where the other column of each joint is told. A judgement: a wrong
+    /// What calibration leaves falls at least by this factor where the other column of each joint is suggested. A judgement: a wrong
     /// column leaves more than twice the variance.
     pub joints_fall: f64,
     /// Such sessions are at least so many standard deviations of the noise apart.

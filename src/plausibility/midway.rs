@@ -4,7 +4,7 @@
 //!
 //! Each row of the files is tried as the first one after the step, with columns that are zero before it and what moves each reading
 //! from it on, fitted with all that was fitted before (the test of Quandt, *J. Am. Stat. Assoc.* 55, 1960, for a change at an
-//! unknown place; its chance is bounded by the sum over the places). Of several the one with the least information criterion is told
+//! unknown place; its chance is bounded by the sum over the places). Of several the one with the least information criterion is reported
 //! (Schwarz, *Ann. Statist.* 6, 1978); where the same motion, growing evenly from the first row to the last, takes more out of the
 //! residuals, it is a drift and no step.
 
@@ -31,7 +31,7 @@ const LEAST: usize = 5;
 const FREE: f64 = 1e-3;
 
 /// Separation of the configurations before and after ([`apart`]) beyond which a step may be what the model misses in one region: half-way
-/// between an order at random and regions that do not touch. It is told then only where it leaves a ninth of the squares: a real arm
+/// between an order at random and regions that do not touch. It is reported then only where it leaves a ninth of the squares: a real arm
 /// that starts with twenty readings of one posture leaves two fifths without a step there. A judgement.
 const APART: f64 = 0.5;
 const CLEAR_FALL: f64 = 3.0;

@@ -4,7 +4,7 @@ use super::evidence::{Evidence, Limits};
 use crate::diagnostic::Diagnostic;
 use crate::estimation::SharedError;
 use crate::identifiability::Why;
-use crate::least_squares::Status;
+use crate::least_squares::{Loss, Status};
 use crate::parameter::{Group, Kind};
 
 pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
@@ -16,8 +16,14 @@ pub(super) fn converged(evidence: &Evidence, _: &Limits) -> Vec<Diagnostic> {
         _ => "it ended without a minimum",
     };
     let error = Diagnostic::error(format!("the fit did not converge: {why}, after {} iterations", found.iterations));
-    let remedy = "hold what the readings hardly show (--hold), let tolerances pull (--prior), look for wrong readings \
-                  (--loss huber), use --scheme batch, or measure more configurations";
+    let wrong = match found.loss {
+        Loss::Squares => "look for wrong readings (--loss huber)",
+        _ => "delete wrong readings, or use another --loss",
+    };
+    let remedy = format!(
+        "hold what the readings hardly show (--hold), let tolerances pull (--prior), {wrong}, use --scheme batch, or measure more \
+         configurations"
+    );
     vec![error.figure("iterations", found.iterations as f64).remedy(remedy)]
 }
 

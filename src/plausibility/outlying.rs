@@ -57,7 +57,7 @@ pub(super) fn before(evidence: &Evidence, limits: &Limits, allowed: f64) -> Opti
     let middle = median(&mut last.clone())?;
     let wrong: Vec<usize> = (0..count).filter(|&k| last[k] > limits.hopeless * middle.max(allowed)).collect();
     let is_few = !wrong.is_empty() && wrong.len() as f64 <= limits.wrong_share * count as f64;
-    (is_few && middle <= limits.far * allowed).then(|| described(campaign, &wrong, &|k| last[k], middle))
+    (is_few && middle <= limits.far * allowed).then(|| described(evidence, &wrong, &|k| last[k], middle))
 }
 
 /// How the error of one reading is shown, as [`unit_of`]: among readings of lengths a torque or an orientation alone in its own unit.
@@ -78,7 +78,8 @@ fn listed(named: &[String], count: usize) -> String {
 }
 
 /// What is said of readings that are far off, of which others leave `left` (m).
-fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
+fn described(evidence: &Evidence, wrong: &[usize], by: &dyn Fn(usize) -> f64, left: f64) -> Diagnostic {
+    let campaign = evidence.campaign;
     let mut worst = wrong.to_vec();
     worst.sort_by(|&a, &b| by(b).total_cmp(&by(a)));
     let (scale, unit) = unit_of(campaign);
@@ -103,7 +104,7 @@ fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, le
         Some((kind, depends_on)) => format!(
             "most readings of {kind} are among them: look at what the campaign declares for these rather than at single rows: {depends_on}"
         ),
-        None => "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)".into(),
+        None => correct_rows(evidence).into(),
     };
     Diagnostic::warning(message)
         .code(Code::OutlyingReadings)
@@ -111,6 +112,16 @@ fn described(campaign: &Campaign, wrong: &[usize], by: &dyn Fn(usize) -> f64, le
         .figure("readings", wrong.len() as f64)
         .figure("greatest_mm", worst.first().map_or(0.0, |&k| 1e3 * by(k)))
         .figure("others_mm", 1e3 * left)
+}
+
+/// What to do about single rows that are far off.
+fn correct_rows(evidence: &Evidence) -> &'static str {
+    match evidence.found.is_some_and(|found| found.loss != Loss::Squares) {
+        true => {
+            "look at those rows and correct or delete them: they count little in this fit, and are wrong all the same"
+        }
+        false => "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)",
+    }
 }
 
 /// Share of the readings of one kind, and of those that are far off, from which it is that kind that is wrong. A judgement.
@@ -132,7 +143,7 @@ fn of_one_kind(campaign: &Campaign, wrong: &[usize]) -> Option<(&'static str, &'
 /// After a calibration: fitted readings by deletion, held-out ones by their errors.
 pub(super) fn after(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let described =
-        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| described(evidence.campaign, &wrong, &|k| size[k], middle);
+        |(wrong, size, middle): (Vec<usize>, Vec<f64>, f64)| described(evidence, &wrong, &|k| size[k], middle);
     let hidden = || {
         let robust = robust(evidence)?;
         outlying(&Evidence::with(evidence.model, evidence.campaign, &robust), limits)
@@ -177,8 +188,7 @@ fn turned(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic> {
         shown(middle),
         listed(&named, wrong.len())
     );
-    let remedy = "look at those rows and correct or delete them; or let outliers count little (`--loss huber`)";
-    let diagnostic = Diagnostic::warning(message).code(Code::OutlyingReadings).remedy(remedy);
+    let diagnostic = Diagnostic::warning(message).code(Code::OutlyingReadings).remedy(correct_rows(evidence));
     Some(diagnostic.figure("readings", wrong.len() as f64))
 }
 

@@ -328,7 +328,7 @@ pub(super) fn describes_the_readings(evidence: &Evidence, limits: &Limits) -> Ve
     let is_noise_stated = campaign.noise_origin == NoiseOrigin::Stated
         && campaign.readings.iter().all(|reading| reading.noise.is_stated[0]);
     let ratio = after / noise(campaign);
-    // A noise that is stated far too small is told as such where calibration takes nearly everything away.
+    // A noise that is stated far too small is reported as such where calibration takes nearly everything away.
     let is_much = after > NEARLY_ALL * before || campaign.is_difference();
     let beyond = if is_noise_stated && is_much && ratio > limits.noise_hopeless {
         format!("{ratio:.0} times the stated noise")

@@ -72,7 +72,7 @@ impl Part {
         self != Self::Base
     }
 
-    /// What is told of it.
+    /// What is reported of it.
     fn words(self) -> &'static str {
         match self {
             Self::Base => "base",
@@ -128,7 +128,7 @@ pub(super) fn differ(evidence: &Evidence, limits: &Limits) -> Option<Diagnostic>
     };
     let noise = mean_rms_max(campaign.readings.iter().map(|reading| reading.noise.position[0]))[1];
     let one = [Part::Base, Part::Tool].into_iter().filter_map(tried).min_by(|a, b| a.error.total_cmp(&b.error));
-    // One of the two is the plainer word: both are told where that leaves less by as much again.
+    // One of the two is the plainer word: both are reported where that leaves less by as much again.
     let least = one.as_ref().map_or(f64::INFINITY, |one| one.error);
     let both = (least > limits.sessions_fall * noise).then(|| tried(Part::Both)).flatten();
     let fall = limits.sessions_fall.powi(2);

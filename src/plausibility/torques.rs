@@ -64,7 +64,7 @@ pub(super) fn hold_the_masses(evidence: &Evidence, limits: &Limits) -> Vec<Diagn
             }
         }
     }
-    wrong.told(|variable| format!("`torque.{}`", model.variables[variable].name))
+    wrong.reported(|variable| format!("`torque.{}`", model.variables[variable].name))
 }
 
 /// Sensors that do not show what holds their joints.
@@ -79,7 +79,7 @@ struct Wrong {
 }
 
 impl Wrong {
-    fn told(&self, name: impl Fn(usize) -> String) -> Vec<Diagnostic> {
+    fn reported(&self, name: impl Fn(usize) -> String) -> Vec<Diagnostic> {
         let mut found = Vec::new();
         let listed = |all: Vec<String>| all.join(", ");
         if let Some((_, factor)) = self.factors.first() {

@@ -25,7 +25,7 @@ pub use error::PredictionError;
 pub use holding::fill_holding_loads;
 pub use reading::{earlier_normal, target_values, undeflected_point};
 pub use single::{Seen, SingleError, SinglePredictor, SingleWorkspace};
-pub use survey::survey;
+pub use survey::{joint_loads, survey};
 pub use terms::{Declared, Term, declared};
 pub use touching::{Toucher, seated};
 pub use uncertainty::FittedUncertainty;

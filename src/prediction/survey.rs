@@ -7,7 +7,7 @@ use super::terms::measured_frames;
 use crate::description::campaign::{Campaign, Reading};
 use crate::kinematics::Geometry;
 use crate::model::{Follower, Survey};
-use crate::state::{JointLoadPlan, Loads, Mechanics};
+use crate::state::{JointLoadPlan, JointLoads, Loads, Mechanics, State};
 
 /// What a campaign offers: greatest loads on the joints, times, temperatures, sides of approach.
 ///
@@ -15,35 +15,24 @@ use crate::state::{JointLoadPlan, Loads, Mechanics};
 /// The first configuration that cannot be assembled.
 pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, PredictionError> {
     let model = geometry.model;
-    let nothing = Loads { weight: false, wrench: false };
-    let mechanics = Mechanics::new(model, geometry.values(), nothing, &[])?;
-    let plan = JointLoadPlan::new(&mechanics, measured_frames(model, campaign), &[]);
-    let (mut state, mut loads) = (mechanics.state(), plan.loads());
     let (variables, followers) = (model.variables.len(), model.followers());
     let coordinates = variables + followers.len();
     let is_difference = campaign.observes.is_difference();
     let mut drivers = DriverValues::new(campaign, coordinates);
     let zeros = vec![0.0; coordinates];
     let mut survey = Survey { greatest_load: zeros.clone(), greatest_own_load: zeros, ..Survey::default() };
-    for (index, reading) in campaign.readings.iter().enumerate() {
-        let q = campaign.configuration(index);
-        if index == 0 || campaign.configuration(index - 1) != q {
-            let placed = mechanics.place(q, &mut state);
-            placed.map_err(|source| PredictionError::at(campaign, index, source))?;
-            plan.place(&mechanics, &mut state, &mut loads);
-        }
-        plan.load(&state, &mechanics.point(&state, reading, &reading.wrench), &mut loads);
+    each_reading(geometry, campaign, |index, state, loads| {
+        let reading = &campaign.readings[index];
         let base = geometry.placement(model.base_slot(reading.session));
         let up = base.rotation * -model.structure.gravity.try_normalize(0.0).unwrap_or_default();
         let is_seen = reading.observes.length_rows() == 3 && !reading.observes.touches();
         let seen = is_seen.then(|| [(base * undeflected_point(geometry, &state.placements, reading)).coords, up]);
-        drivers.note(campaign, index, &followers, &loads, seen);
-        for (coordinate, (load, own)) in loads.total.iter().zip(&loads.own).enumerate() {
-            let shown = load - if is_difference { *own } else { 0.0 };
-            survey.greatest_load[coordinate] = survey.greatest_load[coordinate].max(shown.abs());
+        drivers.note(campaign, index, &followers, loads, seen);
+        for (coordinate, (load, own)) in shown(loads, is_difference).zip(&loads.own).enumerate() {
+            survey.greatest_load[coordinate] = survey.greatest_load[coordinate].max(load.abs());
             survey.greatest_own_load[coordinate] = survey.greatest_own_load[coordinate].max(own.abs());
         }
-    }
+    })?;
     of_conditions(&mut survey, campaign, variables, &followers);
     let conditions = &campaign.conditions;
     let temperatures = model.frames.iter().map(|frame| conditions.temperatures_at(&frame.name).and_then(varying_mean));
@@ -52,6 +41,45 @@ pub fn survey(geometry: &Geometry, campaign: &Campaign) -> Result<Survey, Predic
     survey.is_difference = is_difference;
     survey.knots = drivers.knots();
     Ok(survey)
+}
+
+/// Load on the joint of each coordinate in each reading, N.m or N: of a difference what the applied wrench adds.
+///
+/// # Errors
+/// The first configuration that cannot be assembled.
+pub fn joint_loads(geometry: &Geometry, campaign: &Campaign) -> Result<Vec<Vec<f64>>, PredictionError> {
+    let is_difference = campaign.observes.is_difference();
+    let mut all = Vec::with_capacity(campaign.readings.len());
+    each_reading(geometry, campaign, |_, _, loads| all.push(shown(loads, is_difference).collect()))?;
+    Ok(all)
+}
+
+/// Loads on the joints as a reading shows them.
+fn shown(loads: &JointLoads, is_difference: bool) -> impl Iterator<Item = f64> {
+    loads.total.iter().zip(&loads.own).map(move |(load, own)| load - if is_difference { *own } else { 0.0 })
+}
+
+/// Places the robot, undeflected, in each reading, with the loads on its joints.
+fn each_reading(
+    geometry: &Geometry,
+    campaign: &Campaign,
+    mut note: impl FnMut(usize, &State, &JointLoads),
+) -> Result<(), PredictionError> {
+    let nothing = Loads { weight: false, wrench: false };
+    let mechanics = Mechanics::new(geometry.model, geometry.values(), nothing, &[])?;
+    let plan = JointLoadPlan::new(&mechanics, measured_frames(geometry.model, campaign), &[]);
+    let (mut state, mut loads) = (mechanics.state(), plan.loads());
+    for (index, reading) in campaign.readings.iter().enumerate() {
+        let q = campaign.configuration(index);
+        if index == 0 || campaign.configuration(index - 1) != q {
+            let placed = mechanics.place(q, &mut state);
+            placed.map_err(|source| PredictionError::at(campaign, index, source))?;
+            plan.place(&mechanics, &mut state, &mut loads);
+        }
+        plan.load(&state, &mechanics.point(&state, reading, &reading.wrench), &mut loads);
+        note(index, &state, &loads);
+    }
+    Ok(())
 }
 
 /// Times, moves, ranges and sides of approach, by coordinate.

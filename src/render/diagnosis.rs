@@ -157,8 +157,8 @@ fn cause(number: usize, cause: &Cause) -> String {
         let named = |EffectAtSite { effect, site }: &EffectAtSite| format!("{effect} at {site}");
         let rivals: Vec<String> = cause.indistinguishable_from.iter().map(named).collect();
         let _ = match cause.level {
-            Level::Family => writeln!(out, "   nearest   {}", rivals.join(", ")),
-            _ => writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", ")),
+            Level::Law => writeln!(out, "   these readings cannot tell it from: {}", rivals.join(", ")),
+            _ => writeln!(out, "   nearest   {}", rivals.join(", ")),
         };
     }
     let _ = writeln!(out, "   to do     {}\n", cause.remedy);

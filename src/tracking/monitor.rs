@@ -58,7 +58,7 @@ pub struct Event {
 }
 
 impl Event {
-    /// Parameters that changed or cannot be told from the one that did.
+    /// Parameters that changed or cannot be distinguished from the one that did.
     fn suspects(&self) -> impl Iterator<Item = usize> {
         self.changes.iter().map(|change| change.parameter).chain(self.rivals.iter().copied())
     }
@@ -68,7 +68,7 @@ impl Event {
         self.changes.iter().find(|change| change.parameter == parameter).map(|change| change.change)
     }
 
-    /// Whether a jump may be part of this growth: of a constant that grows or cannot be told from it, and not the other way.
+    /// Whether a jump may be part of this growth: of a constant that grows or cannot be distinguished from it, and not the other way.
     fn has_part(&self, jump: &Event) -> bool {
         let is_against = |change: &Amount| self.change(change.parameter).is_some_and(|own| own * change.change < 0.0);
         self.suspects().any(|own| jump.suspects().any(|theirs| own == theirs)) && !jump.changes.iter().any(is_against)

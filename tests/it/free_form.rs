@@ -218,7 +218,10 @@ fn a_curve_is_written_as_it_was_read() {
     let model = load_robot("universal-ur5").expect("a robot").model;
     for follows in ["q1", "own-load.q3", "load.q3", "move.q3", "time", "session-time", "temperature", "height", "range"]
     {
-        let raw = entry(follows, &[-1.0, 0.0, 2.0], &[1e-4, 0.0, -1e-4]);
+        let mut raw = entry(follows, &[-1.0, 0.0, 2.0], &[1e-4, 0.0, -1e-4]);
+        if ["height", "range"].contains(&follows) {
+            raw.site = Some("instrument".into());
+        }
         assert_eq!(model.resolve_effect(&raw).expect("an effect").raw(&model), raw);
     }
 }
@@ -238,6 +241,10 @@ fn curves_that_cannot_be_are_refused() {
     word.parameters.insert("k1".into(), RawAmount::from("much"));
     word.curve = None;
     assert!(message(&word).contains("lacks `at`"));
+    // Where the point is from the instrument moves no joint.
+    let fault = model.resolve_effect(&entry("height", &[0.0, 1.0], &[1e-4, 0.0])).expect_err("refused").diagnostic;
+    assert!(fault.message.contains("`follows: height`"), "{fault:?}");
+    assert!(fault.remedy.iter().any(|remedy| remedy.contains("site: instrument")), "{fault:?}");
 }
 
 /// Commands outside the range in which effects were found say so; inside they do not.

@@ -201,7 +201,7 @@ fn a_curve_in_time_stands_at_the_body_that_moves() {
         parameters
             .extend(across.iter().zip(zigzag).map(|(name, value)| (name.as_str(), RawAmount::from(-0.6 * value))));
         let (plain, spoiled) = arm("free-form", site, &parameters);
-        let found = diagnosed(&plain, &read(&plain, &spoiled, 0.7));
+        let found = diagnosed(&plain, &read_at(60, &plain, &spoiled, 0.7));
         let said: Vec<String> =
             found.causes.iter().map(|cause| format!("{}@{} {:?}", cause.effect, cause.site, cause.level)).collect();
         let [cause] = &found.causes[..] else { panic!("{site}: {said:?}") };
@@ -256,6 +256,31 @@ fn a_saw_is_no_swing() {
         let causes = found["causes"].as_array().expect("a list");
         assert!(causes.iter().all(|cause| cause["level"] != "law"), "{order}: {}", found["causes"]);
     }
+}
+
+/// A swing with another error that goes with the same angle: of any shape, and no swing.
+#[test]
+fn a_law_beside_a_curve_of_its_own_is_not_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
+    ok(&["convert", "universal-ur5", "plain.yaml"]);
+    let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
+    let swing = "{effect: transmission-error, site: joint:3, parameters: {order: 1, cos: 0.001, sin: 0.0004}}";
+    let knots = "follows: q3, at: [-2.6, -1.3, 0, 1.3, 2.6], k1: 2e-4, k2: -2e-4, k3: 2e-4, k4: -2e-4, k5: 2e-4";
+    let both = format!("effects:\n- {swing}\n- {{effect: free-form, site: joint:3, parameters: {{{knots}}}}}\n");
+    std::fs::write(at.join("arm.yaml"), plain + &both).expect("written");
+    let unknown = ["--noise", "0.03", "--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
+    ok(&[&["simulate", "arm.yaml", "--poses", "80", "--into", "c"][..], &unknown].concat());
+    let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    let causes: Vec<[&str; 3]> = found["causes"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|cause| ["effect", "site", "follows"].map(|key| cause[key].as_str().unwrap_or_default()))
+        .collect();
+    assert_eq!(causes, [["free-form", "joint:3", "q3"]], "{}", found["causes"]);
 }
 
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that

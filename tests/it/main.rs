@@ -43,6 +43,7 @@ mod fuzzy_trees;
 mod generated;
 mod golden_elastic;
 mod golden_geometry;
+mod heavy_tails;
 mod identifiability;
 mod inclination;
 mod init;

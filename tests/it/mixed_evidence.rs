@@ -213,6 +213,13 @@ measurements:
     assert_eq!(names, ["s1@mon", "s1@tue", "s2@mon", "s2@tue"]);
     let found = result(folder.path(), &["identify", "made"]);
     assert!((0.7..1.3).contains(&noise_ratio(&found)), "{}", found["noise_ratio"]);
+    // Where no reading has a station, both ways to give one are named.
+    let campaign = folder.path().join("made/campaign.yaml");
+    let text = std::fs::read_to_string(&campaign).expect("text");
+    std::fs::write(&campaign, text.replace("group: session", "group: station")).expect("written");
+    let ran = run(folder.path(), &["check", "made"]);
+    let remedy = "add the column `station` to the readings or `station:` to their entry in `measurements:`";
+    assert!(ran.status == 2 && ran.err.contains(remedy), "{}", ran.err);
 }
 
 /// Angles alone have no errors in mm, and what a sensor's readings depend on is named where most of them are far off.

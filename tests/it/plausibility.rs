@@ -47,7 +47,7 @@ impl Table {
 }
 
 /// Changes the measurements of the campaign in a folder.
-pub(super) fn spoil(campaign: &Path, change: impl Fn(&mut Table)) {
+pub(super) fn spoil(campaign: &Path, change: impl FnOnce(&mut Table)) {
     let path = campaign.join("measurements.csv");
     let text = std::fs::read_to_string(&path).expect("text");
     let cells = |line: &str| line.split(',').map(String::from).collect::<Vec<_>>();
@@ -1213,6 +1213,8 @@ fn a_robust_loss_hides_no_third_of_the_readings() {
     });
     for loss in ["huber", "tukey"] {
         let command = ["identify", "c", "--loss", loss];
+        // Whoever asked for it is not told to ask for it.
+        assert!(!run(at, &command).out.contains("--loss huber"), "{loss}");
         doubts(at, &command, "unlike-description", &["20 of 60 readings", "is of something else"]);
         assert_eq!(run(at, &[&command[..], &["--save", "x.yaml"]].concat()).status, 1);
         assert!(!at.join("x.yaml").exists());
@@ -1227,4 +1229,35 @@ fn held_out_readings_of_a_thin_fit_are_not_called_wrong() {
     simulated(at, "universal-ur5", &["--poses", "12", "--unknown-base", "--unknown-tool", "--check", "0.25"]);
     let found = json(&run(at, &["identify", "s", "--format", "json"]));
     assert!(of_code(&found, "outlying-readings").is_empty(), "{}", found["diagnostics"]);
+}
+
+/// One wrong reading: a robust loss is advised only where none was asked for.
+#[test]
+fn a_robust_loss_is_advised_once() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t| {
+        let z = t.column("z");
+        t.rows[7][z] = (t.rows[7][z].parse::<f64>().expect("a number") + 40.0).to_string();
+    });
+    for (loss, is_advised) in [("squares", true), ("huber", false), ("tukey", false)] {
+        let ran = run(at, &["identify", "c", "--loss", loss]);
+        assert!(ran.out.contains("outlying-readings"), "{loss}: {}", ran.out);
+        assert_eq!(ran.out.contains("(`--loss huber`)"), is_advised, "{loss}: {}", ran.out);
+    }
+}
+
+/// The error of readings that were held out counts for little where these are of one configuration or two.
+#[test]
+fn few_configurations_held_out_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (share, configurations) in [("0.025", Some(1.0)), ("0.05", Some(2.0)), ("0.1", None)] {
+        simulated(at, "universal-ur5", &["--poses", "40", "--unknown-base", "--unknown-tool", "--check", share]);
+        let found = json(&run(at, &["identify", "s", "--format", "json"]));
+        let all = found["diagnostics"].as_array().expect("a list").iter();
+        let told = all.filter(|one| one["message"].as_str().is_some_and(|text| text.contains("did not see come from")));
+        let told: Vec<Option<f64>> = told.map(|one| one["figures"]["configurations"].as_f64()).collect();
+        assert_eq!(told, configurations.map(Some).into_iter().collect::<Vec<_>>(), "{share}: {}", found["diagnostics"]);
+    }
 }

@@ -145,12 +145,12 @@ fn orientations_are_judged_by_their_own_noise() {
     let campaign = at.join("p/campaign.yaml");
     let text = std::fs::read_to_string(&campaign).expect("text");
     let line = text.lines().find(|line| line.trim_start().starts_with("orientation:")).expect("stated");
-    for (stated, is_told) in [("0.01", false), ("10", true), ("0.0001", true)] {
+    for (stated, is_identifiable) in [("0.01", false), ("10", true), ("0.0001", true)] {
         std::fs::write(&campaign, text.replace(line, &format!("  orientation: {stated}"))).expect("written");
         let found = json(&run(at, &["identify", "p", "--format", "json"]));
         let told = of_code(&found, "noise-unlike-stated");
         let words = told.iter().any(|d| d["message"].as_str().is_some_and(|m| m.contains("residuals of orientations")));
-        assert_eq!(words, is_told, "{stated}: {}", found["diagnostics"]);
+        assert_eq!(words, is_identifiable, "{stated}: {}", found["diagnostics"]);
     }
 }
 
@@ -267,6 +267,21 @@ fn forces_in_pounds_are_doubted() {
     let ran = run(at, &identify);
     assert!(ran.out.contains("DOUBTFUL (wrong-units)") && ran.out.contains("lbf"), "{}", ran.out);
     assert!(ran.status == 1 && !at.join("x.yaml").exists(), "{}", ran.out);
+}
+
+/// Positions under a load that are declared deflections.
+#[test]
+fn positions_declared_as_deflections_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = ["simulate", "kuka-kr270", "--poses", "40", "--wrench", "0,0,-2500", "--noise", "0.02", "--into", "p"];
+    ok(&run(at, &made));
+    let file = at.join("p/campaign.yaml");
+    let text = std::fs::read_to_string(&file).expect("text");
+    std::fs::write(&file, text.replace("observes: position", "observes: deflection")).expect("written");
+    let ran = run(at, &["identify", "p"]);
+    let told = ["than the declared springs allow for", "are these positions (`observes: position`)?"];
+    assert!(ran.status == 2 && told.iter().all(|words| ran.err.contains(words)), "{}{}", ran.out, ran.err);
 }
 
 /// Four orientations far off, beside an error that is greater than what they do at a tool's length.

@@ -84,11 +84,11 @@ fn are_told_apart_by_times(campaign: &Campaign) -> bool {
         .map(|(k, (reading, time))| (reading.session, *time, k))
         .collect();
     timed.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let is_told_apart = |pair: &[(InSession, f64, usize)]| {
+    let is_distinct = |pair: &[(InSession, f64, usize)]| {
         let is_same_moment = pair[0].0 == pair[1].0 && pair[0].1 == pair[1].1;
         !is_same_moment || campaign.configuration(pair[0].2) == campaign.configuration(pair[1].2)
     };
-    timed.iter().all(|(_, time, _)| time.is_finite()) && timed.windows(2).all(is_told_apart)
+    timed.iter().all(|(_, time, _)| time.is_finite()) && timed.windows(2).all(is_distinct)
 }
 
 /// A number in the column `order` that two configurations of a session have: nothing says which of them came first.

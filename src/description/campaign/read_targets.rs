@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::raw::{ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact};
+use super::sessions::{SESSION, STATION};
 use super::source::Source;
 use super::targets::{Between, Constraint, Target, TargetValue};
 use crate::description::resolve::Locate;
@@ -52,7 +53,12 @@ pub(super) fn targets(
             diagnostics.extend(own.group.as_ref().filter(|_| members.is_empty()).map(|column| {
                 let message =
                     format!("the contact `{name}` is one of a group by the column `{column}`, which names none");
-                let remedy = format!("add the column `{column}` to the readings, or leave `group:` out");
+                let key = if [SESSION, STATION].contains(&column.as_str()) {
+                    format!(" or `{column}:` to their entry in `measurements:`")
+                } else {
+                    String::new()
+                };
+                let remedy = format!("add the column `{column}` to the readings{key}, or leave `group:` out");
                 Diagnostic::error(message).at(locate(&["contacts", name, "group"])).remedy(remedy)
             }));
             targets.extend(members.into_iter().map(|group| contact(name, own, group, length)));

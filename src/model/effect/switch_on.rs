@@ -222,6 +222,10 @@ impl Model {
         let values = self.stated_nonlinear(effect, given)?;
         let mut symbols: Vec<String> = values.iter().map(|(known, _)| known.name.to_string()).collect();
         let nonlinear = Nonlinear::new(values);
+        if let Some((key, remedy)) = effect.misplaced(site, &nonlinear) {
+            let stated = given.get(key).map(ToString::to_string).unwrap_or_default();
+            return Err(fault(key, format!("`{key}: {stated}` of `{name}` at `{}`", site.name), remedy.into()));
+        }
         let parameters = effect.parameters(self, site, &nonlinear);
         let mut amounts = IndexMap::new();
         for (key, value) in given {
