@@ -254,7 +254,7 @@ pub struct OutlierSettings {
     /// Share of the error that outliers must make up to be named as a cause.
     pub least_shrinkage: f64,
     /// Probability with which noise that has tails as heavy as the other readings show reaches as far, above which they are named by no
-    /// cause.
+    /// cause. A judgement.
     pub tail_chance: f64,
 }
 

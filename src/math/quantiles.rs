@@ -43,8 +43,7 @@ pub fn t95(degrees_of_freedom: f64) -> f64 {
             + of([0.0, 5.0, 16.0, 3.0]) / (96.0 * n * n)
             + of([3.0, 19.0, 17.0, -15.0]) / (384.0 * n * n * n);
     }
-    let known = StudentsT::new(0.0, 1.0, degrees_of_freedom).ok().filter(|_| degrees_of_freedom.is_finite());
-    known.map_or(f64::INFINITY, |t| t.inverse_cdf(UPPER))
+    t_quantile(UPPER, degrees_of_freedom)
 }
 
 /// Value below which a standard normal variable lies with a probability between 0 and 1.
