@@ -11,7 +11,7 @@
 //! ```
 //!
 //! A printed number may have more digits than the docs show. In a table, where a line of the source begins with the row's
-//! name, the row's figures must be in that line. A record names the command that makes it in its first line: either a
+//! name, the row's numbers must be those of that line in its order, whole ones too but for the first cell's. A record names the command that makes it in its first line: either a
 //! test, which compares its findings with the record whenever it runs ([`recorded`]), or `docs/figures/make.py`.
 
 use std::collections::HashMap;
@@ -222,11 +222,24 @@ fn unfounded(block: &Block, sources: &mut Sources) -> Vec<String> {
             };
             texts.iter().flat_map(|text| text.lines()).filter(begins).collect()
         });
-        let from = if of_row.is_empty() { texts.iter().map(String::as_str).collect() } else { of_row };
-        let known: Vec<Number> = from.into_iter().flat_map(numbers).collect();
-        for shown in numbers(&prose(line)).into_iter().filter(Number::is_figure) {
-            if !given.contains(&shown.written) && !known.iter().any(|known| known.shows_as(&shown)) {
-                missing.push(shown.written);
+        let shown = numbers(&prose(line));
+        let is_to_show = |number: &&Number| number.is_figure() && !given.contains(&number.written);
+        if of_row.is_empty() {
+            let known: Vec<Number> = texts.iter().flat_map(|text| numbers(text)).collect();
+            let is_missing = |number: &&Number| !known.iter().any(|known| known.shows_as(number));
+            missing.extend(shown.iter().filter(is_to_show).filter(is_missing).map(|number| number.written.clone()));
+            continue;
+        }
+        // Each cell's numbers, whole ones too, are those of the row's line, in its order: one does not stand for another.
+        let of_label = numbers(&prose(line.split(" |").next().unwrap_or_default())).len();
+        let mut known: Vec<Number> = of_row.into_iter().flat_map(numbers).collect();
+        for (at, number) in shown.iter().enumerate() {
+            if given.contains(&number.written) || at < of_label && !number.is_figure() {
+                continue;
+            }
+            match known.iter().position(|known| known.shows_as(number)) {
+                Some(at) => drop(known.drain(..=at)),
+                None => missing.push(number.written.clone()),
             }
         }
     }
@@ -255,7 +268,7 @@ fn every_figure_of_the_docs_is_printed_or_recorded() {
 #[test]
 fn wrong_figures_are_found() {
     let mut sources = Sources::default();
-    sources.known.insert("made.txt".into(), "$ make\nUR5: 0.10873 24 %\nUR10: 0.4247 1.2e-5\n".into());
+    sources.known.insert("made.txt".into(), "$ make\nUR5: 0.10873 24 %\nUR10: 0.4247 1.2e-5\nSCARA: 7 of 40\n".into());
     let mut missing =
         |page: &str| -> Vec<String> { blocks(page).iter().flat_map(|block| unfounded(block, &mut sources)).collect() };
     let marker = "<!-- figures: made.txt -->\n";
@@ -272,6 +285,8 @@ fn wrong_figures_are_found() {
         (format!("{marker}0.10873 mm but 0.108731 mm"), "0.108731"),
         (format!("{marker}25 %"), "25"),
         (format!("{marker}| UR5 | 0.4247 |"), "0.4247"),
+        (format!("{marker}| UR5 | 0.109 | 0.109 |"), "0.109"),
+        (format!("{marker}| `SCARA`, 9 readings | 8 of 40 |"), "8"),
         (format!("{marker}1.3e-5"), "1.3e-5"),
         ("0.109 mm".into(), "0.109"),
         (format!("{marker}0.109 mm\n\n0.11 mm"), "0.11"),
