@@ -120,39 +120,52 @@ pub fn without_lesser(forward: &Forward, mut claims: Vec<Claim>, members: &[usiz
 /// The claims, each law beside a curve at its site replaced by a curve alone: where the curve is of its family and the law does not take
 /// nearly all that both do, since the error then has another shape; of others where the law takes less than its share of what both do, and
 /// less than nearly what one curve does. Lags and compliances are named by what they go with, the last move or the load, in whatever way: for
-/// these both must hold.
-pub fn without_outdone(forward: &Forward, claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
-    let (hypotheses, limits) = (&forward.problem.hypotheses, &settings.claims);
-    let is_free_at = |h: usize, law: usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
-    let mut kept = claims.clone();
-    for law in claims.iter().map(|claim| claim.hypothesis).filter(|&h| !hypotheses[h].is_free()) {
-        let is_here = |claim: &Claim| claim.hypothesis == law || is_free_at(claim.hypothesis, law);
-        let (here, others): (Vec<Claim>, Vec<Claim>) = kept.iter().cloned().partition(is_here);
-        if here.len() < 2 || here.iter().all(|claim| claim.hypothesis != law || claim.level != Level::Law) {
-            continue;
-        }
-        let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
-        let squares = |own: &[usize]| forward.selector.fit(&[taken.as_slice(), own].concat()).squares;
-        let before = squares(&[]);
-        let gain = |own: &[usize]| before - squares(own);
-        let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
-        let is_of_driver = matches!(hypotheses[law].family(), Family::History | Family::Elastic);
-        let is_of_shape = !is_of_driver && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
-        let curves = (0..hypotheses.len()).filter(|&h| is_free_at(h, law));
-        let best = curves.map(|h| gain(&[h])).fold(0.0, f64::max);
-        let least = match is_of_shape {
-            true => limits.near_curve * gain(&both),
-            false => f64::min(limits.of_free * gain(&both), limits.near_curve * best),
-        };
-        if gain(&[law]) >= least {
-            continue;
-        }
-        let found = curve(forward, &taken, Some(&hypotheses[law]), settings);
+/// these both must hold. What one law left with another is not known once that is replaced: the others are judged again.
+pub fn without_outdone(forward: &Forward, mut claims: Vec<Claim>, settings: &Settings) -> Vec<Claim> {
+    let hypotheses = &forward.problem.hypotheses;
+    loop {
+        let laws = claims.iter().filter(|claim| claim.level == Level::Law).map(|claim| claim.hypothesis);
+        let outdone =
+            laws.filter(|&h| !hypotheses[h].is_free()).find(|&law| is_outdone(forward, &claims, law, settings));
+        let Some(law) = outdone else { return claims };
+        let (here, mut kept) = here(hypotheses, claims, law);
+        let taken: Vec<usize> = kept.iter().map(|claim| claim.hypothesis).collect();
         let left = here.into_iter().filter(|claim| claim.hypothesis != law);
-        let stands: Vec<Claim> = found.map_or_else(|| left.collect(), |found| vec![found]);
-        kept = others.into_iter().chain(stands).collect();
+        match curve(forward, &taken, Some(&hypotheses[law]), settings) {
+            Some(found) => kept.push(found),
+            None => kept.extend(left),
+        }
+        claims = kept;
     }
-    kept
+}
+
+/// A law and the curves at its site, and the other claims.
+fn here(hypotheses: &[Hypothesis], claims: Vec<Claim>, law: usize) -> (Vec<Claim>, Vec<Claim>) {
+    let is_free_here = |h: usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
+    claims.into_iter().partition(|claim| claim.hypothesis == law || is_free_here(claim.hypothesis))
+}
+
+/// Whether a curve that is claimed at the site of a law shows that it is another: see [`without_outdone`].
+fn is_outdone(forward: &Forward, claims: &[Claim], law: usize, settings: &Settings) -> bool {
+    let (hypotheses, limits) = (&forward.problem.hypotheses, &settings.claims);
+    let (here, others) = here(hypotheses, claims.to_vec(), law);
+    if here.len() < 2 {
+        return false;
+    }
+    let taken: Vec<usize> = others.iter().map(|claim| claim.hypothesis).collect();
+    let squares = |own: &[usize]| forward.selector.fit(&[taken.as_slice(), own].concat()).squares;
+    let before = squares(&[]);
+    let gain = |own: &[usize]| before - squares(own);
+    let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
+    let is_of_driver = matches!(hypotheses[law].family(), Family::History | Family::Elastic);
+    let is_of_shape = !is_of_driver && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
+    let is_free_at = |&h: &usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
+    let best = (0..hypotheses.len()).filter(is_free_at).map(|h| gain(&[h])).fold(0.0, f64::max);
+    let least = match is_of_shape {
+        true => limits.near_curve * gain(&both),
+        false => f64::min(limits.of_free * gain(&both), limits.near_curve * best),
+    };
+    gain(&[law]) < least
 }
 
 /// The claims, or curves at the sites of laws where none of these is likely; their families where no curve is worth having.
