@@ -124,8 +124,9 @@ fn are_of_the_noise(competition: &Competition, marked: &[bool], settings: &Outli
     heavy_tail::reaches(sizes, farthest.fold(0.0, f64::max), settings.tail_chance)
 }
 
-/// The cause `outliers`, and the root mean square and greatest error of all readings (m): with nothing but the calibration
-/// fitted these are set aside first, which leaves the first of `left` (m); the second is what all causes leave. `None`
+/// The cause `outliers`, and the root mean square and greatest error of all readings (m) where they are part of the gap: with nothing but the
+/// calibration fitted these are set aside first, which leaves the first of `left` (m); the second is what all causes leave. Where a
+/// greater gap hides them, the cause is by what they are beyond these, and the errors are `None`. No cause
 /// where there is no outlier, where they are no further off than noise with tails as heavy as the others show, or just beyond what noise does,
 /// and explain no gap.
 ///
@@ -137,7 +138,7 @@ pub fn cause(
     members: &[usize],
     marked: &[bool],
     left: [f64; 2],
-) -> Result<Option<(Cause, [f64; 2])>, CalibrationError> {
+) -> Result<Option<(Cause, Option<[f64; 2]>)>, CalibrationError> {
     let count = marked.iter().filter(|marked| **marked).count();
     if count == 0 || are_of_the_noise(competition, marked, &inputs.settings.outliers) {
         return Ok(None);
@@ -156,13 +157,16 @@ pub fn cause(
     let [alone, after] = left;
     let explained = left_of_all(inputs, competition, members)?;
     let least = inputs.settings.outliers.least_shrinkage;
-    if shrinkage(&explained, after).0 < least {
+    let of_rest = shrinkage(&explained, after);
+    if of_rest.0 < least {
         return Ok(None);
     }
     let calibrated = left_of_all(inputs, competition, &[])?;
-    let (value, errors) = shrinkage(&calibrated, alone);
+    let of_gap = shrinkage(&calibrated, alone);
+    let is_hidden = of_gap.0 < least;
+    let (value, errors) = if is_hidden { of_rest } else { of_gap };
     // Rotations alone may be what is wrong.
-    let rotations = turned(&calibrated).filter(|_| value < least).map(|[all, others]| {
+    let rotations = turned(&calibrated).filter(|_| is_hidden).map(|[all, others]| {
         format!("errors of orientations (rms) fall from {all:.4} to {others:.4} deg without these readings")
     });
     let effect = inputs.model.catalogue.get("outliers");
@@ -177,7 +181,7 @@ pub fn cause(
             ci95: Some(0.0),
         }],
         rms_before: errors[0],
-        rms_after: alone,
+        rms_after: if is_hidden { after } else { alone },
         shrinkage: Shrinkage { value, ci95: Some([value; 2]) },
         rivals: Vec::new(),
         family: Family::Gross,
@@ -192,7 +196,7 @@ pub fn cause(
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),
     };
-    Ok(Some((cause, errors)))
+    Ok(Some((cause, (!is_hidden).then_some(errors))))
 }
 
 /// What is left of all readings with some members fitted.

@@ -319,7 +319,7 @@ pub struct Diagnosis {
     pub location: Location,
     /// The answer.
     pub verdict: Verdict,
-    /// Causes, in the order found; outliers, which are set aside before anything is fitted, first.
+    /// Causes, in the order found; outliers, which are set aside before anything is fitted, first, or last where a greater gap hides them.
     pub causes: Vec<Cause>,
     /// Hypotheses that were not selected, the nearest first.
     pub rejected: Vec<Rejected>,
@@ -339,7 +339,7 @@ pub struct Diagnosis {
     pub outliers: Vec<usize>,
     /// Where these stand: file and line.
     pub outliers_at: Vec<String>,
-    /// Root mean square and greatest error before outliers were set aside, m; `None` where they are no cause.
+    /// Root mean square and greatest error before outliers were set aside, m; `None` where they are no cause, or hidden by a greater gap.
     pub with_outliers: Option<[f64; 2]>,
     /// Calibrated values of the model with the causes added, by slot.
     pub values: Vec<f64>,

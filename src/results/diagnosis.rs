@@ -14,13 +14,13 @@ use crate::diagnosis::{
 use crate::effects::Family;
 use crate::model::Model;
 
-/// The gap that calibration leaves on readings that were not fitted, mm; where outliers are a cause, `rms` and `max` are those
+/// The gap that calibration leaves on readings that were not fitted, mm; where outliers are a part of it, `rms` and `max` are those
 /// of all readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
     pub rms: f64,
     pub max: f64,
-    /// With the outliers set aside, where they are a cause.
+    /// With the outliers set aside, where they are a part of the gap.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_outliers: Option<f64>,
     /// Root mean square position error by noise alone.

@@ -283,6 +283,27 @@ fn a_law_beside_a_curve_of_its_own_is_not_named() {
     assert_eq!(causes, [["free-form", "joint:3", "q3"]], "{}", found["causes"]);
 }
 
+/// A joint's error that goes smoothly from one value to another in the middle of its range: a gear ratio and a swing take most of it
+/// together, and once the swing gives way to a curve the gear ratio does so too.
+#[test]
+fn a_smooth_step_is_no_gear_ratio() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
+    ok(&["convert", "universal-ur5", "plain.yaml"]);
+    let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
+    let knots = "follows: q1, at: [-6, -0.2, 0, 0.2, 6], k1: -3e-4, k2: -3e-4, k3: 0, k4: 3e-4, k5: 3e-4";
+    let step = format!("effects:\n- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
+    std::fs::write(at.join("arm.yaml"), plain + &step).expect("written");
+    let unknown = ["--noise", "0.01", "--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
+    ok(&[&["simulate", "arm.yaml", "--poses", "60", "--into", "c"][..], &unknown].concat());
+    let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    let causes = found["causes"].as_array().expect("a list");
+    let said: Vec<_> = causes.iter().map(|cause| (&cause["effect"], &cause["site"])).collect();
+    assert_eq!(said, [(&"free-form".into(), &"joint:1".into())], "{}", found["causes"]);
+}
+
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that
 /// leaves.
 #[test]
