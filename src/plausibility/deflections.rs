@@ -183,7 +183,7 @@ pub(super) fn as_large_as_declared(evidence: &Evidence, limits: &Limits) -> Vec<
     let sizes = campaign.readings.iter().map(lengths).filter(|size| *size > 0.0).collect::<Vec<_>>();
     let are_places = median(&mut { sizes }).is_some_and(|size| size > PLACES * total_length(model));
     let remedy = match are_places {
-        true => "are these positions (`observes: position`)? An arm that deflects by so much of its length breaks",
+        true => "are these positions (`observes: position`)? Loads deflect an arm by thousandths of its length",
         false => {
             "state `stiffness`, `rotational_stiffness`, `force`, `torque` and `length` under `units:` as the files have them; \
              if the declared stiffnesses are guesses, take no notice"

@@ -856,7 +856,7 @@ fn deflections_against_their_loads_are_named() {
         ),
     ];
     for name in ["ir663-axial-screws", "kr270-no-compensator"] {
-        for (columns, words) in mistakes {
+        for (k, (columns, words)) in mistakes.iter().enumerate() {
             let folder = tempfile::tempdir().expect("a folder");
             let at = folder.path().join("c");
             std::fs::create_dir(&at).expect("a folder");
@@ -864,10 +864,15 @@ fn deflections_against_their_loads_are_named() {
             for file in ["campaign.yaml", "measurements.csv"] {
                 std::fs::copy(own.join(file), at.join(file)).expect("copied");
             }
-            assert_eq!(run(folder.path(), &["check", "c"]).status, 0, "{name}");
+            // Once each whether all commands say so, and whether sound readings pass.
+            let commands = if k == 0 { &["check", "identify", "diagnose"][..] } else { &["identify"] };
+            assert!(k > 0 || run(folder.path(), &["check", "c"]).status == 0, "{name}");
             spoil(&at, |table| table.scale(columns, -1.0));
-            for command in ["check", "identify", "diagnose"] {
-                refuses(folder.path(), &[command, "c"], "misread", &[words]);
+            for command in commands {
+                refuses(folder.path(), &[*command, "c"], "misread", &[words]);
+            }
+            if k > 0 {
+                continue;
             }
             let ran = run(folder.path(), &["identify", "c", "--format", "json"]);
             let [from, to] =
@@ -937,7 +942,7 @@ fn deflections_in_other_units_are_told() {
     simulated(at, "kuka-ir663", &[&DEFLECTIONS[..], &["--poses", "40", "--errors", "0"]].concat());
     let table = std::fs::read_to_string(at.join("s/measurements.csv")).expect("text");
     for (names, factor, commands) in [
-        (&["x", "y", "z"][..], 1e-3, &["identify", "diagnose", "report"][..]),
+        (&["x", "y", "z"][..], 1e-3, &["identify", "report"][..]),
         (&["fx", "fy", "fz", "mx", "my", "mz"], 1e3, &["identify"]),
         (&["fx", "fy", "fz", "mx", "my", "mz"], 1e-3, &["diagnose"]),
     ] {
