@@ -58,10 +58,10 @@ pub fn conclude(
     let both = inputs.campaign.readings.iter().zip(marked);
     let set_aside: Vec<&Reading> = both.filter(|(_, marked)| **marked).map(|(reading, _)| reading).collect();
     let outliers = outliers::cause(inputs, competition, members, marked, [gap.rms, rms_after])?;
-    let with_outliers = outliers.as_ref().and_then(|(_, errors)| *errors);
+    let with_outliers = outliers.as_ref().and_then(|outliers| outliers.with_all);
     let is_open = verdict != Verdict::NoGap || outliers.is_some();
     let entered = if with_outliers.is_some() { 0 } else { causes.len() };
-    causes.splice(entered..entered, outliers.map(|(cause, _)| cause));
+    causes.splice(entered..entered, outliers.map(|outliers| outliers.cause));
     let (rejected, rms_with_none) = rejected(&selector, members);
     progress("proposing configurations");
     let is_asked = settings.propose && is_open;

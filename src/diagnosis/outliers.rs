@@ -124,9 +124,16 @@ fn are_of_the_noise(competition: &Competition, marked: &[bool], settings: &Outli
     heavy_tail::reaches(sizes, farthest.fold(0.0, f64::max), settings.tail_chance)
 }
 
-/// The cause `outliers`, and the root mean square and greatest error of all readings (m) where they are part of the gap: with nothing but the
-/// calibration fitted these are set aside first, which leaves the first of `left` (m); the second is what all causes leave. Where a
-/// greater gap hides them, the cause is by what they are beyond these, and the errors are `None`. No cause
+/// Outliers as a cause.
+pub struct SetAside {
+    pub cause: Cause,
+    /// Root mean square and greatest error of all readings, m, where outliers are part of the gap; `None` where a greater gap hides them.
+    pub with_all: Option<[f64; 2]>,
+}
+
+/// The cause `outliers`. Where they are part of the gap, with nothing but the calibration
+/// fitted they are set aside first, which leaves the first of `left` (m); the second is what all causes leave. Where a
+/// greater gap hides them, the cause is what they add to the latter. No cause
 /// where there is no outlier, where they are no further off than noise with tails as heavy as the others show, or just beyond what noise does,
 /// and explain no gap.
 ///
@@ -138,7 +145,7 @@ pub fn cause(
     members: &[usize],
     marked: &[bool],
     left: [f64; 2],
-) -> Result<Option<(Cause, Option<[f64; 2]>)>, CalibrationError> {
+) -> Result<Option<SetAside>, CalibrationError> {
     let count = marked.iter().filter(|marked| **marked).count();
     if count == 0 || are_of_the_noise(competition, marked, &inputs.settings.outliers) {
         return Ok(None);
@@ -196,7 +203,7 @@ pub fn cause(
         remedy: effect.map_or("", |effect| effect.remedy()),
         entries: Vec::new(),
     };
-    Ok(Some((cause, (!is_hidden).then_some(errors))))
+    Ok(Some(SetAside { cause, with_all: (!is_hidden).then_some(errors) }))
 }
 
 /// What is left of all readings with some members fitted.
