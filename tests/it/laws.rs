@@ -232,76 +232,56 @@ fn a_walk_of_the_base_is_no_drift() {
     assert!(said.iter().all(|cause| !cause.contains("Law")), "{said:?}");
 }
 
-/// A joint's error that repeats several times a turn as a saw does: the swing of its period takes most of it, and is another shape. Nor is what
-/// that leaves, of twice the order, a swing.
-#[test]
-fn a_saw_is_no_swing() {
+/// The causes found of a UR5 with effects, by the robot without them: base and tool unknown, so many configurations, noise in mm.
+fn causes_of_ur5(effects: &str, poses: &str, noise: &str) -> Vec<serde_json::Value> {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
     ok(&["convert", "universal-ur5", "plain.yaml"]);
     let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
+    std::fs::write(at.join("arm.yaml"), format!("{plain}effects:\n{effects}")).expect("written");
+    let unknown = ["--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
+    ok(&[&["simulate", "arm.yaml", "--poses", poses, "--noise", noise, "--into", "c"][..], &unknown].concat());
+    let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    found["causes"].as_array().expect("a list").clone()
+}
+
+/// A joint's error that repeats several times a turn as a saw does: the swing of its period takes most of it, and is another shape. Nor is what
+/// that leaves, of twice the order, a swing.
+#[test]
+fn a_saw_is_no_swing() {
     for order in [3.0, 6.0] {
         let harmonic = |k: i32| {
             let [order, sine] = [order * f64::from(k), 2e-4 / f64::from(k)];
             format!("- {{effect: transmission-error, site: joint:3, parameters: {{order: {order}, sin: {sine}}}}}\n")
         };
         let saw: String = (1..=8).map(harmonic).collect();
-        std::fs::write(at.join("saw.yaml"), format!("{plain}effects:\n{saw}")).expect("written");
-        let into = format!("c{order}");
-        let unknown = ["--noise", "0.02", "--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
-        ok(&[&["simulate", "saw.yaml", "--poses", "100", "--into", into.as_str()][..], &unknown].concat());
-        let ran = run(at, &["diagnose", &into, "--robot", "plain.yaml", "--format", "json"]);
-        let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
-        let causes = found["causes"].as_array().expect("a list");
-        assert!(causes.iter().all(|cause| cause["level"] != "law"), "{order}: {}", found["causes"]);
+        let causes = causes_of_ur5(&saw, "100", "0.02");
+        assert!(causes.iter().all(|cause| cause["level"] != "law"), "{order}: {causes:?}");
     }
 }
 
 /// A swing with another error that goes with the same angle: of any shape, and no swing.
 #[test]
 fn a_law_beside_a_curve_of_its_own_is_not_named() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
-    ok(&["convert", "universal-ur5", "plain.yaml"]);
-    let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
     let swing = "{effect: transmission-error, site: joint:3, parameters: {order: 1, cos: 0.001, sin: 0.0004}}";
     let knots = "follows: q3, at: [-2.6, -1.3, 0, 1.3, 2.6], k1: 2e-4, k2: -2e-4, k3: 2e-4, k4: -2e-4, k5: 2e-4";
-    let both = format!("effects:\n- {swing}\n- {{effect: free-form, site: joint:3, parameters: {{{knots}}}}}\n");
-    std::fs::write(at.join("arm.yaml"), plain + &both).expect("written");
-    let unknown = ["--noise", "0.03", "--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
-    ok(&[&["simulate", "arm.yaml", "--poses", "80", "--into", "c"][..], &unknown].concat());
-    let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
-    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
-    let causes: Vec<[&str; 3]> = found["causes"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|cause| ["effect", "site", "follows"].map(|key| cause[key].as_str().unwrap_or_default()))
-        .collect();
-    assert_eq!(causes, [["free-form", "joint:3", "q3"]], "{}", found["causes"]);
+    let both = format!("- {swing}\n- {{effect: free-form, site: joint:3, parameters: {{{knots}}}}}\n");
+    let causes = causes_of_ur5(&both, "80", "0.03");
+    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site", "follows"].map(|key| cause[key].clone())).collect();
+    assert_eq!(said, [["free-form", "joint:3", "q3"].map(serde_json::Value::from)], "{causes:?}");
 }
 
 /// A joint's error that goes smoothly from one value to another in the middle of its range: a gear ratio and a swing take most of it
 /// together, and once the swing gives way to a curve the gear ratio does so too.
 #[test]
 fn a_smooth_step_is_no_gear_ratio() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let at = folder.path();
-    let ok = |arguments: &[&str]| assert_eq!(run(at, arguments).status, 0, "{arguments:?}");
-    ok(&["convert", "universal-ur5", "plain.yaml"]);
-    let plain = std::fs::read_to_string(at.join("plain.yaml")).expect("read");
     let knots = "follows: q1, at: [-6, -0.2, 0, 0.2, 6], k1: -3e-4, k2: -3e-4, k3: 0, k4: 3e-4, k5: 3e-4";
-    let step = format!("effects:\n- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
-    std::fs::write(at.join("arm.yaml"), plain + &step).expect("written");
-    let unknown = ["--noise", "0.01", "--errors", "0", "--unknown-base", "--unknown-tool", "--seed", "4"];
-    ok(&[&["simulate", "arm.yaml", "--poses", "60", "--into", "c"][..], &unknown].concat());
-    let ran = run(at, &["diagnose", "c", "--robot", "plain.yaml", "--format", "json"]);
-    let found: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
-    let causes = found["causes"].as_array().expect("a list");
-    let said: Vec<_> = causes.iter().map(|cause| (&cause["effect"], &cause["site"])).collect();
-    assert_eq!(said, [(&"free-form".into(), &"joint:1".into())], "{}", found["causes"]);
+    let step = format!("- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
+    let causes = causes_of_ur5(&step, "60", "0.01");
+    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site"].map(|key| cause[key].clone())).collect();
+    assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
 }
 
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that
