@@ -251,7 +251,8 @@ pub struct OutlierSettings {
     /// Where the gap is not explained, outliers lie at least this many times further off than all other readings:
     /// otherwise they are the tail of what is not explained.
     pub apart: f64,
-    /// Share of the error that outliers must make up to be named as a cause.
+    /// Share of the error that outliers must make up to be named as a cause: of the gap, where they then come first, or of what the other causes
+    /// leave. A judgement.
     pub least_shrinkage: f64,
     /// Probability with which noise that has tails as heavy as the other readings show reaches as far, above which they are named by no
     /// cause. A judgement.

@@ -141,8 +141,12 @@ pub fn without_outdone(forward: &Forward, mut claims: Vec<Claim>, settings: &Set
 
 /// A law and the curves at its site, and the other claims.
 fn here(hypotheses: &[Hypothesis], claims: Vec<Claim>, law: usize) -> (Vec<Claim>, Vec<Claim>) {
-    let is_free_here = |h: usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
-    claims.into_iter().partition(|claim| claim.hypothesis == law || is_free_here(claim.hypothesis))
+    claims.into_iter().partition(|claim| claim.hypothesis == law || is_curve_at(hypotheses, claim.hypothesis, law))
+}
+
+/// Whether a hypothesis is a curve at the site of a law.
+fn is_curve_at(hypotheses: &[Hypothesis], h: usize, law: usize) -> bool {
+    hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law])
 }
 
 /// Whether a curve that is claimed at the site of a law shows that it is another: see [`without_outdone`].
@@ -159,8 +163,8 @@ fn is_outdone(forward: &Forward, claims: &[Claim], law: usize, settings: &Settin
     let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
     let is_of_driver = matches!(hypotheses[law].family(), Family::History | Family::Elastic);
     let is_of_shape = !is_of_driver && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
-    let is_free_at = |&h: &usize| hypotheses[h].is_free() && hypotheses[h].is_at(&hypotheses[law]);
-    let best = (0..hypotheses.len()).filter(is_free_at).map(|h| gain(&[h])).fold(0.0, f64::max);
+    let curves = (0..hypotheses.len()).filter(|&h| is_curve_at(hypotheses, h, law));
+    let best = curves.map(|h| gain(&[h])).fold(0.0, f64::max);
     let least = match is_of_shape {
         true => limits.near_curve * gain(&both),
         false => f64::min(limits.of_free * gain(&both), limits.near_curve * best),
@@ -193,7 +197,7 @@ pub fn without_unlikely(forward: &Forward, claims: Vec<Claim>, settings: &Settin
 pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, settings: &Settings) -> Option<Claim> {
     let hypotheses = &forward.problem.hypotheses;
     let gains = forward.selector.gains(taken);
-    // In addition to the causes named only one that holds none of their laws.
+    // For a law at its site; in addition to what is claimed, one that says where it is.
     let is_there = |h: usize| match law {
         Some(law) => hypotheses[h].is_at(law),
         None => hypotheses[h].level() == Level::Site,
