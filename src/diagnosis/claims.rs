@@ -209,7 +209,7 @@ impl Compared<'_> {
         self.free().filter(|&at| is_simple(at) && self.is_elsewhere(at, own) && self.is_rival(at, own)).collect()
     }
 
-    /// The cause by its site, or its family, where it fails as a law only by what it misses there, and no curve stands for it. `judged`
+    /// The cause by its site, or its family, where it fails as a law only by its shape there, and no curve stands for it. `judged`
     /// are the cause, first, and what does as well.
     fn of_site_alone(&self, judged: &[(usize, Gates)]) -> Option<Claim> {
         let ((own, gates), tied) = judged.split_first()?;
@@ -217,7 +217,8 @@ impl Compared<'_> {
         let settings = self.forward.settings;
         let of_gap = self.gain(*own) / self.forward.gap;
         let is_great = self.is_sharp || of_gap >= settings.least_share;
-        if !is_great || !(Gates { missed: 0.0, ..*gates }).hold(settings) {
+        let of_site = Gates { missed: 0.0, is_of_other_shape: false, ..*gates };
+        if !is_great || !of_site.hold(settings) {
             return None;
         }
         let others: Vec<usize> = tied.iter().map(|(at, _)| *at).chain(self.curves_elsewhere(*own)).collect();

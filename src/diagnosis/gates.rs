@@ -18,6 +18,8 @@ pub struct Gates {
     /// Whether a free curve anywhere, an amount of each marker's own, one that changes along a joint, or an error at a few of its
     /// angles, is certainly better, and by much.
     pub is_beaten: bool,
+    /// Whether it has another shape at its site.
+    pub is_of_other_shape: bool,
     /// Share of what an error free in every configuration carries at the site.
     pub of_site: Option<f64>,
     /// Whether it may be another law in its limit.
@@ -29,6 +31,7 @@ pub struct Gates {
 impl Gates {
     pub fn hold(&self, settings: &ClaimSettings) -> bool {
         !self.is_beaten
+            && !self.is_of_other_shape
             && self.missed <= 1.0 - settings.of_site
             && self.of_site.is_none_or(|share| share >= settings.of_site)
             && self.of_free.is_none_or(|share| share >= settings.of_free)
@@ -74,7 +77,8 @@ impl Compared<'_> {
             }
         }
         let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
-        Gates { of_free, is_beaten, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
+        let is_of_other_shape = !is_beaten && self.is_of_other_shape(at);
+        Gates { of_free, is_beaten, is_of_other_shape, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
     }
 
     /// What a law takes away over what the best curve at its site does, with the other causes but for curves there; `None` where no curve

@@ -16,9 +16,9 @@ use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::settings::ClaimSettings;
 use crate::description::campaign::Campaign;
-use crate::effects::{Family, SiteKind};
+use crate::effects::{Family, NonlinearValue, SiteKind};
 use crate::math::project_off;
-use crate::model::Model;
+use crate::model::{Follower, Model};
 
 /// Errors over their sigmas by configuration, of each as many.
 type Errors = Vec<Vec<f64>>;
@@ -48,12 +48,14 @@ impl Readings<'_> {
     /// A coordinate in each configuration; `None` of constraints.
     pub fn positions(&self, coordinate: usize) -> Vec<Option<f64>> {
         let followers = self.model.followers();
-        let position = |reading: usize| {
-            let q = self.campaign.configuration(reading);
-            let of_follower = || Some(followers.get(coordinate.checked_sub(q.len())?)?.of(q));
-            q.get(coordinate).copied().or_else(of_follower)
-        };
-        self.first.iter().map(|reading| position((*reading)?)).collect()
+        self.first.iter().map(|reading| self.position(&followers, (*reading)?, coordinate)).collect()
+    }
+
+    /// A coordinate in a reading.
+    fn position(&self, followers: &[Follower], reading: usize, coordinate: usize) -> Option<f64> {
+        let q = self.campaign.configuration(reading);
+        let of_follower = || Some(followers.get(coordinate.checked_sub(q.len())?)?.of(q));
+        q.get(coordinate).copied().or_else(of_follower)
     }
 
     /// What a law goes with in each configuration: time, temperature, or the joint's angle; `None` of a law whose error is no series.
@@ -68,6 +70,29 @@ impl Readings<'_> {
             (Family::Temperature, _) => noted(&conditions.temperature),
             (_, SiteKind::Joint) => Some(self.positions(law.site.coordinate?)),
             _ => None,
+        }
+    }
+
+    /// What a law of a joint goes with in each reading: the position of the joint that it names, or its own; its load, its last move, the time or
+    /// the temperature. `None` where that is not noted.
+    pub fn goes_with(&self, law: &Hypothesis) -> Option<Vec<Option<f64>>> {
+        let of_joint = law.site.coordinate?;
+        let named = law.nonlinear.values().into_iter().find_map(|value| match value {
+            NonlinearValue::Variable(variable) => Some(variable),
+            _ => None,
+        });
+        let (campaign, conditions) = (self.campaign, &self.campaign.conditions);
+        let noted = |all: &Vec<f64>| all.iter().map(|value| value.is_finite().then_some(*value)).collect();
+        match law.family() {
+            Family::Time => conditions.time.as_ref().map(noted),
+            Family::Temperature => conditions.temperature.as_ref().map(noted),
+            Family::History => conditions.last_move.get(of_joint).map(noted),
+            Family::Elastic => Some(self.loads.iter().map(|loads| loads.get(of_joint).copied()).collect()),
+            _ => {
+                let followers = self.model.followers();
+                let of = |reading: usize| self.position(&followers, reading, named.unwrap_or(of_joint));
+                Some((0..campaign.readings.len()).map(of).collect())
+            }
         }
     }
 

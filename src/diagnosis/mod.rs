@@ -31,6 +31,7 @@ mod locality;
 mod location;
 mod misfit;
 mod next_poses;
+mod other_shapes;
 mod outliers;
 mod probe;
 mod projection;

@@ -284,6 +284,16 @@ fn a_smooth_step_is_no_gear_ratio() {
     assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
 }
 
+/// A joint that runs true over half of its range and errs in proportion beyond: a gear ratio takes most of that, and is another shape.
+#[test]
+fn a_ramp_over_half_the_range_is_no_gear_ratio() {
+    let knots = "follows: q1, at: [-6.2, 0.9, 1.1, 6.2], k1: 0, k2: 0, k3: 1.5e-5, k4: 7.8e-4";
+    let ramp = format!("- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
+    let causes = causes_of_ur5(&ramp, "40", "0.03");
+    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site"].map(|key| cause[key].clone())).collect();
+    assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
+}
+
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that
 /// leaves.
 #[test]

@@ -1,0 +1,126 @@
+//! Whether an error at a joint has another shape than a law says: a step, a corner or a bend at one value of what it goes with, a
+//! polynomial of low degree, or a period that is no pure swing.
+//!
+//! Any course looks a little like any law, and a curve that is free at its knots spends so many amounts on the difference that readings
+//! which were not fitted hardly show it. Shapes of two or three amounts show it sooner. What such a shape certainly does better than, or
+//! does as well as several laws at the joint together, is known by its site alone.
+//!
+//! Source: truncated power functions with one knot, of degrees 0 to 2: Friedman, *Multivariate adaptive regression splines*, Ann. Stat. 19,
+//! 1991, sec. 3.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::compared::Compared;
+use super::held_out::{Additions, paired};
+use super::hypothesis::Hypothesis;
+use crate::effects::{Family, SiteKind};
+use crate::math::quantiles::normal_of_any;
+
+/// Knots: at these parts of the rows, by the value of what the law goes with; further out a knot has too few on one side.
+const PARTS: std::ops::Range<usize> = 2..19;
+/// Of so many.
+const OF_PARTS: usize = 20;
+/// Greatest degree of a truncated power.
+const BENDS: i32 = 2;
+/// Greatest degree of a polynomial.
+const DEGREES: i32 = 3;
+/// Swings of one period: with its second, its second and third, and its third harmonic; and twice the period.
+const HARMONICS: [&[f64]; 4] = [&[1.0, 2.0], &[1.0, 2.0, 3.0], &[1.0, 3.0], &[0.5, 1.0]];
+/// Beside so many laws at its joint one that takes less than [`ClaimSettings::of_site`] of what all do is not known to be a law; beside
+/// one more where it takes less than [`ClaimSettings::near_curve`]: so many together have any shape.
+const SEVERAL: usize = 2;
+
+/// Columns of each shape, what they move the rows by, over their sigmas.
+struct Shapes {
+    /// With a knot, and polynomials.
+    bent: Vec<DMatrix<f64>>,
+    /// Of the law's period.
+    periodic: Vec<DMatrix<f64>>,
+}
+
+impl Compared<'_> {
+    /// Whether an error of another shape at its site does certainly better than a law, or as well as this and others there that were
+    /// chosen with it do together, on readings that were not fitted.
+    pub fn is_of_other_shape(&self, at: usize) -> bool {
+        let [own] = self.sets[at][..] else { return false };
+        let (hypotheses, settings) = (&self.forward.problem.hypotheses, self.forward.settings);
+        let law = &hypotheses[own];
+        let Some(Shapes { bent, periodic }) = self.shapes(law) else { return false };
+        let is_here = |h: &usize| hypotheses[*h].site.name == law.site.name && hypotheses[*h].family() == law.family();
+        let (here, others): (Vec<usize>, Vec<usize>) = self.others.iter().partition(|&h| is_here(h));
+        let together = [here.as_slice(), &[own]].concat();
+        let laws = Additions::new(&self.forward.selector.projection, &others, &[vec![own], together]);
+        let of_laws = self.forward.folds.losses(&laws);
+        let gain = |losses: &[f64]| paired(&of_laws.base, losses).sum;
+        let [alone, all] = [0, 1].map(|k| &of_laws.with[k]);
+        let share = gain(alone) / gain(all);
+        if here.len() >= SEVERAL && share < settings.of_site || here.len() > SEVERAL && share < settings.near_curve {
+            return true;
+        }
+        let certain = normal_of_any(settings.of_any, bent.len() + periodic.len()).max(settings.paired_t);
+        let is_better =
+            |shape: &Vec<f64>, least: f64| gain(alone) < least * gain(shape) && paired(alone, shape).t > certain;
+        // Lags and compliances are named by what they go with, in whatever way.
+        let is_of_driver = matches!(law.family(), Family::History | Family::Elastic);
+        let of_bent = if is_of_driver { settings.of_free } else { 1.0 };
+        // Small corrections of a law do not make it another.
+        let is_as_good = |shape: &Vec<f64>| match share >= settings.near_curve {
+            true => is_better(shape, of_bent),
+            false => gain(shape) >= settings.near_curve * gain(all) && paired(shape, all).t < settings.paired_t,
+        };
+        let losses = |shapes: &[DMatrix<f64>]| self.forward.folds.losses(&laws.with(shapes)).with;
+        // Swings have harmonics of their own, as gears do; great ones are those of another shape.
+        losses(&bent).iter().any(is_as_good) || losses(&periodic).iter().any(|shape| is_better(shape, settings.of_site))
+    }
+
+    /// Shapes that stand for a law of a joint; `None` of other laws, and where what it goes with does not vary.
+    fn shapes(&self, law: &Hypothesis) -> Option<Shapes> {
+        let (problem, readings) = (self.forward.problem, self.tests.readings);
+        // A difference of two readings shows that of two loads, which no shape of one load has.
+        let is_difference = readings.campaign.readings.iter().any(|reading| reading.observes.is_difference());
+        if law.site.kind != SiteKind::Joint || law.is_free() || is_difference {
+            return None;
+        }
+        let joint = self.tests.free_errors.column(&law.site.name)?;
+        let values = readings.goes_with(law)?;
+        let [mean, deviation] = mean_and_deviation(&values)?;
+        // Constraints are no readings.
+        let known: Vec<Option<f64>> =
+            problem.reading.iter().map(|reading| values.get(*reading).copied().flatten()).collect();
+        let of = |shape: &dyn Fn(f64) -> f64| {
+            DVector::from_fn(joint.len(), |row, _| known[row].map_or(0.0, |value| joint[row] * shape(value)))
+        };
+        let standard = |value: f64| (value - mean) / deviation;
+        let mut sorted: Vec<f64> = known.iter().flatten().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        let knots = PARTS.filter_map(|part| sorted.get(part * sorted.len() / OF_PARTS).copied());
+        let bent = knots.flat_map(|knot| (0..=BENDS).map(move |degree| (knot, degree)));
+        let bent = bent.map(|(knot, degree)| {
+            let beyond = |value: f64| if value > knot { (standard(value) - standard(knot)).powi(degree) } else { 0.0 };
+            DMatrix::from_columns(&[of(&standard), of(&beyond)])
+        });
+        let smooth = (2..=DEGREES).map(|most| {
+            let powers = (1..=most).map(|degree| of(&|value| standard(value).powi(degree)));
+            DMatrix::from_columns(&powers.collect::<Vec<_>>())
+        });
+        let swings = law.effect.period(&law.nonlinear).into_iter().flat_map(|period| {
+            HARMONICS.map(|orders| {
+                let phases = orders.iter().flat_map(|order| [0.0, 0.25].map(|phase| (order, phase)));
+                let swing = |(order, phase): (&f64, f64)| of(&|value| (TAU * (order * value / period + phase)).cos());
+                DMatrix::from_columns(&phases.map(swing).collect::<Vec<_>>())
+            })
+        });
+        Some(Shapes { bent: bent.chain(smooth).collect(), periodic: swings.collect() })
+    }
+}
+
+/// Mean and standard deviation of the values that are known; `None` where these are all the same.
+fn mean_and_deviation(values: &[Option<f64>]) -> Option<[f64; 2]> {
+    let known: Vec<f64> = values.iter().flatten().copied().collect();
+    let count = known.len().max(1) as f64;
+    let mean = known.iter().sum::<f64>() / count;
+    let deviation = (known.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    (deviation > 0.0).then_some([mean, deviation])
+}
