@@ -45,14 +45,21 @@ impl Compared<'_> {
     /// Values of configurations by row, of mean 0 and deviation 1; 0 where they are not known. `None` where they are all the same.
     fn standardised(&self, values: &[Option<f64>]) -> Option<DVector<f64>> {
         let problem = self.forward.problem;
-        let known: Vec<f64> = values.iter().flatten().copied().collect();
-        let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-        let square = known.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / known.len().max(1) as f64;
+        let [mean, deviation] = mean_and_deviation(values)?;
         let poses = problem.poses();
         let of_row = |row: usize| {
             let pose = poses.partition_point(|pose| *pose < problem.pose[row]);
-            values.get(pose).copied().flatten().map_or(0.0, |q| (q - mean) / square.sqrt())
+            values.get(pose).copied().flatten().map_or(0.0, |q| (q - mean) / deviation)
         };
-        (square > 0.0).then(|| DVector::from_fn(problem.rows(), |row, _| of_row(row)))
+        Some(DVector::from_fn(problem.rows(), |row, _| of_row(row)))
     }
+}
+
+/// Mean and standard deviation of the values that are known; `None` where these are all the same.
+pub fn mean_and_deviation(values: &[Option<f64>]) -> Option<[f64; 2]> {
+    let known: Vec<f64> = values.iter().flatten().copied().collect();
+    let count = known.len().max(1) as f64;
+    let mean = known.iter().sum::<f64>() / count;
+    let deviation = (known.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+    (deviation > 0.0).then_some([mean, deviation])
 }

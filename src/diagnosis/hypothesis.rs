@@ -104,6 +104,11 @@ impl Hypothesis {
         self.effect.family(&self.nonlinear)
     }
 
+    /// Whether it is named by what it goes with, the last move or the load, in whatever way it does: lags and compliances.
+    pub fn is_named_by_driver(&self) -> bool {
+        matches!(self.family(), Family::History | Family::Elastic)
+    }
+
     /// Whether it sits where another does, or holds laws of its family there.
     pub fn is_at(&self, law: &Self) -> bool {
         self.site.name == law.site.name || self.family() == law.family() && self.covers.contains(&law.site.name)

@@ -126,13 +126,14 @@ pub struct ClaimSettings {
     /// as much would be chance with at most `of_any` in any hypothesis: what takes less corrects the law of another as often as it
     /// is a cause (10 of 23 in workshops and a laboratory of seeds 21, 22 and 31).
     pub great_share: f64,
-    /// See `great_share`; 1 in 20, as of the intervals.
+    /// See `great_share`, and of any shape tried in the place of a law; 1 in 20, as of the intervals.
     pub of_any: f64,
     /// Share of what the best free curve at its site takes away below which a law is not named. From 0.6 to 0.9 it hardly
     /// mattered on sealed campaigns of another generator.
     pub of_free: f64,
     /// Share of what an error free in every configuration carries at its site below which a law is not named: where several
-    /// rows of a configuration tell sites apart, and of what neighbours along the joint's angle share.
+    /// rows of a configuration tell sites apart, and of what neighbours along the joint's angle share; and share of what it takes with its
+    /// harmonics, or with other laws at its joint.
     pub of_site: f64,
     /// Gain outside the range in which a law was fitted, over that of folds drawn at random, below which it is not named. Of 73
     /// true laws 2 fell below one half, of 32 false ones 13.

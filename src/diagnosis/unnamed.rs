@@ -13,7 +13,6 @@ use super::linear_problem::LinearProblem;
 use super::selection::Selector;
 use super::settings::Settings;
 use super::stability::stability;
-use crate::effects::Family;
 use crate::math::quantiles::normal95;
 
 /// Leaves out causes of which nothing is certain once all others are fitted: the 95 % interval of their amounts then holds none. A curve that was
@@ -161,8 +160,8 @@ fn is_outdone(forward: &Forward, claims: &[Claim], law: usize, settings: &Settin
     let before = squares(&[]);
     let gain = |own: &[usize]| before - squares(own);
     let both: Vec<usize> = here.iter().map(|claim| claim.hypothesis).collect();
-    let is_of_driver = matches!(hypotheses[law].family(), Family::History | Family::Elastic);
-    let is_of_shape = !is_of_driver && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
+    let is_of_shape =
+        !hypotheses[law].is_named_by_driver() && both.iter().any(|&h| hypotheses[h].holds(&hypotheses[law]));
     let curves = (0..hypotheses.len()).filter(|&h| is_curve_at(hypotheses, h, law));
     let best = curves.map(|h| gain(&[h])).fold(0.0, f64::max);
     let least = match is_of_shape {

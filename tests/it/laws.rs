@@ -273,25 +273,26 @@ fn a_law_beside_a_curve_of_its_own_is_not_named() {
     assert_eq!(said, [["free-form", "joint:3", "q3"].map(serde_json::Value::from)], "{causes:?}");
 }
 
+/// Asserts that a curve of the first joint of a UR5 is known as a curve there and by no law.
+fn assert_a_curve_alone(knots: &str, poses: &str, noise: &str) {
+    let effect = format!("- {{effect: free-form, site: joint:1, parameters: {{follows: q1, {knots}}}}}\n");
+    let causes = causes_of_ur5(&effect, poses, noise);
+    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site"].map(|key| cause[key].clone())).collect();
+    assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
+}
+
 /// A joint's error that goes smoothly from one value to another in the middle of its range: a gear ratio and a swing take most of it
 /// together, and once the swing gives way to a curve the gear ratio does so too.
 #[test]
 fn a_smooth_step_is_no_gear_ratio() {
-    let knots = "follows: q1, at: [-6, -0.2, 0, 0.2, 6], k1: -3e-4, k2: -3e-4, k3: 0, k4: 3e-4, k5: 3e-4";
-    let step = format!("- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
-    let causes = causes_of_ur5(&step, "60", "0.01");
-    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site"].map(|key| cause[key].clone())).collect();
-    assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
+    let knots = "at: [-6, -0.2, 0, 0.2, 6], k1: -3e-4, k2: -3e-4, k3: 0, k4: 3e-4, k5: 3e-4";
+    assert_a_curve_alone(knots, "60", "0.01");
 }
 
 /// A joint that runs true over half of its range and errs in proportion beyond: a gear ratio takes most of that, and is another shape.
 #[test]
 fn a_ramp_over_half_the_range_is_no_gear_ratio() {
-    let knots = "follows: q1, at: [-6.2, 0.9, 1.1, 6.2], k1: 0, k2: 0, k3: 1.5e-5, k4: 7.8e-4";
-    let ramp = format!("- {{effect: free-form, site: joint:1, parameters: {{{knots}}}}}\n");
-    let causes = causes_of_ur5(&ramp, "40", "0.03");
-    let said: Vec<_> = causes.iter().map(|cause| ["effect", "site"].map(|key| cause[key].clone())).collect();
-    assert_eq!(said, [["free-form", "joint:1"].map(serde_json::Value::from)], "{causes:?}");
+    assert_a_curve_alone("at: [-6.2, 0.9, 1.1, 6.2], k1: 0, k2: 0, k3: 1.5e-5, k4: 7.8e-4", "40", "0.03");
 }
 
 /// A lag with another error that the same last move causes: a curve at the joint could do all that the law does, and is fitted to what that
