@@ -17,7 +17,7 @@ pub use correct::{Corrected, correct};
 pub use coupling::{Balance, Start, settle};
 pub use deflected::deflected;
 pub use desired::{Asked, Controller, desire, six};
-pub use path::{Outcome, Point, Sides, compensate, predict_path};
+pub use path::{Outcome, Point, Sides, compensate, predict_path, side_after};
 pub use pushed::pushed;
 pub use straight::astray;
 

@@ -8,7 +8,7 @@ use super::coupling::{Balance, Start, settle};
 use super::{Deflects, Desired, Deviation, Refusal, Settings};
 use crate::description::campaign::Campaign;
 use crate::kinematics::AssemblyError;
-use crate::model::{Condition, Model};
+use crate::model::{Condition, Model, SwitchedOn};
 use crate::prediction::{Seen, SinglePredictor, SingleWorkspace};
 use crate::process::{Bent, Process};
 
@@ -124,12 +124,11 @@ pub fn compensate(
             points.iter().map(|p| p.as_ref().ok().map(|p| p.corrected.joints.clone())).collect();
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
-        // Only an effect that looks at the side needs another pass.
-        let settled =
-            !derived || !model.effects.iter().any(|on| on.entry.effect.reads().contains(&Condition::Approach)) || {
-                derive_sides(&found, &own, settings.standing, &mut path);
-                path.conditions == before
-            };
+        // Only of joints with an effect that looks at the side it matters.
+        let settled = !derived || {
+            derive_sides(&found, &own, settings.standing, &mut path);
+            sides_that_matter(model).all(|variable| path.conditions.sides(variable) == before.sides(variable))
+        };
         if settled || pass == settings.max_passes {
             sides = if settled { sides } else { Sides::Unsettled };
             return Ok(Outcome { points, sides, left_out });
@@ -337,6 +336,19 @@ fn own_sides(model: &Model, path: &Campaign) -> Vec<bool> {
     (0..model.variables.len()).map(|variable| path.conditions.sides(variable).is_some()).collect()
 }
 
+/// The side from which a variable reaches its second value from the first, as the column `approach` has it: above zero where it came
+/// from above. One that moves by less than `standing` keeps the side it had.
+pub fn side_after([last, now]: [f64; 2], standing: f64, side: f64) -> f64 {
+    if (now - last).abs() > standing { (last - now).signum() } else { side }
+}
+
+/// Variables of which an effect looks at the side of approach.
+fn sides_that_matter(model: &Model) -> impl Iterator<Item = usize> {
+    let looks = |on: &&SwitchedOn| on.entry.effect.reads().contains(&Condition::Approach);
+    let seen: Vec<Option<usize>> = model.effects.iter().filter(looks).map(|on| on.entry.site.coordinate).collect();
+    (0..model.variables.len()).filter(move |&variable| seen.iter().any(|own| own.is_none_or(|own| own == variable)))
+}
+
 /// Writes the side from which each variable reaches each point (of the first: as if coming the way it leaves) into the
 /// conditions of a path, except of variables whose sides are its `own`. A variable that moves by less than `standing` (rad or m) keeps its side; 0 before it first moves.
 fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], standing: f64, path: &mut Campaign) {
@@ -349,10 +361,8 @@ fn derive_sides(commands: &[Option<Vec<f64>>], own: &[bool], standing: f64, path
                 sides[row] = side;
                 continue;
             };
-            if let Some(last) = last
-                && (now - last).abs() > standing
-            {
-                side = (now - last).signum();
+            if let Some(last) = last {
+                side = side_after([last, now], standing, side);
             }
             sides[row] = side;
             last = Some(now);

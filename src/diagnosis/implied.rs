@@ -5,7 +5,8 @@ use indexmap::IndexMap;
 use super::hypothesis::Hypothesis;
 use super::linear_fit::FittedParameter;
 use super::result::Curve;
-use crate::effects::{Driver, Family, NonlinearValue};
+use crate::effects::{Family, NonlinearValue};
+use crate::model::Model;
 
 /// What the amounts imply, in words with figures.
 pub fn implied(hypothesis: &Hypothesis, fitted: &[FittedParameter], values: &[f64]) -> Vec<String> {
@@ -26,30 +27,32 @@ pub fn implied(hypothesis: &Hypothesis, fitted: &[FittedParameter], values: &[f6
 }
 
 /// The curve of a free form at a joint or the instrument; `None` of anything else.
-pub fn curve(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> Option<Curve> {
-    curve_of(hypothesis, fitted, "k")
+pub fn curve(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> Option<Curve> {
+    curve_of(model, hypothesis, fitted, "k")
 }
 
 /// The curves of a free form at the base or the tool, by component.
-pub fn curves(hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> IndexMap<String, Curve> {
-    let of = |component: &str| Some((component.to_string(), curve_of(hypothesis, fitted, component)?));
+pub fn curves(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParameter]) -> IndexMap<String, Curve> {
+    let of = |component: &str| Some((component.to_string(), curve_of(model, hypothesis, fitted, component)?));
     ["x", "y", "z", "rx", "ry", "rz"].into_iter().filter_map(of).collect()
 }
 
 /// The curve of the amounts of one symbol, numbered by their knots.
-fn curve_of(hypothesis: &Hypothesis, fitted: &[FittedParameter], symbol: &str) -> Option<Curve> {
+fn curve_of(model: &Model, hypothesis: &Hypothesis, fitted: &[FittedParameter], symbol: &str) -> Option<Curve> {
     let values = hypothesis.nonlinear.values();
     let [NonlinearValue::Driver(driver), NonlinearValue::Knots(at)] = &values[..] else { return None };
     let amount = |k: usize| fitted.iter().find(|parameter| parameter.name == format!("{symbol}{k}"));
     let known = || (1..=at.len()).filter_map(amount);
     let amount_unit = known().next()?.unit;
     let of = |value: fn(&FittedParameter) -> f64| (1..=at.len()).map(move |k| amount(k).map_or(0.0, value));
-    let mut amounts: Vec<f64> = of(|own| own.value).collect();
+    let (mut amounts, mut band): (Vec<f64>, Vec<f64>) = (of(|own| own.value).collect(), of(|own| own.ci95).collect());
     // An amount that was left out is a constant which is calibrated anyway.
     if known().count() < at.len() {
         let mean = amounts.iter().sum::<f64>() / amounts.len() as f64;
         amounts.iter_mut().for_each(|amount| *amount -= mean);
+        // It is known no better than the others.
+        let widest = band.iter().copied().fold(0.0, f64::max);
+        band.iter_mut().zip(1..).filter(|(_, k)| amount(*k).is_none()).for_each(|(own, _)| *own = widest);
     }
-    let unit = Driver::unit(*driver);
-    Some(Curve { at: at.to_vec(), amount: amounts, band: of(|own| own.ci95).collect(), unit, amount_unit })
+    Some(Curve { at: at.to_vec(), amount: amounts, band, unit: model.unit_of(*driver), amount_unit })
 }

@@ -26,35 +26,64 @@ pub fn refine(
     let continuous: Vec<(usize, f64)> = members.iter().filter_map(|&h| Some((h, center(problem, h)?))).collect();
     let rows: Vec<usize> = (0..problem.rows()).filter(|&row| unused.get(problem.reading[row]) != Some(&true)).collect();
     let residual = problem.residual.select_rows(&rows);
+    let squares = |problem: &LinearProblem| {
+        let span = orthonormal(&problem.design(members).select_rows(&rows), None);
+        project_off(&residual, &span).norm_squared()
+    };
     for &(h, center) in &continuous {
-        let hypothesis = &problem.hypotheses[h];
         let steps = -settings.refinements..=settings.refinements;
-        let value = |k: i32| center * settings.refinement_ratio.powi(k);
-        let (effect, site) = (&hypothesis.effect, &hypothesis.site);
-        let of = |k: i32| (k, hypothesis.nonlinear.clone().with_continuous(value(k)));
-        let is_identifiable =
-            |(k, nonlinear): &(i32, Nonlinear)| *k == 0 || effect.is_identifiable(site, survey, nonlinear);
-        let tried: Vec<Nonlinear> = steps.map(of).filter(is_identifiable).map(|(_, nonlinear)| nonlinear).collect();
-        let term = |own: &Nonlinear| Term::new(inputs.model, &hypothesis.effect, &hypothesis.site, own);
-        let terms = tried.iter().map(term).collect();
-        let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;
-        let count = hypothesis.parameters.len();
-        let mut best: Option<(f64, Nonlinear, DMatrix<f64>)> = None;
-        for (k, nonlinear) in tried.into_iter().enumerate() {
-            let columns = DMatrix::from_fn(problem.rows(), count, |row, c| {
-                all[row * width + k * count + c] / problem.sigmas[row]
-            });
-            problem.hypotheses[h].columns = columns.clone();
-            let span = orthonormal(&problem.design(members).select_rows(&rows), None);
-            let squares = project_off(&residual, &span).norm_squared();
-            if best.as_ref().is_none_or(|known| squares < known.0) {
-                best = Some((squares, nonlinear, columns));
+        let (mut ratio, mut best) = (settings.refinement_ratio, (f64::INFINITY, center));
+        let mut values_tried: Vec<f64> = steps.map(|k| center * ratio.powi(k)).collect();
+        // The squares are chi-square: a value is found when those beside it are worse by less than they tell of it.
+        loop {
+            let (before, mut worst) = (best.0, best.0);
+            for (own, columns) in columns_of(inputs, values, survey, problem, h, &values_tried)? {
+                let value = own.continuous().unwrap_or(center);
+                let (known, stood) = (std::mem::replace(&mut problem.hypotheses[h].nonlinear, own), columns);
+                let columns = std::mem::replace(&mut problem.hypotheses[h].columns, stood);
+                let left = squares(problem);
+                worst = worst.max(left);
+                if left < best.0 {
+                    best = (left, value);
+                } else {
+                    problem.hypotheses[h].nonlinear = known;
+                    problem.hypotheses[h].columns = columns;
+                }
             }
-        }
-        if let Some((_, nonlinear, columns)) = best {
-            problem.hypotheses[h].nonlinear = nonlinear;
-            problem.hypotheses[h].columns = columns;
+            ratio = ratio.sqrt();
+            let is_known = before.is_finite() && worst - best.0 < settings.refined;
+            if !best.0.is_finite() || is_known || ratio - 1.0 < FINEST {
+                break;
+            }
+            values_tried = vec![best.1 / ratio, best.1 * ratio];
         }
     }
     Ok(!continuous.is_empty())
+}
+
+/// Relative distance of neighbouring values below which nothing is refined further, whatever the readings tell.
+const FINEST: f64 = 1e-4;
+
+/// A hypothesis with these values of its continuous nonlinear parameter, as far as they can be told from others, and its columns. The first
+/// of those that it has now is always among them.
+fn columns_of(
+    inputs: &Inputs,
+    values: &[f64],
+    survey: &Survey,
+    problem: &LinearProblem,
+    h: usize,
+    tried: &[f64],
+) -> Result<Vec<(Nonlinear, DMatrix<f64>)>, PredictionError> {
+    let hypothesis = &problem.hypotheses[h];
+    let (effect, site, now) = (&hypothesis.effect, &hypothesis.site, hypothesis.nonlinear.continuous());
+    let of = |&value: &f64| hypothesis.nonlinear.clone().with_continuous(value);
+    let is_identifiable = |own: &Nonlinear| own.continuous() == now || effect.is_identifiable(site, survey, own);
+    let tried: Vec<Nonlinear> = tried.iter().map(of).filter(is_identifiable).collect();
+    let terms = tried.iter().map(|own| Term::new(inputs.model, effect, site, own)).collect();
+    let (all, width) = effect_columns(inputs.model, inputs.campaign, values, terms)?;
+    let count = hypothesis.parameters.len();
+    let columns = |k: usize| {
+        DMatrix::from_fn(problem.rows(), count, |row, c| all[row * width + k * count + c] / problem.sigmas[row])
+    };
+    Ok(tried.into_iter().enumerate().map(|(k, own)| (own, columns(k))).collect())
 }

@@ -4,6 +4,7 @@ use super::competition::Competition;
 use super::inputs::Inputs;
 use super::linear_fit::{FittedParameter, LinearFit, entry};
 use crate::estimation::{Calibration, Settings, bounds, calibrate_as_weighed};
+use crate::identifiability::Criterion;
 use crate::model::Model;
 use crate::parameter::Slot;
 
@@ -16,10 +17,11 @@ pub struct Refit {
 }
 
 /// Calibrates nuisance and members together, from their linear fit; the linear fit where that cannot be done. A curve at the site of a law
-/// can do all that the law does: it is fitted to what the law leaves, so that the law's amount is what it is without the curve.
+/// can do all that the law does: it is fitted to what the law leaves, so that the law's amount is what it is without the curve. What the
+/// noise hides of the nuisance is held as described, as a calibration holds it: a step along it can be degrees long, and is of first order
+/// only.
 pub fn refit(inputs: &Inputs, competition: &Competition, members: &[usize], linear: &LinearFit) -> Refit {
-    let found = if members.is_empty() { None } else { in_order(inputs, competition, members, linear) };
-    found.unwrap_or_else(|| Refit {
+    in_order(inputs, competition, members, linear).unwrap_or_else(|| Refit {
         values: with_nuisance(inputs.model, competition, linear),
         parameters: (0..members.len()).map(|step| linear.parameters(step)).collect(),
     })
@@ -76,7 +78,8 @@ fn calibrated(
     if only.is_empty() {
         return None;
     }
-    let asked = Settings { only: Some(only), second_order: false, hold_far_springs: false, ..Settings::default() };
+    let (only, criterion) = (Some(only), Criterion::Noise);
+    let asked = Settings { only, criterion, second_order: false, hold_far_springs: false, ..Settings::default() };
     let found = calibrate_as_weighed(&model, &competition.campaign, &competition.held_out, &asked, &mut |_| {})
         .ok()
         .filter(Calibration::converged)?;

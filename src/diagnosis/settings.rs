@@ -94,6 +94,8 @@ pub struct SelectionSettings {
     pub refinements: i32,
     /// Ratio of neighbouring values: 6 of 12 % reach a factor of 2, the distance of the values offered at first.
     pub refinement_ratio: f64,
+    /// Fall of the weighted squares below which a value is not refined further: a tenth of what one standard deviation of it makes.
+    pub refined: f64,
 }
 
 impl Default for SelectionSettings {
@@ -109,6 +111,7 @@ impl Default for SelectionSettings {
             least_contribution: 0.25,
             refinements: 6,
             refinement_ratio: 1.12,
+            refined: 0.1,
         }
     }
 }

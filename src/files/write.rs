@@ -43,6 +43,10 @@ pub fn writable_table(path: &Path) -> Result<(), Diagnostic> {
         let message = format!("`{}`: tables are not written as .{end}", path.display());
         return Err(Diagnostic::error(message).remedy("give a name that ends in .xlsx, or in .csv"));
     }
+    if ["yaml", "yml", "urdf", "xml", "json", "html", "htm", "pdf"].contains(&end.as_str()) {
+        let message = format!("`{}`: a table is written", path.display());
+        return Err(Diagnostic::error(message).remedy("give a name that ends in .csv, or in .xlsx"));
+    }
     if !cfg!(feature = "xlsx") && end == "xlsx" {
         let message = format!("`{}`: this program is built without workbooks (feature `xlsx`)", path.display());
         return Err(Diagnostic::error(message).remedy("give a name that ends in .csv"));

@@ -3,7 +3,7 @@
 //! A joint of a wrist that is coupled to another one has gears, play and friction of its own: effects sit at it as at a driven joint,
 //! follow its own value and move it alone.
 
-use super::{Frame, Model};
+use super::{Driver, Frame, Model};
 use crate::description::robot::{FrameIndex, Motion};
 
 /// A joint that follows variables in proportion.
@@ -46,6 +46,16 @@ impl Model {
     pub fn coordinate_names(&self) -> Vec<String> {
         let variables = self.variables.iter().map(|variable| variable.name.clone());
         variables.chain(self.followers().into_iter().map(|follower| follower.name)).collect()
+    }
+
+    /// Unit of what a curve follows on this robot, SI: of a sliding joint m and N.
+    pub fn unit_of(&self, driver: Driver) -> &'static str {
+        let slides = |own: usize| self.variables.get(own).is_some_and(|variable| !variable.is_angle);
+        match driver {
+            Driver::Angle(own) | Driver::LastMove(own) if slides(own) => "m",
+            Driver::OwnLoad(own) | Driver::Load(own) if slides(own) => "N",
+            _ => driver.unit(),
+        }
     }
 
     /// The coordinate of a joint: the variable that drives it, itself or through an actuator, or its own as a follower.

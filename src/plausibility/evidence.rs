@@ -55,7 +55,8 @@ pub struct Limits {
     /// What no way explains is refused beyond so many times what tolerances and noise allow, and
     pub hopeless: f64,
     /// beyond this share of the sum of the robot's lengths, or the spread of the readings over [`Limits::fall`]: smaller
-    /// differences may be a poor description of the right robot.
+    /// differences may be a poor description of the right robot. Beyond this share other ways to read the files are tried however
+    /// wide the tolerances are.
     pub hopeless_share: f64,
     /// Readings on which ways are compared: several times the dozen unknowns of base and tool.
     pub readings: usize,

@@ -49,7 +49,9 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     let trials = Trials::new(model, campaign, limits);
     // Where the robot cannot be assembled as the files are read, what its tolerances allow is that of a way in which it can.
     let other = || Hypothesis::all(model, campaign).par_iter().find_map_first(|way| trials.allowed(&[*way]));
-    let Some(allowed) = trials.allowed(&[]).or_else(other) else { return Vec::new() };
+    let Some(by_tolerances) = trials.allowed(&[]).or_else(other) else { return Vec::new() };
+    // Against tolerances that are guesses nothing is far off: beyond a share of the robot's lengths other ways are tried all the same.
+    let allowed = by_tolerances.min(limits.hopeless_share * total_length(model) / limits.far);
     // With its scale estimated a registration fits in any unit.
     let observed = match evidence.registered.filter(|_| !campaign.estimate_scale) {
         Some(residual) => typical(campaign, residual, limits),
@@ -63,7 +65,9 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     if is_near(before) || campaign.readings.iter().any(|own| own.observes.touches()) && is_near(trials.registered()) {
         return Vec::new();
     }
-    if let Some(wrong) = before.and_then(|_| outlying::before(evidence, limits, allowed)) {
+    let is_tolerable = before.is_some_and(|before| before <= limits.far * by_tolerances);
+    let outlying = || outlying::before(evidence, limits, by_tolerances);
+    if let Some(wrong) = before.filter(|_| !is_tolerable).and_then(|_| outlying()) {
         return vec![wrong];
     }
     // A way that leaves hardly less than a robot that stands still explains nothing.
@@ -74,9 +78,10 @@ fn all_together(evidence: &Evidence, limits: &Limits) -> Vec<Diagnostic> {
     };
     let (tried, named) = searched(evidence, &trials, limits, decisive);
     // A session that was set up elsewhere explains as much, and is named by its own check.
-    if named.is_empty() && super::sessions::differ(evidence, limits).is_some() {
+    if named.is_empty() && (is_tolerable || super::sessions::differ(evidence, limits).is_some()) {
         return Vec::new();
     }
+    let allowed = by_tolerances;
     if named.is_empty() {
         // Readings that are all too long, or too short, and by no unit.
         let scaled = trials.scaled().and_then(|way| Some((vec![way], trials.error(&[way])?)));

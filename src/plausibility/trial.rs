@@ -110,14 +110,19 @@ impl<'a> Trials<'a> {
         parts(&campaign, &residual)
     }
 
-    /// Median distance (m) of measured positions from their mean, read in these ways: what a robot that stands still leaves.
-    /// `None` where not all readings are positions.
+    /// Median distance (m) of measured positions, or lengths, from their mean, read in these ways: what a robot that stands still leaves.
+    /// `None` where not all readings are positions, nor all lengths that differ.
     pub fn still(&self, ways: &[Hypothesis]) -> Option<f64> {
         let (campaign, _) = self.read(ways);
         let position = |reading: &Reading| reading.observes.measured_position(&reading.measured);
-        let all: Vec<Vector3<f64>> = campaign.readings.iter().map(position).collect::<Option<_>>()?;
+        let length = |reading: &Reading| {
+            let is_length = reading.observes.rows() == 1 && reading.observes.length_rows() == 1;
+            is_length.then(|| Vector3::x() * reading.measured[0])
+        };
+        let positions: Option<Vec<Vector3<f64>>> = campaign.readings.iter().map(position).collect();
+        let all = positions.or_else(|| campaign.readings.iter().map(length).collect())?;
         let mean = all.iter().sum::<Vector3<f64>>() / all.len().max(1) as f64;
-        median(&mut all.iter().map(|at| (at - mean).norm()).collect::<Vec<f64>>())
+        median(&mut all.iter().map(|at| (at - mean).norm()).collect::<Vec<f64>>()).filter(|still| *still > 0.0)
     }
 
     /// What registration may leave of a reading where every free constant of the description is off by its tolerance and the

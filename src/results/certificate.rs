@@ -77,7 +77,7 @@ pub struct CertifiedPose {
 /// Cycles of a pose in which joints came from one side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CertifiedDirection {
-    /// Variables whose last motion is known, with its sign: `q1+ q2-`.
+    /// Variables whose side of approach is known, with the sign of its column: `q1+` came from above, its angle falling.
     pub approach: String,
     pub cycles: usize,
     pub accuracy: f64,
@@ -147,10 +147,18 @@ impl Certificate {
         });
         let sigma = sigma.fold(0.0, f64::max);
         let instrument = is_stated.then(|| CertifiedInstrument { sigma: mm(sigma), expanded: mm(COVERAGE * sigma) });
+        let all = found.held_out.iter().filter(|held| **held).count();
+        let both = campaign.held_out_and_fitted(|index| found.held_out.get(index).copied()).len();
+        let seen = (2 * both > all).then(|| {
+            format!("{both} of the {all} readings that are held out stand at configurations that were fitted as well: measure others")
+        });
         let (verdict, reason) = match tolerance {
             None => (None, None),
             Some(tolerance) => {
-                let (verdict, reason) = decide(of(&after).max, mm(tolerance), instrument.map(|own| own.expanded));
+                let (verdict, reason) = match seen {
+                    Some(why) => (Verdict::Undecided, why),
+                    None => decide(of(&after).max, mm(tolerance), instrument.map(|own| own.expanded)),
+                };
                 (Some(verdict), Some(reason))
             }
         };

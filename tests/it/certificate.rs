@@ -144,3 +144,25 @@ fn accuracy_and_repeatability_of_poses() {
         assert_eq!(pose["directions"][1]["approach"], "q1-");
     }
 }
+
+/// Configurations that are fitted and held out both are not unseen: there is no verdict on them.
+#[test]
+fn configurations_that_were_fitted_give_no_verdict() {
+    let folder = folder("");
+    let at = folder.path();
+    let file = at.join("c/measurements.csv");
+    let text = std::fs::read_to_string(&file).expect("text");
+    let mut lines = text.lines();
+    let head = lines.next().expect("a header");
+    let set = head.split(',').position(|name| name == "set").expect("a column `set`");
+    let marked = |line: &str, mark: &str| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        cells[set] = mark;
+        format!("{mark}-{}\n", cells.join(","))
+    };
+    let twice: String = lines.flat_map(|line| [marked(line, "fit"), marked(line, "check")]).collect();
+    std::fs::write(&file, format!("{head}\n{twice}")).expect("written");
+    let found = certificate(at, &["--tolerance", "5"]);
+    assert_eq!(found["verdict"], "undecided");
+    assert!(found["reason"].as_str().is_some_and(|why| why.contains("were fitted as well")), "{}", found["reason"]);
+}

@@ -282,3 +282,37 @@ fn a_campaign_is_checked_before_anything_is_fitted() {
         assert!(ran.status == 1 && ran.out.contains("differs"), "{new}: {}{}", ran.out, ran.err);
     }
 }
+
+/// Two results never go to one file, by whatever way it is named; a table does not end as a description.
+#[test]
+fn two_results_never_go_to_one_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    assert_eq!(run(at, &["init", "c"]).status, 0);
+    for asked in [
+        &["identify", "c", "--table", "s.csv", "--configurations", "./s.csv"][..],
+        &["identify", "c", "--table", "s.csv", "--output", "c/../s.csv"],
+        &["diagnose", "c", "--apply", "s.yaml", "--output", "s.yaml"],
+    ] {
+        let ran = run(at, asked);
+        assert!(ran.status == 2 && ran.err.contains("two results would go to"), "{asked:?}: {}", ran.err);
+        assert!(!at.join("s.csv").exists() && !at.join("s.yaml").exists(), "{asked:?}");
+    }
+    let ran = run(at, &["identify", "c", "--save", "s.yaml", "--table", "s.yaml"]);
+    assert!(ran.status == 2 && ran.err.contains("a table is written"), "{}", ran.err);
+    let ran = run(at, &["report", "c", "--output", "r.pdf"]);
+    assert!(ran.status == 2 && ran.err.contains("end the name in .html"), "{}", ran.err);
+}
+
+/// A number below zero is refused as a value of its flag.
+#[test]
+fn numbers_below_zero_are_values() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &["init", "c"]).status, 0);
+    for asked in
+        [&["identify", "c", "--train", "-3"][..], &["simulate", "c", "--poses", "5", "--into", "d", "--seed", "-1"]]
+    {
+        let ran = run(folder.path(), asked);
+        assert!(ran.status == 2 && ran.err.contains("invalid value '-"), "{asked:?}: {}", ran.err);
+    }
+}

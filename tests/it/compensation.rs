@@ -606,3 +606,44 @@ fn a_scara_robot_holds_its_position_and_one_rotation() {
     let ran = run(folder.path(), &[&command[..6], &["position,rw"]].concat());
     assert!(ran.status == 2 && ran.err.contains("`rw` is no direction"), "{}", ran.err);
 }
+
+/// Of a joint that lags by its backlash the command goes beyond where the joint is wanted, by the half width in the sense of the move:
+/// whether the sides are derived from the path, stated in it, or come line by line.
+#[test]
+fn a_joint_with_backlash_is_led() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
+    let arm = "robot: two-joint arm
+units: {length: mm, angle: deg}
+variables: [q1, q2]
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, limits: [-120, 120]}
+  2: {antecedent: 1, joint: revolute, variable: q2, d: 500, limits: [-120, 120]}
+  E: {antecedent: 2, d: 400}
+tool: {frame: E}
+";
+    write("nominal.yaml", arm);
+    let slack = "effects:\n- {effect: backlash, site: \"joint:2\", parameters: {half_width: 0.001, by: approach}}\n";
+    write("arm.yaml", &format!("{arm}{slack}"));
+    let (commands, sides) = ([10.0, 50.0, 90.0, 40.0, 20.0], [-1, -1, -1, 1, 1]);
+    let rows = commands.iter().zip(sides);
+    let derived: String = commands.iter().map(|q| format!("0,{q}\n")).collect();
+    let stated: String = rows.map(|(q, side)| format!("0,{q},{side}\n")).collect();
+    write("derived.csv", &format!("q1,q2\n{derived}"));
+    write("stated.csv", &format!("q1,q2,approach.q2\n{stated}"));
+    let half_width = 0.001_f64.to_degrees();
+    for path in ["derived.csv", "stated.csv"] {
+        let asked = ["compensate", "arm.yaml", path, "--nominal", "nominal.yaml", "--format", "json"];
+        let ran = run(at, &asked);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let found: Value = serde_json::from_str(&ran.out).expect("JSON");
+        assert_ne!(found["sides"], "unsettled", "{path}");
+        let points = found["points"].as_array().expect("points");
+        for (point, (q, side)) in points.iter().zip(commands.iter().zip(sides)) {
+            let command = point["joints"]["q2"].as_f64().expect("a command").to_degrees();
+            // A half width is what the first point needs too, to second order.
+            assert!((command - (q - f64::from(side) * half_width)).abs() < 5e-4, "{path}: {command} for {q}");
+        }
+    }
+}

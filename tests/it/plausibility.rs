@@ -1266,3 +1266,22 @@ fn few_configurations_held_out_are_told() {
         assert_eq!(told, configurations.map(Some).into_iter().collect::<Vec<_>>(), "{share}: {}", found["diagnostics"]);
     }
 }
+
+/// Tolerances as wide as the links are long do not make readings in metres plausible.
+#[test]
+fn metres_are_named_whatever_the_tolerances() {
+    let folder = starter();
+    let at = folder.path();
+    spoil(&at.join("c"), |t| t.scale(&["x", "y", "z"], 1e-3));
+    let robot = std::fs::read_to_string(at.join("c/robot.yaml")).expect("text");
+    std::fs::write(at.join("c/robot.yaml"), robot + "\ncalibration: {length_tolerance: 100}\n").expect("written");
+    for command in ["identify", "diagnose"] {
+        refuses(at, &[command, "c"], "wrong-units", &["times 1000"]);
+    }
+    // A description that is off by what its tolerances say is no mistake.
+    spoil(&at.join("c"), |t| t.scale(&["x", "y", "z"], 1e3));
+    let far = std::fs::read_to_string(at.join("c/robot.yaml")).expect("text").replace("d: 600", "d: 680");
+    std::fs::write(at.join("c/robot.yaml"), far).expect("written");
+    let ran = run(at, &["identify", "c"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+}

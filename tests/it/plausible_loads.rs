@@ -349,3 +349,80 @@ fn springs_that_are_not_named_are_told() {
     let ran = run(at, &["diagnose", "d"]);
     assert!(ran.err.contains("is empty: springs compete as causes"), "{}", ran.err);
 }
+
+/// A description as diagnosed leaves what the diagnosis says, also where readings hardly show some of what is calibrated: it is held there.
+#[test]
+fn what_a_diagnosis_calibrates_is_what_it_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let robot = "robot: loaded six-axis arm
+units: {length: mm, angle: deg, mass: kg}
+frames:
+  1: {antecedent: 0, joint: revolute, variable: q1, r: 450, limits: [-170, 170]}
+  2: {antecedent: 1, joint: revolute, variable: q2, alpha: -90, d: 150, theta: -90, limits: [-60, 90]}
+  3: {antecedent: 2, joint: revolute, variable: q3, d: 600, limits: [-70, 120]}
+  4: {antecedent: 3, joint: revolute, variable: q4, alpha: -90, d: 120, r: 640, limits: [-180, 180]}
+  5: {antecedent: 4, joint: revolute, variable: q5, alpha: 90, limits: [-110, 110]}
+  6: {antecedent: 5, joint: revolute, variable: q6, alpha: -90, limits: [-180, 180]}
+  flange: {antecedent: 6, r: 100}
+tool: {frame: flange}
+bodies:
+  2: {mass: 80, com: [300, 0, 0]}
+  3: {mass: 60, com: [60, 0, 100]}
+  4: {mass: 25, com: [0, 0, -100]}
+joint_stiffness:
+  2: {kar: {compliance: 1.0e-6, identifiable: true}}
+  3: {kar: {compliance: 2.0e-6, identifiable: true}}
+";
+    let campaign = "robot: arm.yaml
+units: {length: mm, angle: deg, mass: kg}
+observes: position
+instrument: {sigma: 0.03}
+estimate: {base: true, tool: true}
+calibrate: [geometry, joint-offset, joint-compliance]
+payloads: {block: {mass: 60, com: [0, 0, 80]}}
+measurements:
+- {file: empty.csv}
+- {file: laden.csv, payload: block}
+";
+    std::fs::write(at.join("arm.yaml"), robot).expect("written");
+    std::fs::write(at.join("camp.yaml"), campaign).expect("written");
+    for file in ["empty.csv", "laden.csv"] {
+        let poses: String = (0..3).map(|k| format!("p{k},{k}0,10,{k}0,20,3{k},0,0,0,{k}\n")).collect();
+        std::fs::write(at.join(file), format!("pose,q1,q2,q3,q4,q5,q6,x,y,z\n{poses}")).expect("written");
+    }
+    let made = ["simulate", "camp.yaml", "--poses", "40", "--elastic-errors", "1", "--seed", "1", "--into", "s"];
+    ok(&run(at, &made));
+    ok(&run(at, &["diagnose", "s", "--apply", "d.yaml"]));
+    let found = json(&run(at, &["diagnose", "s", "--format", "json"]));
+    assert!(of_code(&found, "unusable-result").is_empty(), "{}", found["diagnostics"]);
+}
+
+/// With gravity the wrong way round springs come out rigid, and what remains is not what springs below zero would leave.
+#[test]
+fn what_rigid_springs_leave_is_told() {
+    let folder = starter();
+    let at = folder.path();
+    let robot = std::fs::read_to_string(at.join("c/robot.yaml")).expect("text");
+    let springs = "bodies: {2: {mass: 80, com: [300, 0, 0]}, 3: {mass: 60, com: [60, 0, 100]}}
+joint_stiffness: {2: {kar: {compliance: 1.0e-6, identifiable: true}}, 3: {kar: {compliance: 2.0e-6, identifiable: true}}}\n";
+    std::fs::write(at.join("right.yaml"), format!("{robot}{springs}")).expect("written");
+    std::fs::write(at.join("wrong.yaml"), format!("{robot}{springs}gravity: [0, 0, 9.81]\n")).expect("written");
+    let made = [
+        "simulate",
+        "right.yaml",
+        "--poses",
+        "60",
+        "--unknown-base",
+        "--unknown-tool",
+        "--noise",
+        "0.03",
+        "--into",
+        "s",
+    ];
+    ok(&run(at, &made));
+    let diagnose = ["diagnose", "s", "--robot", "wrong.yaml"];
+    doubts(at, &diagnose, "unusable-result", &["read back, leaves"]);
+    let right = json(&run(at, &["diagnose", "s", "--robot", "right.yaml", "--format", "json"]));
+    assert!(of_code(&right, "unusable-result").is_empty(), "{}", right["diagnostics"]);
+}

@@ -63,7 +63,9 @@ impl Arguments {
         let observes = |command: clap::Command| {
             command.mut_arg("observes", |argument| argument.value_parser(planned::kinds_of_readings(kinds)))
         };
-        let mut command = Self::command().mut_subcommand("simulate", observes).mut_subcommand("plan", observes);
+        let command = Self::command().mut_subcommand("simulate", observes).mut_subcommand("plan", observes);
+        // A number below zero is a value, and refused as one, not taken for a flag.
+        let mut command = command.mut_subcommands(|own| own.allow_negative_numbers(true));
         let mut found = command.try_get_matches_from_mut(words)?;
         Self::from_arg_matches_mut(&mut found).map_err(|error| error.format(&mut command))
     }

@@ -272,7 +272,7 @@ pub struct Compensate {
     #[arg(long, value_enum, requires = "program")]
     pub moves: Option<Moves>,
     /// Speed of the tool along linear moves of the program, mm/s.
-    #[arg(long, value_name = "MM/S", default_value_t = 50.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "MM/S", default_value_t = 50.0, allow_hyphen_values = true, requires = "program")]
     pub speed: f64,
     /// Name of the program; by default that of the path's file.
     #[arg(long, value_name = "NAME", requires = "program")]

@@ -19,10 +19,6 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     let page = page(session.arguments, "certificate.html", command.json.as_deref())?;
     if let Some(path) = &command.xml {
         writable(path)?;
-        if [page.as_ref(), command.json.as_ref()].contains(&Some(path)) {
-            let message = format!("two results would go to `{}`", path.display());
-            return Err(Error::input(message, "give another name to one of them"));
-        }
     }
     let loaded = session.reader.campaign(&command.campaign, command.robot.as_deref())?;
     let (model, campaign) = (&loaded.robot.model, &loaded.campaign);

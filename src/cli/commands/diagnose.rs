@@ -47,31 +47,41 @@ pub fn run(command: &Diagnose, session: &Session) -> Result<Output, Error> {
     let mut output = Output::new(render::diagnosis(&result, session.terminal.screen), &result)?;
     output.diagnostics = loaded.diagnostics;
     judged.extend(doubts(model, campaign, &found, &Limits::default()));
+    let written = Described::new(&loaded.robot, campaign, &found);
+    judged.extend(worse_than_found(&written, session)?);
     let mut output = output.judged(judged, session.arguments.force)?;
     output.diagnostics.extend(nothing_refitted(campaign, model));
     match &command.apply {
-        Some(path) => apply(path, &loaded.robot, campaign, &found, output, session),
+        Some(path) => apply(path, written, output, session),
         None => Ok(output),
     }
 }
 
-/// Writes the description as diagnosed, where it may be.
-fn apply(
-    path: &Path,
-    robot: &LoadedRobot,
-    campaign: &Campaign,
-    found: &Diagnosis,
-    mut output: Output,
-    session: &Session,
-) -> Result<Output, Error> {
-    let model = &robot.model;
-    let mut raw = with_values(&robot.raw, model, &found.values);
-    let of_the_session = applied(&mut raw, model, found);
-    if !raw.effects.is_empty() || model.registry.nominal() != found.values {
-        raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
+/// The description as diagnosed, and what it is of.
+pub struct Described<'a> {
+    raw: RawRobot,
+    expected: Expected<'a>,
+    found: &'a Diagnosis,
+    /// Of what belongs to the session, and is left out.
+    of_the_session: Vec<Diagnostic>,
+}
+
+impl<'a> Described<'a> {
+    pub fn new(robot: &'a LoadedRobot, campaign: &'a Campaign, found: &'a Diagnosis) -> Self {
+        let model = &robot.model;
+        let mut raw = with_values(&robot.raw, model, &found.values);
+        let of_the_session = applied(&mut raw, model, found);
+        if !raw.effects.is_empty() || model.registry.nominal() != found.values {
+            raw.validity = Some(RawValidity::of(campaign, &model.variable_names()));
+        }
+        let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
+        Self { raw, expected, found, of_the_session }
     }
-    let expected = Expected { campaign, residual: None, fitted: (model, &found.values) };
-    output.diagnostics.extend(worse_than_found(&raw, session, &expected, found)?);
+}
+
+/// Writes the description as diagnosed, where it may be.
+fn apply(path: &Path, described: Described, mut output: Output, session: &Session) -> Result<Output, Error> {
+    let Described { raw, expected, found, of_the_session } = described;
     // Readings that are far off are borne where all of them were set aside.
     let is_borne = |diagnostic: &Diagnostic| {
         let count = diagnostic.figures.get("readings").copied().unwrap_or(f64::INFINITY);
@@ -105,12 +115,8 @@ const BEYOND: f64 = 1.5;
 const ROUNDING: f64 = 1e-8;
 
 /// A doubt where the description, read back, leaves more of the readings than was found to be left.
-fn worse_than_found(
-    raw: &RawRobot,
-    session: &Session,
-    expected: &Expected,
-    found: &Diagnosis,
-) -> Result<Option<Diagnostic>, Error> {
+pub fn worse_than_found(described: &Described, session: &Session) -> Result<Option<Diagnostic>, Error> {
+    let Described { raw, expected, found, .. } = described;
     let (campaign, model) = (expected.campaign, expected.fitted.0);
     let used = |reading: usize| !found.outliers.contains(&campaign.readings[reading].row);
     let of_session = found.causes.iter().flat_map(|cause| cause.entries.iter().map(move |entry| (cause, entry)));
@@ -124,8 +130,18 @@ fn worse_than_found(
     if left <= limit && !is_worse {
         return Ok(None);
     }
+    let (what, remedy) = match found.causes.is_empty() {
+        true => (
+            "the calibrated description",
+            "`identify` says which parameters are weak, and which springs end at a bound: a load, a payload or the gravity may be declared wrong",
+        ),
+        false => (
+            "the description with the causes",
+            "mend the first cause in the description (its size, its springs), or measure what tells the tied causes apart, and diagnose again",
+        ),
+    };
     let message = format!(
-        "the description with the causes, read back, leaves {:.4} mm of the readings, and the diagnosis {:.4} mm: it was computed to first \
+        "{what}, read back, leaves {:.4} mm of the readings, and the diagnosis {:.4} mm: it was computed to first \
          order, which the amounts exceed",
         mm(left),
         mm(claimed)
@@ -133,7 +149,7 @@ fn worse_than_found(
     Ok(Some(
         Diagnostic::warning(message)
             .code(Code::UnusableResult)
-            .remedy("mend the first cause in the description (its size, its springs), or measure what tells the tied causes apart, and diagnose again")
+            .remedy(remedy)
             .figure("left_mm", mm(left))
             .figure("claimed_mm", mm(claimed)),
     ))

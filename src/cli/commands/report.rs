@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::diagnose::{Described, worse_than_found};
 use super::identify::{compared, has_lengths, left_to_fit, not_computed, other};
 use crate::Error;
 use crate::cli::args::{Arguments, Format, Report as Asked};
@@ -52,6 +53,8 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
             judged.push(doubt);
         }
     }
+    let described = Described::new(&loaded.robot, campaign, &review.diagnosis);
+    judged.extend(worse_than_found(&described, session)?);
     Output::gate(&judged, force, &loaded.diagnostics)?;
     let shown = if force { forced(judged.clone()) } else { judged.clone() };
     // That it did not converge stands in the report itself.
@@ -81,17 +84,15 @@ pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<
     };
     path.as_deref().map_or(Ok(()), writable)?;
     let ending = path.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
-    if let (Some(path), Some("yaml" | "yml" | "csv" | "tsv" | "xlsx" | "urdf" | "json")) = (&path, ending) {
-        return Err(Error::input(format!("`{}`: a page is written", path.display()), "end the name in .html"));
+    let is_page = ending.is_none_or(|ending| ["html", "htm", "xhtml"].contains(&ending.to_lowercase().as_str()));
+    if let Some(path) = path.as_ref().filter(|path| !is_page && path.parent() != Some(Path::new("/dev"))) {
+        return Err(Error::input(
+            format!("`{}`: a page is written", path.display()),
+            "end the name in .html; a browser prints it as PDF",
+        ));
     }
     if let Some(other) = other {
         writable(other)?;
-        if path.as_deref().or(arguments.output.as_deref()) == Some(other) {
-            return Err(Error::input(
-                format!("two results would go to `{}`", other.display()),
-                "give another name to one of them",
-            ));
-        }
     }
     Ok(path)
 }

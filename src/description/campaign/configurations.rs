@@ -1,6 +1,6 @@
 //! Which readings were taken at one configuration, and which are copies: readings that may share an error, or all of it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use indexmap::IndexMap;
 
@@ -52,6 +52,18 @@ impl Campaign {
             first[reading.pose] = *same;
         }
         first
+    }
+
+    /// Readings that are held out at configurations that are fitted as well, by marks of which readings are held out: what they leave
+    /// is no error of unseen configurations.
+    pub fn held_out_and_fitted(&self, is_held_out: impl Fn(usize) -> Option<bool>) -> Vec<usize> {
+        let first = self.configurations();
+        let at = |index: usize| first.get(self.readings[index].pose).copied();
+        let (fitted, held): (Vec<usize>, Vec<usize>) = (0..self.readings.len())
+            .filter(|&index| is_held_out(index).is_some())
+            .partition(|&index| is_held_out(index) == Some(false));
+        let fitted: HashSet<Option<usize>> = fitted.into_iter().map(at).collect();
+        held.into_iter().filter(|&index| fitted.contains(&at(index))).collect()
     }
 
     /// Of each reading, the earlier one of which it is an exact copy: same configuration, station, point, load and values. Readings

@@ -8,7 +8,7 @@ use super::amount::SAME_CONFIGURATION;
 use super::columns::joint_column;
 use super::raw::RawCampaign;
 use super::source::Source;
-use super::{Campaign, OrderBy, Payload, Reading};
+use super::{Campaign, OrderBy, Payload};
 use crate::description::limits::{READINGS, beyond};
 use crate::description::resolve::Locate;
 use crate::description::robot::{Robot, Variable};
@@ -230,15 +230,10 @@ fn one_side(campaign: &Campaign, robot: &Robot, place: &impl Fn(usize, &str) -> 
 
 /// Readings that are held out at configurations that are fitted as well: what they leave is no error of unseen configurations.
 fn held_out_and_fitted(campaign: &Campaign, place: &impl Fn(usize, &str) -> Option<Place>) -> Option<Diagnostic> {
-    let first = campaign.configurations();
-    let at = |reading: &Reading| first.get(reading.pose).copied();
-    let of = |check: bool| campaign.readings.iter().filter(move |reading| reading.check == Some(check));
-    let fitted: HashSet<Option<usize>> = of(false).map(at).collect();
-    let (all, both) = (of(true).count(), of(true).filter(|reading| fitted.contains(&at(reading))).count());
-    if 2 * both <= all {
-        return None;
-    }
-    let index = campaign.readings.iter().position(|own| own.check == Some(true) && fitted.contains(&at(own)))?;
+    let all = campaign.readings.iter().filter(|reading| reading.check == Some(true)).count();
+    let seen = campaign.held_out_and_fitted(|index| campaign.readings[index].check);
+    let both = seen.len();
+    let index = seen.first().copied().filter(|_| 2 * both > all)?;
     let message = format!("{both} of {all} readings that are held out stand at configurations that are fitted as well");
     let diagnostic = Diagnostic::warning(message).at(place(index, "set"));
     Some(diagnostic.remedy("hold whole configurations out: what is left of these is no error of unseen readings"))

@@ -150,7 +150,12 @@ impl Subject<'_> {
         let parent = self.keyed.and_then(|node| self.index.nodes.get(node)?.parent);
         let path = parent.map(|parent| self.index.path(parent)).filter(|path| !path.is_empty());
         let within = path.map_or_else(String::new, |path| format!(" in `{path}`"));
-        Diagnostic::error(format!("unknown key `{}`{within}", clip(field))).suggest(field, expected.iter().copied())
+        let diagnostic = Diagnostic::error(format!("unknown key `{}`{within}", clip(field)));
+        if !field.is_empty() && field.chars().all(|c| c.is_ascii_digit()) && !expected.contains(&field) {
+            let remedy = "a comma separates entries here: write decimals with a point";
+            return diagnostic.code(Code::Unknown).remedy(remedy);
+        }
+        diagnostic.suggest(field, expected.iter().copied())
     }
 
     fn unknown_choice(&self, variant: &str, expected: &[&str]) -> Diagnostic {
@@ -246,6 +251,15 @@ fn number_remedy(text: &str, node: Option<&Node>, ty: &str) -> Option<String> {
     if matches!(lower.as_str(), "inf" | "+inf" | "-inf" | "infinity" | "-infinity" | "nan") {
         let sign = if lower.starts_with('-') { "-" } else { "" };
         return Some(format!("write `{sign}.{}`", if lower == "nan" { "nan" } else { "inf" }));
+    }
+    if let Some(digits) = lower.strip_prefix("0x") {
+        let value = u64::from_str_radix(digits, 16).ok();
+        return value.map(|value| format!("numbers are decimal here; `{written}` is {value}"));
+    }
+    if written.contains(':') && written.split(':').all(is_number) {
+        return Some(
+            "write one decimal number in the unit of the file, not degrees:minutes or minutes:seconds".to_owned(),
+        );
     }
     if written.parse::<f64>().is_ok() {
         return Some("the number is too large; write `.inf` if infinite is meant".to_owned());

@@ -104,7 +104,7 @@ pub enum InverseError {
     #[error("the mechanism cannot be put together at any start: {0}")]
     Assembly(AssemblyError),
     /// No configuration found meets the target.
-    #[error("the target is out of reach{}: the closest approach stays {position_error:.3e} m and {orientation_error:.3e} rad away", by_limits(.limits))]
+    #[error("the target is out of reach{}: the closest approach stays {:.4} mm and {:.4} deg away", by_limits(.limits), 1e3 * .position_error, .orientation_error.to_degrees())]
     OutOfReach {
         /// Distance that stays at the closest approach found, m.
         position_error: f64,

@@ -9,7 +9,7 @@ use crate::Error;
 use crate::cli::args::{Compensate, Format};
 use crate::cli::output::Output;
 use crate::cli::session::Session;
-use crate::compensation::{Settings, compensate};
+use crate::compensation::{Settings, compensate, side_after};
 use crate::description::path::Path;
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -258,9 +258,7 @@ impl Stream<'_> {
     fn sides(&self, state: &State, commands: Option<&[f64]>) -> Vec<f64> {
         let (Some(now), Some(last)) = (commands, &state.corrected) else { return state.sides.clone() };
         let moved = now.iter().zip(last).zip(&state.sides);
-        let side = |((now, last), side): ((&f64, &f64), &f64)| {
-            if (now - last).abs() > self.settings.standing { (now - last).signum() } else { *side }
-        };
+        let side = |((now, last), side): ((&f64, &f64), &f64)| side_after([*last, *now], self.settings.standing, *side);
         moved.map(side).collect()
     }
 }
