@@ -184,10 +184,10 @@ fn passes(arm: &Model, commands: &Path, targets: &[Transform], wrench: [f64; 6],
     let path = Reader::default().path(&commands.display().to_string(), &loaded, loaded.raw.units).expect("a path");
     let mut campaign = path.campaign;
     campaign.readings.iter_mut().for_each(|reading| reading.wrench = wrench);
-    // The true arm lies on the flank it came from, taken here from the commands' own steps.
+    // The true arm lies on the flank it came from, taken here from the commands' own steps: the upper one where they fall.
     for k in 0..campaign.variables {
         let step = |row: usize| campaign.configuration(row)[k] - campaign.configuration(row - 1)[k];
-        let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| step(row.max(1)).signum()).collect();
+        let sides: Vec<f64> = (0..campaign.readings.len()).map(|row| -step(row.max(1)).signum()).collect();
         campaign.conditions.set_sides(k, sides);
     }
     let desired: Vec<Result<Desired, Refusal>> = targets
