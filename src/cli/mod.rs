@@ -151,7 +151,7 @@ fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
     let tables = output.tables.iter().map(|(path, _)| path.as_path());
     let targets: Vec<&Path> =
         output.files.iter().map(|(path, _)| path.as_path()).chain(tables).chain(printed).collect();
-    if let Some(path) = written_twice(&targets) {
+    if let Some(path) = crate::files::named_twice(&targets) {
         let message = format!("two results would go to `{}`", path.display());
         return Err(Error::input(message, "give another name to one of them"));
     }
@@ -169,20 +169,6 @@ fn spare_inputs(session: &Session, output: &Output) -> Result<(), Error> {
         )),
         None => Ok(()),
     }
-}
-
-/// The first file that is named again, in whatever way. Devices and pipes take all that comes.
-fn written_twice<'a>(targets: &[&'a Path]) -> Option<&'a Path> {
-    let is_device = |path: &Path| std::fs::metadata(path).is_ok_and(|known| !known.is_file());
-    let place = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let known = path.canonicalize().ok();
-        known
-            .or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
-            .unwrap_or_else(|| path.to_path_buf())
-    };
-    let mut seen = std::collections::HashSet::new();
-    targets.iter().copied().filter(|path| !is_device(path)).find(|path| !seen.insert(place(path)))
 }
 
 /// The campaign in the folder of an existing file that names it.

@@ -124,7 +124,7 @@ pub fn compensate(
             points.iter().map(|p| p.as_ref().ok().map(|p| p.corrected.joints.clone())).collect();
         let left_out = predictor.left_out.clone();
         let before = path.conditions.clone();
-        // Only of joints with an effect that looks at the side it matters.
+        // The side matters only at joints with an effect that depends on it.
         let settled = !derived || {
             derive_sides(&found, &own, settings.standing, &mut path);
             sides_that_matter(model).all(|variable| path.conditions.sides(variable) == before.sides(variable))
@@ -342,7 +342,7 @@ pub fn side_after([last, now]: [f64; 2], standing: f64, side: f64) -> f64 {
     if (now - last).abs() > standing { (last - now).signum() } else { side }
 }
 
-/// Variables of which an effect looks at the side of approach.
+/// Variables at whose joints an effect depends on the side of approach.
 fn sides_that_matter(model: &Model) -> impl Iterator<Item = usize> {
     let looks = |on: &&SwitchedOn| on.entry.effect.reads().contains(&Condition::Approach);
     let seen: Vec<Option<usize>> = model.effects.iter().filter(looks).map(|on| on.entry.site.coordinate).collect();

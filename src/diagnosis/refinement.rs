@@ -9,7 +9,7 @@ use crate::math::{orthonormal, project_off};
 use crate::prediction::{PredictionError, Term, effect_columns};
 
 /// Refines the nonlinear parameters of the members in place, to what readings that span so much tell, fitted to all but the readings that
-/// are `unused`. Whether there was any.
+/// are `unused`.
 ///
 /// # Errors
 /// A configuration that cannot be assembled.
@@ -20,7 +20,7 @@ pub fn refine(
     problem: &mut LinearProblem,
     members: &[usize],
     unused: &[bool],
-) -> Result<bool, PredictionError> {
+) -> Result<(), PredictionError> {
     let settings = &inputs.settings.selection;
     let center = |problem: &LinearProblem, h: usize| problem.hypotheses[h].nonlinear.continuous();
     let continuous: Vec<(usize, f64)> = members.iter().filter_map(|&h| Some((h, center(problem, h)?))).collect();
@@ -32,40 +32,44 @@ pub fn refine(
     };
     for &(h, center) in &continuous {
         let steps = -settings.refinements..=settings.refinements;
-        let (mut ratio, mut best) = (settings.refinement_ratio, (f64::INFINITY, center));
-        let mut values_tried: Vec<f64> = steps.map(|k| center * ratio.powi(k)).collect();
-        // The squares are chi-square: a value is found when those beside it are worse by less than they tell of it.
+        let mut ratio = settings.refinement_ratio;
+        let mut tried: Vec<f64> = steps.map(|k| center * ratio.powi(k)).collect();
+        let mut best: Option<(f64, Nonlinear, DMatrix<f64>)> = None;
+        // Weighted squares are chi-square: a value is known well enough where those beside it are worse by less than one standard
+        // deviation of it makes.
         loop {
-            let (before, mut worst) = (best.0, best.0);
-            for (own, columns) in columns_of(inputs, values, survey, problem, h, &values_tried)? {
-                let value = own.continuous().unwrap_or(center);
-                let (known, stood) = (std::mem::replace(&mut problem.hypotheses[h].nonlinear, own), columns);
-                let columns = std::mem::replace(&mut problem.hypotheses[h].columns, stood);
+            let before = best.as_ref().map(|known| known.0);
+            let mut worst = before.unwrap_or(0.0);
+            for (nonlinear, columns) in columns_of(inputs, values, survey, problem, h, &tried)? {
+                problem.hypotheses[h].columns.copy_from(&columns);
                 let left = squares(problem);
                 worst = worst.max(left);
-                if left < best.0 {
-                    best = (left, value);
-                } else {
-                    problem.hypotheses[h].nonlinear = known;
-                    problem.hypotheses[h].columns = columns;
+                if best.as_ref().is_none_or(|known| left < known.0) {
+                    best = Some((left, nonlinear, columns));
                 }
             }
+            let Some((least, nonlinear, _)) = &best else { break };
+            let is_known = before.is_some() && worst - least < settings.refined;
             ratio = ratio.sqrt();
-            let is_known = before.is_finite() && worst - best.0 < settings.refined;
-            if !best.0.is_finite() || is_known || ratio - 1.0 < FINEST {
+            if is_known || ratio - 1.0 < FINEST {
                 break;
             }
-            values_tried = vec![best.1 / ratio, best.1 * ratio];
+            let value = nonlinear.continuous().unwrap_or(center);
+            tried = vec![value / ratio, value * ratio];
+        }
+        if let Some((_, nonlinear, columns)) = best {
+            problem.hypotheses[h].nonlinear = nonlinear;
+            problem.hypotheses[h].columns = columns;
         }
     }
-    Ok(!continuous.is_empty())
+    Ok(())
 }
 
-/// Relative distance of neighbouring values below which nothing is refined further, whatever the readings tell.
+/// Relative distance of neighbouring values below which nothing is refined further: readings without noise would go on to rounding.
 const FINEST: f64 = 1e-4;
 
-/// A hypothesis with these values of its continuous nonlinear parameter, as far as they can be told from others, and its columns. The first
-/// of those that it has now is always among them.
+/// Columns of a hypothesis at values of its continuous nonlinear parameter, but at those that the readings do not span; the value that it
+/// has now is never left out.
 fn columns_of(
     inputs: &Inputs,
     values: &[f64],

@@ -30,4 +30,4 @@ pub use schema_line::schema_line;
 pub use signals::leave_signals;
 pub use start::{moved_to, source_urdf};
 #[cfg(feature = "cli")]
-pub use write::{writable, writable_table, write_whole};
+pub use write::{is_device, named_twice, writable, writable_table, write_whole};

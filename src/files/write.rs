@@ -54,6 +54,19 @@ pub fn writable_table(path: &Path) -> Result<(), Diagnostic> {
     writable(path)
 }
 
+/// Whether there is something at a path that is no file: a device or a pipe, or a folder.
+pub fn is_device(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|known| !known.is_file())
+}
+
+/// The first file that is named again, in whatever way. Devices and pipes take all that comes.
+pub fn named_twice<'a>(paths: &[&'a Path]) -> Option<&'a Path> {
+    let new = |path: &Path| Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
+    let place = |path: &Path| path.canonicalize().ok().or_else(|| new(path)).unwrap_or_else(|| path.to_path_buf());
+    let mut seen = BTreeSet::new();
+    paths.iter().copied().filter(|path| !is_device(path)).find(|path| !seen.insert(place(path)))
+}
+
 /// Writes files, all of them whole or none at all: each next to its target first, then in its place. Where one cannot be put
 /// in its place, those before it are put back as they were; where the program is killed, whoever reads or writes there next
 /// puts them back. Two processes that write to one folder take turns, and a signal to end waits until the files stand.
@@ -64,7 +77,6 @@ pub fn write_whole(files: &[(&Path, &[u8])]) -> Result<(), Error> {
     let failed =
         |path: &Path, error: std::io::Error| Error::from(error).at(format!("`{}` cannot be written", path.display()));
     // A device or a pipe is written as it is, and first: nothing can be moved into its place, and its reader may let it wait.
-    let is_device = |path: &Path| std::fs::metadata(path).is_ok_and(|known| !known.is_file());
     let (devices, files): (Vec<_>, Vec<_>) = files.iter().partition(|(path, _)| is_device(path));
     for (path, content) in devices {
         std::fs::write(path, content).map_err(|error| failed(path, error))?;

@@ -370,6 +370,7 @@ bodies:
   2: {mass: 80, com: [300, 0, 0]}
   3: {mass: 60, com: [60, 0, 100]}
   4: {mass: 25, com: [0, 0, -100]}
+  6: {mass: 8, com: [0, 0, 50]}
 joint_stiffness:
   2: {kar: {compliance: 1.0e-6, identifiable: true}}
   3: {kar: {compliance: 2.0e-6, identifiable: true}}
@@ -391,7 +392,7 @@ measurements:
         let poses: String = (0..3).map(|k| format!("p{k},{k}0,10,{k}0,20,3{k},0,0,0,{k}\n")).collect();
         std::fs::write(at.join(file), format!("pose,q1,q2,q3,q4,q5,q6,x,y,z\n{poses}")).expect("written");
     }
-    let made = ["simulate", "camp.yaml", "--poses", "40", "--elastic-errors", "1", "--seed", "1", "--into", "s"];
+    let made = ["simulate", "camp.yaml", "--poses", "40", "--elastic-errors", "1", "--seed", "2", "--into", "s"];
     ok(&run(at, &made));
     ok(&run(at, &["diagnose", "s", "--apply", "d.yaml"]));
     let found = json(&run(at, &["diagnose", "s", "--format", "json"]));

@@ -130,19 +130,20 @@ pub fn worse_than_found(described: &Described, session: &Session) -> Result<Opti
     if left <= limit && !is_worse {
         return Ok(None);
     }
-    let (what, remedy) = match found.causes.is_empty() {
-        true => (
+    let [what, why, remedy] = match found.causes.is_empty() {
+        true => [
             "the calibrated description",
+            "its springs are held above zero, and what the noise hides as described",
             "`identify` says which parameters are weak, and which springs end at a bound: a load, a payload or the gravity may be declared wrong",
-        ),
-        false => (
+        ],
+        false => [
             "the description with the causes",
+            "it was computed to first order, which the amounts exceed",
             "mend the first cause in the description (its size, its springs), or measure what tells the tied causes apart, and diagnose again",
-        ),
+        ],
     };
     let message = format!(
-        "{what}, read back, leaves {:.4} mm of the readings, and the diagnosis {:.4} mm: it was computed to first \
-         order, which the amounts exceed",
+        "{what}, read back, leaves {:.4} mm of the readings, and the diagnosis {:.4} mm: {why}",
         mm(left),
         mm(claimed)
     );

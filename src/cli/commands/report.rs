@@ -10,7 +10,7 @@ use crate::cli::output::Output;
 use crate::cli::session::Session;
 use crate::diagnostic::Code;
 use crate::estimation::{Settings, split};
-use crate::files::writable;
+use crate::files::{is_device, writable};
 use crate::plausibility::{Evidence, Limits, doubts, forced, judge, judge_result};
 use crate::render::html::write;
 use crate::results::{CombinedParameters, Report, Sources};
@@ -76,7 +76,7 @@ pub fn run(command: &Asked, session: &Session) -> Result<Output, Error> {
     Ok(output)
 }
 
-/// Where the page goes: `--output`, or the usual name; none where JSON is asked for. No two files may be one.
+/// Where the page goes: `--output`, or the usual name; none where JSON is asked for.
 pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<Option<PathBuf>, Error> {
     let path = match arguments.format {
         Format::Json => None,
@@ -85,7 +85,7 @@ pub fn page(arguments: &Arguments, usual: &str, other: Option<&Path>) -> Result<
     path.as_deref().map_or(Ok(()), writable)?;
     let ending = path.as_deref().and_then(Path::extension).and_then(|ending| ending.to_str());
     let is_page = ending.is_none_or(|ending| ["html", "htm", "xhtml"].contains(&ending.to_lowercase().as_str()));
-    if let Some(path) = path.as_ref().filter(|path| !is_page && path.parent() != Some(Path::new("/dev"))) {
+    if let Some(path) = path.as_ref().filter(|path| !is_page && !is_device(path)) {
         return Err(Error::input(
             format!("`{}`: a page is written", path.display()),
             "end the name in .html; a browser prints it as PDF",
