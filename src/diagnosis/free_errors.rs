@@ -52,16 +52,35 @@ impl<'a> FreeErrors<'a> {
 
     /// By site: the squares of a residual in each block. `noise` is over the sigmas.
     pub fn squares(&self, residual: &DVector<f64>, noise: f64) -> impl Iterator<Item = (&str, Vec<Squares>)> {
+        self.by_site(move |rows, columns| squares(columns, &residual.select_rows(rows), noise))
+    }
+
+    /// By site of one direction: what is left of columns where errors there are free in every block.
+    pub fn off(&self, columns: &DMatrix<f64>) -> impl Iterator<Item = (&str, DMatrix<f64>)> {
+        let of_block =
+            |rows: &Vec<usize>, own: &DMatrix<f64>| project_off(&columns.select_rows(rows), &orthonormal(own, None));
+        let names = self.names.iter().map(|(_, count)| *count == 1);
+        names.zip(self.by_site(of_block)).filter(|(is_one, _)| *is_one).map(|(_, (site, blocks))| {
+            let mut left = columns.clone();
+            for (rows, block) in self.blocks.iter().zip(blocks) {
+                rows.iter().enumerate().for_each(|(at, &row)| left.set_row(row, &block.row(at)));
+            }
+            (site, left)
+        })
+    }
+
+    /// By site: what becomes of the columns of its errors in each block, of which the rows are given.
+    fn by_site<T>(&self, of: impl Fn(&Vec<usize>, &DMatrix<f64>) -> T) -> impl Iterator<Item = (&str, Vec<T>)> {
         let (all, width) = &self.columns;
         let mut first = 0;
         self.names.iter().map(move |(site, count)| {
             let start = first;
             first += count;
-            let of = |rows: &Vec<usize>| {
+            let of_block = |rows: &Vec<usize>| {
                 let column = |i: usize, k: usize| all[rows[i] * width + start + k] / self.problem.sigmas[rows[i]];
-                squares(&DMatrix::from_fn(rows.len(), *count, column), &residual.select_rows(rows), noise)
+                of(rows, &DMatrix::from_fn(rows.len(), *count, column))
             };
-            (site.as_str(), self.blocks.iter().map(of).collect())
+            (site.as_str(), self.blocks.iter().map(of_block).collect())
         })
     }
 

@@ -77,6 +77,7 @@ impl Compared<'_> {
             }
         }
         let (of_site, is_in_limit) = (self.of_site(at), self.is_in_limit(at));
+        let is_beaten = is_beaten || self.is_lost_elsewhere(at);
         let is_of_other_shape = !is_beaten && self.is_of_other_shape(at);
         Gates { of_free, is_beaten, is_of_other_shape, elsewhere, of_site, is_in_limit, missed: self.missed(at) }
     }

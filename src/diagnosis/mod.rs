@@ -24,6 +24,7 @@ mod held_out;
 mod hypothesis;
 mod implied;
 mod inputs;
+mod kept_amount;
 mod level;
 mod linear_fit;
 mod linear_problem;

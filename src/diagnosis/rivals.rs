@@ -79,6 +79,8 @@ pub fn rejected(selector: &Selector, members: &[usize]) -> (Vec<Rejected>, f64) 
             "calibration reproduces it entirely, or its sign is not possible"
         } else if selector.is_chance(gains[h]) {
             "no more than chance"
+        } else if members.is_empty() && gain > 0.5 * squares {
+            "it explains most of the gap, and whether it is its law is not certain"
         } else if members.is_empty() {
             "it explains a part, and most of the gap stays"
         } else {

@@ -3,6 +3,7 @@
 //! Source: Shah and Samworth, *Variable selection with error control: another look at stability selection*, J. R. Stat.
 //! Soc. B 75, 2013 (complementary pairs).
 
+use nalgebra::DMatrix;
 use rand::seq::SliceRandom;
 
 use super::held_out::{Additions, HeldOut};
@@ -22,6 +23,17 @@ pub fn stability(
 ) -> Stability {
     let hypotheses = &problem.hypotheses;
     let poses = problem.poses().len();
+    // Of its family where it sits; or another that can do all that it does there, as curves of a joint can be the same everywhere.
+    let is_within = |curve: &DMatrix<f64>, law: &DMatrix<f64>| {
+        curve.tr_mul(law).norm_squared() >= settings.near_curve * law.ncols() as f64
+    };
+    let holds: Vec<bool> = (0..candidates.len())
+        .map(|at| {
+            let [law, curve] = [0, at].map(|at| &hypotheses[candidates[at]]);
+            let is_there = curve.is_free() && !law.is_free() && curve.site.name == law.site.name;
+            curve.holds(law) || is_there && is_within(&additions.candidates[at], &additions.candidates[0])
+        })
+        .collect();
     let (mut counts, mut draws) = ([0_usize; 5], 0);
     for pair in 0..settings.halves {
         let mut order: Vec<usize> = (0..poses).collect();
@@ -36,12 +48,9 @@ pub fn stability(
             let before = sum(&losses.base);
             let left: Vec<f64> = losses.with.iter().map(|with| sum(with)).collect();
             let Some(best) = (0..candidates.len()).min_by(|&a, &b| left[a].total_cmp(&left[b])) else { continue };
-            // A curve wins for the law at its site that it holds.
-            let is_held = |&at: &usize| {
-                let [law, curve] = [at, best].map(|at| &hypotheses[candidates[at]]);
-                curve.holds(law) && before - left[at] >= settings.near_curve * (before - left[best])
-            };
-            let best = Some(0).filter(is_held).unwrap_or(best);
+            // A curve wins for the law that it holds.
+            let is_near = before - left[0] >= settings.near_curve * (before - left[best]);
+            let best = if holds[best] && is_near { 0 } else { best };
             let [one, other] = [0, best].map(|at| &hypotheses[candidates[at]]);
             let same_family = one.family() == other.family();
             let same_site = same_family && one.site.name == other.site.name;
