@@ -45,6 +45,7 @@ pub fn choice(
         selector: &selector,
         folds: &folds,
         settings: &settings.claims,
+        free_errors,
         noise: known,
         sigma: noise,
         gap: (left - known).max(0.0),
@@ -69,7 +70,7 @@ pub fn choice(
     let blocks = blocks(problem, readings, settings);
     let freedom = (selector.projection.freedom - fit.directions as f64).max(1.0);
     let left = noise.unwrap_or_else(|| (fit.squares / freedom).sqrt());
-    let tests = Tests { blocks: &blocks, free_errors, noise: left, readings, members: &members };
+    let tests = Tests { blocks: &blocks, noise: left, readings, members: &members };
     let claims = claimed(&forward, &causes, sharp.as_deref(), &tests, |cause| great.contains(cause));
     let mut claims = gathered(sifted(&forward, claims, &tests, settings), &problem.hypotheses);
     let path = (0..=claims.len()).map(|count| {

@@ -239,7 +239,7 @@ impl Compared<'_> {
     /// The best free curve, where no law holds and all that does as well sits at its site, or is of its family.
     fn unnamed(&self) -> Option<Claim> {
         let best = self.best_free()?;
-        if !self.forward.is_worth(&self.losses.base, &self.losses.with[best]) {
+        if !self.forward.is_worth(&self.losses.base, &self.losses.with[best]) || self.is_lost_elsewhere(best) {
             return None;
         }
         let tied: Vec<&Hypothesis> = (0..self.sets.len())
@@ -262,7 +262,7 @@ impl Compared<'_> {
         let at_site = self.free_in_place_of(own).filter(|&at| !self.is_elsewhere(at, own));
         let best = at_site.min_by(|&a, &b| self.total(a).total_cmp(&self.total(b)))?;
         let is_worth = self.forward.is_worth(&self.losses.base, &self.losses.with[best]);
-        is_worth.then(|| self.curve(best, self.hypothesis(best).level()))
+        (is_worth && !self.is_lost_elsewhere(best)).then(|| self.curve(best, self.hypothesis(best).level()))
     }
 
     /// A free curve, claimed without a law.

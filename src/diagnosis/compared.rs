@@ -1,7 +1,6 @@
 //! Candidates for one cause, compared by what they leave of readings that were not fitted.
 
 use super::forward::Forward;
-use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
 use super::level::{Level, Stability};
@@ -13,8 +12,6 @@ use crate::math::{orthonormal, project_off};
 pub struct Tests<'a> {
     /// Configurations that are left out whole.
     pub blocks: &'a [HeldOut],
-    /// Errors that are free in every configuration.
-    pub free_errors: &'a FreeErrors<'a>,
     /// The noise over the sigmas of the rows.
     pub noise: f64,
     /// The readings of the problem.

@@ -6,6 +6,7 @@
 use std::cell::OnceCell;
 
 use super::flips::chances;
+use super::free_errors::FreeErrors;
 use super::held_out::{Additions, HeldOut, Losses, paired};
 use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
@@ -20,6 +21,8 @@ pub struct Forward<'a> {
     pub selector: &'a Selector<'a>,
     pub folds: &'a HeldOut,
     pub settings: &'a ClaimSettings,
+    /// Errors that are free in every configuration.
+    pub free_errors: &'a FreeErrors<'a>,
     /// Sum of squares of the noise, where that is known; else 0.
     pub noise: f64,
     /// The noise over the sigmas, where it is known.

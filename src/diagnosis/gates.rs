@@ -184,7 +184,7 @@ impl Compared<'_> {
         let others: Vec<usize> = self.tests.members.iter().copied().filter(is_other).collect();
         let additions = Additions::new(&self.forward.selector.projection, &others, &[vec![own]]);
         let before = project_off(&problem.residual, &additions.basis);
-        let (free, readings) = (self.tests.free_errors, self.tests.readings);
+        let (free, readings) = (self.forward.free_errors, self.tests.readings);
         missed(free, law, (&before, &additions.candidates[0]), readings, self.forward.settings)
     }
 
@@ -197,7 +197,7 @@ impl Compared<'_> {
         }
         let before = project_off(&self.forward.problem.residual, &self.additions.basis);
         let taken = self.additions.candidates[at].tr_mul(&before).norm_squared();
-        let carried = self.tests.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
+        let carried = self.forward.free_errors.carried(&self.hypothesis(at).site.name, &before, self.tests.noise)?;
         (carried > 0.0).then(|| taken / carried)
     }
 }

@@ -109,6 +109,11 @@ impl Hypothesis {
         matches!(self.family(), Family::History | Family::Elastic)
     }
 
+    /// Whether it sits at a site, or holds laws there.
+    pub fn is_of_site(&self, site: &str) -> bool {
+        self.site.name == site || self.covers.iter().any(|own| own == site)
+    }
+
     /// Whether it sits where another does, or holds laws of its family there.
     pub fn is_at(&self, law: &Self) -> bool {
         self.site.name == law.site.name || self.family() == law.family() && self.covers.contains(&law.site.name)

@@ -9,6 +9,8 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::compared::Compared;
+use super::forward::Forward;
+use super::held_out::Additions;
 use super::linear_problem::LinearProblem;
 use crate::math::linear::tr_mul;
 use crate::math::{joined, project_off};
@@ -16,22 +18,35 @@ use crate::math::{joined, project_off};
 /// Squares of a direction of what is fitted in addition, of 1, below which free errors have taken it up.
 const LEAST_SQUARES: f64 = 1e-6;
 
+/// Whether most of the amount of a candidate for addition is certainly lost where errors at some site that is not among its own are free.
+/// `members` are its hypotheses, `others` those that it is added to; what corrects another of these at its site belongs there.
+pub fn is_lost_elsewhere(
+    forward: &Forward,
+    (additions, others): (&Additions, &[usize]),
+    at: usize,
+    members: &[usize],
+) -> bool {
+    let (problem, settings) = (forward.problem, forward.settings);
+    let before = project_off(&problem.residual, &additions.basis);
+    let own = &additions.candidates[at];
+    let shape = own * own.tr_mul(&before);
+    let is_own = |site: &str| members.iter().any(|&h| problem.hypotheses[h].is_of_site(site));
+    if others.iter().any(|&h| is_own(&problem.hypotheses[h].site.name)) {
+        return false;
+    }
+    let least = LEAST_SQUARES * shape.norm_squared();
+    let all = joined(&additions.basis, &DMatrix::from_columns(&[shape, before]));
+    let is_lost = |left: &DMatrix<f64>| {
+        kept(problem, left, least)
+            .is_some_and(|[amount, error]| amount.abs() + settings.paired_t * error < settings.least_rival)
+    };
+    forward.free_errors.off(&all).any(|(site, left)| !is_own(site) && is_lost(&left))
+}
+
 impl Compared<'_> {
-    /// Whether most of a law's amount is certainly lost where errors at some site that is not its own are free.
+    /// Whether most of a candidate's amount is certainly lost where errors at some other site are free.
     pub fn is_lost_elsewhere(&self, at: usize) -> bool {
-        let (problem, settings) = (self.forward.problem, self.forward.settings);
-        let basis = &self.additions.basis;
-        let before = project_off(&problem.residual, basis);
-        let own = &self.additions.candidates[at];
-        let shape = own * own.tr_mul(&before);
-        let is_own = |site: &str| self.sets[at].iter().any(|&h| problem.hypotheses[h].site.name == site);
-        let least = LEAST_SQUARES * shape.norm_squared();
-        let all = joined(basis, &DMatrix::from_columns(&[shape, before]));
-        let is_lost = |left: &DMatrix<f64>| {
-            kept(problem, left, least)
-                .is_some_and(|[amount, error]| amount.abs() + settings.paired_t * error < settings.least_rival)
-        };
-        self.tests.free_errors.off(&all).any(|(site, left)| !is_own(site) && is_lost(&left))
+        is_lost_elsewhere(self.forward, (self.additions, self.others), at, &self.sets[at])
     }
 }
 

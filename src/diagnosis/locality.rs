@@ -25,7 +25,7 @@ impl Compared<'_> {
         }
         let mut windows: Vec<DMatrix<f64>> = Vec::new();
         let read = (readings.model, readings.campaign);
-        of_joint(read, problem, self.tests.free_errors, &law.site, |_, column| {
+        of_joint(read, problem, self.forward.free_errors, &law.site, |_, column| {
             windows.push(DMatrix::from_columns(std::slice::from_ref(column)));
         });
         let certain = normal_of_any(settings.of_any, windows.len().max(1)).max(settings.paired_t);

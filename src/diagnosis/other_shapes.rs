@@ -83,7 +83,7 @@ impl Compared<'_> {
         if law.site.kind != SiteKind::Joint || law.is_free() || is_difference {
             return None;
         }
-        let joint = self.tests.free_errors.column(&law.site.name)?;
+        let joint = self.forward.free_errors.column(&law.site.name)?;
         let values = readings.goes_with(law)?;
         let [mean, deviation] = mean_and_deviation(&values)?;
         // Constraints are no readings.

@@ -8,6 +8,7 @@ use super::flips::chances;
 use super::forward::{Forward, least};
 use super::held_out::{Additions, paired};
 use super::hypothesis::Hypothesis;
+use super::kept_amount::is_lost_elsewhere;
 use super::level::Level;
 use super::linear_problem::LinearProblem;
 use super::selection::Selector;
@@ -219,6 +220,9 @@ pub fn curve(forward: &Forward, taken: &[usize], law: Option<&Hypothesis>, setti
     order.swap(0, best);
     let ordered: Vec<usize> = order.iter().map(|&at| candidates[at]).collect();
     if !is_certain || chance[best] >= settings.claims.chance {
+        return None;
+    }
+    if is_lost_elsewhere(forward, (&additions, taken), best, &sets[best]) {
         return None;
     }
     let stability = stability(forward.problem, &additions.only(&order), &ordered, 0, &settings.claims);

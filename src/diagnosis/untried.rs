@@ -32,7 +32,9 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
             Some(Condition::Time) => "a column `time`",
             Some(Condition::Temperature) => "a column `temperature` that varies",
             Some(Condition::Approach) => "columns `approach.<variable>`, from both sides",
-            Some(Condition::LastMove) => "a column `order` or `time`, or `order: rows`",
+            Some(Condition::LastMove) => {
+                "configurations in the order in which they were measured, reached by moves that differ"
+            }
             Some(Condition::GearRatio) => "`gear_ratios` in the description",
             None if effect.sites(model).is_empty() => "a site of its kind on this robot",
             None if effect.family(&Nonlinear::default()) == Family::Elastic => {

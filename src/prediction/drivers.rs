@@ -20,13 +20,14 @@ pub(super) struct DriverValues {
 }
 
 impl DriverValues {
-    /// Drivers of which a campaign may have values, of so many coordinates; last moves only where the order of its readings is known.
+    /// Drivers of which a campaign may have values, of so many coordinates; last moves only where the order of its readings
+    /// is stated: of rows that may have been sorted a curve of any shape would say too much.
     pub fn new(campaign: &Campaign, coordinates: usize) -> Self {
         let conditions = &campaign.conditions;
         let mut drivers: Vec<Driver> = Vec::new();
         for own in 0..coordinates {
             drivers.extend([Driver::Angle(own), Driver::OwnLoad(own), Driver::Load(own)]);
-            drivers.extend(conditions.is_ordered().then_some(Driver::LastMove(own)));
+            drivers.extend(conditions.is_order_stated().then_some(Driver::LastMove(own)));
         }
         drivers.extend(conditions.time.as_ref().map(|_| Driver::Time));
         drivers.extend(conditions.session_time.as_ref().map(|_| Driver::SessionTime));

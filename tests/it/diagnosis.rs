@@ -15,7 +15,7 @@ use rand::seq::SliceRandom;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::cli::run;
-use super::support::{bundled, switch_on};
+use super::support::{bundled, printed_json, switch_on};
 
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
@@ -54,6 +54,33 @@ fn names(name: &str, effect: &str, site: &str) {
     assert_eq!(found.verdict, Verdict::Explained, "{name}");
     assert!(found.rms_after < 1.35 * found.gap.noise, "{name}: {} {}", found.rms_after, found.gap.noise);
     assert!(found.shrinkage.ci95.is_some_and(|ci95| ci95[0] > 0.0), "{name}: {:?}", found.shrinkage);
+}
+
+/// A zero that is off, on a robot of which nothing is calibrated: curves of its joint that can be the same everywhere are no better.
+#[test]
+fn a_zero_is_named_where_nothing_is_calibrated() {
+    for (robot, zero) in [
+        ("universal-ur5", "joint-offset@joint:3:3.theta=2e-3"),
+        ("palletiser", "joint-offset@joint:crank:crank.theta=2e-3"),
+        ("five-bar", "joint-offset@joint:b1:b1.theta=2e-3"),
+    ] {
+        for seed in ["11", "13"] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let with = ["--poses", "60", "--noise", "0.005", "--errors", "0", "--effect", zero, "--seed", seed];
+            let ran = run(folder.path(), &[&["simulate", robot], &with[..], &["--into", "c"]].concat());
+            assert_eq!(ran.status, 0, "{}", ran.err);
+            let path = folder.path().join("c/campaign.yaml");
+            let text = std::fs::read_to_string(&path).expect("a campaign");
+            let lines = text.lines().filter(|line| !line.starts_with("calibrate:") && !line.starts_with("- "));
+            std::fs::write(&path, lines.map(|line| format!("{line}\n")).collect::<String>() + "calibrate: []\n")
+                .expect("written");
+            let found = printed_json(folder.path(), &["diagnose", "c"]);
+            let causes = found["causes"].as_array().expect("a list");
+            let said: Vec<String> = causes.iter().map(|own| format!("{}@{}", own["effect"], own["site"])).collect();
+            let wanted = zero.split(':').take(2).collect::<Vec<_>>().join(":").replace('@', "\"@\"");
+            assert_eq!(said, [format!("\"{wanted}\"")], "{robot} {seed}");
+        }
+    }
 }
 
 #[test]

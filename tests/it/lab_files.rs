@@ -281,12 +281,14 @@ fn times_stand_in_for_the_order() {
     assert_eq!(named(&found), "\"settling\" \"joint:2\"", "{}", found["causes"]);
     all.iter_mut().for_each(|row| row[time] = "60".into());
     written(folder.path(), &titles, &without(&all), |text| text);
-    let untimed = run(folder.path(), &["diagnose", "c"]);
-    assert!(untimed.out.contains("settling (a column `order` or `time`, or `order: rows`)"), "{}", untimed.out);
-    // Rows stand in order where the campaign states it.
+    // Rows stand in order, but where the campaign says otherwise.
     all.sort_by_key(|row| row[order].parse::<usize>().expect("a number"));
-    written(folder.path(), &titles, &without(&all), |text| format!("{text}\norder: rows\n"));
+    written(folder.path(), &titles, &without(&all), |text| text);
     assert_eq!(named(&printed_json(folder.path(), &["diagnose", "c"])), "\"settling\" \"joint:2\"");
+    all.sort_by(|a, b| a[0].cmp(&b[0]));
+    written(folder.path(), &titles, &without(&all), |text| format!("{text}\norder: unknown\n"));
+    let mixed = run(folder.path(), &["diagnose", "c"]);
+    assert!(mixed.out.contains("settling (configurations in the order in which they were measured"), "{}", mixed.out);
     written(folder.path(), &header, &all, |text| text);
     let both = run(folder.path(), &["check", "c"]);
     assert!(both.status == 2 && both.err.contains("a column `order` numbers them"), "{}", both.err);

@@ -358,6 +358,46 @@ fn a_step_in_the_angle_of_a_joint_is_no_transmission_error() {
     assert!(found.causes.first().is_some_and(|cause| cause.site == "joint:3"), "{said:?}");
 }
 
+/// A cable that bends a joint by the angles of two joints together: what free errors at that joint take up is named at no other.
+#[test]
+fn an_error_of_two_angles_is_named_at_no_other_joint() {
+    struct Cable;
+    impl Effect for Cable {
+        fn name(&self) -> &'static str {
+            "cable-of-two"
+        }
+        fn sits_at(&self) -> SiteKind {
+            SiteKind::Joint
+        }
+        fn signature(&self) -> &'static str {
+            ""
+        }
+        fn remedy(&self) -> &'static str {
+            ""
+        }
+        fn parameters(&self, _: &Model, _: &Site, _: &Nonlinear) -> Vec<EffectParameter> {
+            vec![EffectParameter::new("pull", "rad", 1e-4)]
+        }
+        fn changes(&self, _: &Model, site: &Site, _: &Nonlinear) -> Changes {
+            let own = site.coordinate.expect("a driven joint");
+            Arc::new(move |context, out| {
+                let beyond = (context.q[3].abs() - 1.2).max(0.0);
+                out.push((0, Change::Deflection(own, beyond * context.q[2].sin())));
+            })
+        }
+    }
+    let plain = load_robot("kuka-kr270").expect("bundled").model;
+    let mut spoiled = Model { catalogue: Arc::new(Catalogue::standard().with(Cable)), ..plain.clone() };
+    super::support::switch_on(&mut spoiled, "cable-of-two", "joint:3", &[("pull", 5e-4)]);
+    let mut said = Vec::new();
+    for count in [50, 60, 70, 80, 90, 100, 110, 120] {
+        let found = diagnosed(&plain, &read_at(count, &plain, &spoiled, 0.7));
+        let named = found.causes.iter().filter(|cause| cause.level == Level::Law && cause.site != "joint:3");
+        said.extend(named.map(|cause| format!("{count}: {}@{}", cause.effect, cause.site)));
+    }
+    assert!(said.is_empty(), "{said:?}");
+}
+
 /// A joint that gives beyond some load only: the reverse of one that winds up, which is not named for it.
 #[test]
 fn a_dead_zone_is_no_joint_that_winds_up() {

@@ -105,6 +105,26 @@ fn a_target_is_met_as_own_weight_deflects_the_tool() {
     }
 }
 
+/// Effects of moves, times and temperatures are no part of a configuration: `pose` and `solve` say that they leave them out.
+#[test]
+fn effects_that_a_configuration_does_not_say_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &["convert", "universal-ur5", "plain.yaml"]).status, 0);
+    let plain = std::fs::read_to_string(folder.path().join("plain.yaml")).expect("read");
+    let effects = "effects:\n- {effect: settling, site: 'joint:2', parameters: {share: 2e-3}}\n\
+                   - {effect: gear-ratio, site: 'joint:3', parameters: {ratio: 4e-4}}\n";
+    std::fs::write(folder.path().join("arm.yaml"), plain + effects).expect("written");
+    let joints = "q1=10,q2=-80,q3=70,q4=-60,q5=-90,q6=0";
+    let posed = run(folder.path(), &["pose", "arm.yaml", "--joints", joints, "--weight"]);
+    let solved = run(folder.path(), &["solve", "arm.yaml", "--target", "400,200,400", "--weight"]);
+    for ran in [posed, solved] {
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        assert!(ran.err.contains("how great they are: settling@joint:2\n"), "{}", ran.err);
+    }
+    let rigid = run(folder.path(), &["pose", "arm.yaml", "--joints", joints]);
+    assert!(rigid.status == 0 && !rigid.err.contains("settling"), "{}", rigid.err);
+}
+
 #[test]
 fn every_command_that_predicts_says_whether_own_weight_is_in() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -107,7 +107,7 @@ fn wrong_files_are_refused_with_place_and_remedy() {
 /// Orientations that are written twice, components that are called as joints, and columns under the names of instruments.
 #[test]
 fn columns_of_other_names_are_refused_with_what_they_may_be() {
-    let cases: [(&str, &str, &str, &[&str]); 4] = [
+    let cases: [(&str, &str, &str, &[&str]); 5] = [
         (
             "xyzw",
             "pose,x,y,z,qx,qy,qz,qw,rx,ry,rz",
@@ -135,6 +135,12 @@ fn columns_of_other_names_are_refused_with_what_they_may_be() {
                 "name its components qx, qy, qz and qw",
             ],
         ),
+        (
+            "xyzw",
+            "pose,j1,j2,j3,x,y,z,q0,q1,q2,q3",
+            "a,0,0,0,900,0,0,0,0,0,1",
+            &["q0, q1, q2, q3 look like a quaternion, and joints are called so", "`{quaternion: wxyz}`"],
+        ),
     ];
     for (declared, header, row, expected) in cases {
         let folder = files(("c.yaml", "robot", "robot"));
@@ -142,12 +148,14 @@ fn columns_of_other_names_are_refused_with_what_they_may_be() {
         let declared = if declared.is_empty() { "" } else { "orientation: {quaternion: xyzw}" };
         let text = CAMPAIGN.replace("orientation: {quaternion: xyzw}", declared);
         let joints = header.contains("q2");
-        write("c.yaml", &if joints { text.replace(", joints: joints.csv", "") } else { text });
+        let text = if joints { text.replace(", joints: joints.csv", "") } else { text };
+        let renamed = if header.contains("j1") { "columns: {q1: j1, q2: j2, q3: j3}\n" } else { "" };
+        write("c.yaml", &(text + renamed));
         write("readings.csv", &format!("{header}\n{row}\n"));
         let ran = run(folder.path(), &["residuals", "arm.yaml", "c.yaml"]);
         assert_eq!(ran.status, 2, "{}", ran.err);
         expected.iter().for_each(|word| assert!(ran.err.contains(word), "`{word}`: {}", ran.err));
-        assert!(!ran.err.contains("`rx` is missing"), "{}", ran.err);
+        assert!(!["`rx` is missing", "`qx` is missing"].iter().any(|word| ran.err.contains(word)), "{}", ran.err);
     }
 }
 
@@ -310,5 +318,30 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
         let campaign = format!("robot: arm.yaml\nobserves: {kind}\n{declared}measurements: m.csv\n");
         let files = [("c.yaml", campaign.as_str()), ("m.csv", "pose,q1,q2\na,0,0\n"), ("none.csv", "")];
         refused(files, ("c.yaml", "arm.yaml\n", "arm.yaml\n\n"), &[said]);
+    }
+}
+
+/// What an instrument states of torques and of the distance, and the version of the format.
+#[test]
+fn impossible_noises_and_formats_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(run(folder.path(), &["init", "c"]).status, 0);
+    let path = folder.path().join("c/campaign.yaml");
+    let text = std::fs::read_to_string(&path).expect("read");
+    let with = |instrument: &str| {
+        let lines = text.lines().map(|line| if line.starts_with("instrument:") { instrument } else { line });
+        std::fs::write(&path, lines.map(|line| format!("{line}\n")).collect::<String>()).expect("written");
+        run(folder.path(), &["check", "c"])
+    };
+    assert_eq!(with("instrument: {sigma: 0.05}\nformat: 2").status, 0);
+    for (instrument, expected) in [
+        ("instrument: {torque: -0.1}", "noise is -0.1, and must be a finite number above 0"),
+        ("instrument: {torque: 0}", "noise is 0, and must be a finite number above 0"),
+        ("instrument: {sigma: 0.03, ppm: 1e9}", "`ppm: 1000000000` of the instrument"),
+        ("instrument: {sigma: 0.05}\nformat: 3", "format 3 is not known"),
+    ] {
+        let ran = with(instrument);
+        assert!(ran.status == 2 && ran.err.contains(expected), "{instrument}: {} {}", ran.status, ran.err);
+        assert!(ran.err.contains("campaign.yaml:"), "{}", ran.err);
     }
 }

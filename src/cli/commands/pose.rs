@@ -17,7 +17,7 @@ use crate::description::validity::State;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::files::{LoadedRobot, not_allowed};
 use crate::kinematics::{Geometry, Placements, Transform};
-use crate::model::Model;
+use crate::model::{EffectEntry, Family, Model};
 use crate::prediction::{SinglePredictor, SingleWorkspace};
 use crate::render::pose as render;
 use crate::results::{OwnWeight, Pose as Found, Poses};
@@ -60,7 +60,31 @@ pub fn run(command: &Pose, session: &Session) -> Result<Output, Error> {
     };
     output.diagnostics = loaded.diagnostics;
     output.diagnostics.extend(beyond_small);
+    output.diagnostics.extend(under_load(command).then(|| effects_left_out(&loaded.model)).flatten());
     Ok(output)
+}
+
+/// Whether loads and effects count.
+fn under_load(command: &Pose) -> bool {
+    command.wrench.is_some() || command.weight
+}
+
+/// A warning of effects that a configuration by itself does not say: those of the moves before it, of times and temperatures, and of the
+/// measurement.
+pub(super) fn effects_left_out(model: &Model) -> Option<Diagnostic> {
+    let is_left_out = |entry: &EffectEntry| {
+        let family = entry.effect.family(&entry.nonlinear);
+        matches!(family, Family::History | Family::Time | Family::Temperature)
+            || entry.effect.is_of_the_measurement(&entry.site)
+    };
+    let entries = model.effects.iter().map(|on| &on.entry).filter(|entry| is_left_out(entry));
+    let names: Vec<String> = entries.map(|entry| format!("{}@{}", entry.effect.name(), entry.site.name)).collect();
+    (!names.is_empty()).then(|| {
+        let text = format!("left out, since a configuration alone does not say how great they are: {}", names.join(", "));
+        Diagnostic::warning(text).remedy(
+            "`simulate --poses FILE` predicts them in readings, `compensate` along a path, with columns `order`, `time`, `temperature` or `approach.<variable>`",
+        )
+    })
 }
 
 /// Poses at all configurations (rad, m), under a load (N, N.m) if one is given; and a warning where that deflects the tool
@@ -72,7 +96,7 @@ fn placed(
     load: Option<[f64; 6]>,
 ) -> Result<(Vec<Found>, Option<Diagnostic>), Error> {
     let geometry = Geometry::nominal(model)?;
-    let under_load = (load.is_some() || command.weight).then(|| all_points(model));
+    let under_load = under_load(command).then(|| all_points(model));
     let values = model.registry.nominal();
     let predictor = under_load.as_ref().map(|points| SinglePredictor::new(model, &values, points)).transpose()?;
     let predictor = if command.equilibrium { predictor.map(SinglePredictor::at_equilibrium) } else { predictor };

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::pose::beyond_limits;
+use super::pose::{beyond_limits, effects_left_out};
 use crate::Error;
 use crate::cli::args::Solve;
 use crate::cli::output::Output;
@@ -51,6 +51,7 @@ pub fn run(command: &Solve, session: &Session) -> Result<Output, Error> {
     }
     let mut output = Output::new(render::solutions(&found, session.terminal.screen), &found)?;
     output.diagnostics = loaded.diagnostics;
+    output.diagnostics.extend(command.weight.then(|| effects_left_out(&loaded.model)).flatten());
     Ok(output)
 }
 

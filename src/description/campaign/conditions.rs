@@ -74,11 +74,13 @@ pub struct Conditions {
 /// What says in which order the readings of a session were measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OrderBy {
-    /// Nothing but their rows, which may have been sorted since.
+    /// Their rows, of which nothing is said.
     #[default]
     Rows,
     /// Their rows, as the campaign states (`order: rows`).
     StatedRows,
+    /// Nothing: rows have been sorted or mixed since, as the campaign states (`order: unknown`).
+    Unknown,
     /// Times that tell every configuration of a session from the others.
     Times,
     /// The numbers in the column `order`.
@@ -86,9 +88,14 @@ pub enum OrderBy {
 }
 
 impl Conditions {
-    /// Whether the files say which configuration came before which.
+    /// Whether it is known which configuration came before which.
     pub fn is_ordered(&self) -> bool {
-        self.order != OrderBy::Rows
+        self.order != OrderBy::Unknown
+    }
+
+    /// Whether numbers, times or the campaign say so, and not their rows alone.
+    pub fn is_order_stated(&self) -> bool {
+        !matches!(self.order, OrderBy::Rows | OrderBy::Unknown)
     }
 
     /// What is given, in the order of reports and files.

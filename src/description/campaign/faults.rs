@@ -135,7 +135,7 @@ fn noise_by_axis(instrument: &RawInstrument, observes: Observes, locate: Locate)
 
 /// Noises that are zero, negative or not finite.
 fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -> Vec<Diagnostic> {
-    let [length, angle] = [units.length.factor(), units.angle.factor()];
+    let [length, angle, torque] = [units.length.factor(), units.angle.factor(), units.torque.factor()];
     let mut stated: Vec<(Vec<&str>, f64, f64)> = Vec::new();
     match instrument.sigma {
         Some(RawSigma::All(value)) => stated.push((vec!["sigma"], value, length)),
@@ -145,12 +145,15 @@ fn impossible_noise(instrument: &RawInstrument, units: &Units, locate: Locate) -
         None => {}
     }
     stated.extend(instrument.orientation.map(|value| (vec!["orientation"], value, angle)));
+    stated.extend(instrument.torque.map(|value| (vec!["torque"], value, torque)));
     stated.extend(instrument.ppm.map(|value| (vec!["ppm"], value, 1e-6)));
-    stated.retain(|(_, value, factor)| !(LEAST_NOISE..=GREATEST).contains(&(value * factor)));
+    // A part of the distance is less than the distance.
+    let greatest = |path: &[&str]| if path == ["ppm"] { 1.0 } else { GREATEST };
+    stated.retain(|(path, value, factor)| !(LEAST_NOISE..=greatest(path)).contains(&(value * factor)));
     let fault = |(path, value, _): (Vec<&str>, f64, f64)| {
         let is_ppm = path == ["ppm"];
         let message = match is_ppm {
-            true => format!("`ppm: {value}` of the instrument, where a finite number above 0 is needed"),
+            true => format!("`ppm: {value}` of the instrument, where a number above 0 and up to 1e6 is needed"),
             false => format!("the instrument's noise is {value}, and must be a finite number above 0"),
         };
         let remedy = match is_ppm {

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::conditions::{EARLIER_MOVES, OrderBy};
+use super::raw::RowOrder;
 use super::{Campaign, InSession, Reading};
 use crate::diagnostic::{Diagnostic, Place};
 
@@ -20,8 +21,15 @@ fn place(campaign: &Campaign, orders: &[Option<i64>], by_rows: bool, reading: us
 
 /// Sets [`super::Conditions::last_move`] and [`super::Conditions::session_time`]. `orders` are the numbers in the column
 /// `order`, by reading: consecutive numbers follow one another, after a gap the predecessor is unknown. Without them times
-/// order the readings, and without times their places in the files; so they do where that is stated (`by_rows`).
-pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], by_rows: bool) {
+/// order the readings, and without times their places in the files; so they do where that is `stated`. Where it is stated that the order is
+/// unknown, nothing is set but the time.
+pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], stated: Option<RowOrder>) {
+    let by_rows = stated == Some(RowOrder::Rows);
+    campaign.count_session_time();
+    if stated == Some(RowOrder::Unknown) {
+        campaign.conditions.order = OrderBy::Unknown;
+        return;
+    }
     let mut sessions: BTreeMap<InSession, Vec<usize>> = BTreeMap::new();
     for (index, reading) in campaign.readings.iter().enumerate() {
         sessions.entry(reading.session).or_default().push(index);
@@ -70,7 +78,6 @@ pub fn order_readings(campaign: &mut Campaign, orders: &[Option<i64>], by_rows: 
     } else {
         OrderBy::Rows
     };
-    campaign.count_session_time();
 }
 
 /// Whether every reading has a time that no other configuration of its session has.
@@ -133,6 +140,6 @@ impl Campaign {
     /// Numbers the readings in the order of their configurations: each was reached from the one before.
     pub fn number_in_order(&mut self) {
         let orders: Vec<Option<i64>> = self.readings.iter().map(|reading| i64::try_from(reading.pose).ok()).collect();
-        order_readings(self, &orders, false);
+        order_readings(self, &orders, None);
     }
 }

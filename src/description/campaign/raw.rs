@@ -13,7 +13,7 @@ pub use super::raw_instrument::{RawInstrument, RawSigma};
 pub use super::raw_measurements::{Measurements, RawEntry, RawKinds, RawSharing};
 pub use super::raw_targets::{ContactKind, OrUnknown, RawAnchor, RawContact, RawDeclaredAnchor, RawTorque, Unknown};
 use super::sessions::Sharing;
-use crate::description::raw::RawPayload;
+use crate::description::raw::{RawPayload, format_version};
 use crate::description::table::Orientation;
 use crate::description::units::Units;
 use crate::observation::Kinds;
@@ -23,6 +23,10 @@ use crate::observation::Kinds;
 #[cfg_attr(feature = "cli", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RawCampaign {
+    /// Version of this format: 2 where it is stated.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "format_version")]
+    #[cfg_attr(feature = "cli", schemars(range(min = 1, max = 2)))]
+    pub format: Option<u32>,
     /// Display name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub campaign: Option<String>,
@@ -74,8 +78,8 @@ pub struct RawCampaign {
     /// `recorded.<variable>`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointSource>,
-    /// What says in which order configurations were measured, where files have no column `order` or `time`: `rows` states that rows
-    /// stand as they were measured.
+    /// What says in which order configurations were measured, where files have no column `order`: `rows` that rows stand as they were
+    /// measured, which holds without a column `time` too; `unknown` that they have been sorted or mixed since.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<RowOrder>,
     /// Files of readings, relative to this file.
@@ -200,6 +204,8 @@ impl RawLoads {
 pub enum RowOrder {
     /// The rows of the files.
     Rows,
+    /// Nothing.
+    Unknown,
 }
 
 /// Which of two values of each joint.

@@ -101,14 +101,14 @@ impl<'a> RowReader<'a> {
     }
 
     /// Says of each reading what was measured before it, once all tables are appended; numbers of the order given twice are
-    /// faults, and so are numbers where rows are stated to be in order.
+    /// faults, and so are numbers where the campaign states otherwise how rows follow one another.
     pub fn finish(self, campaign: &mut Campaign, stated: Option<RowOrder>, locate: Locate) -> Vec<Diagnostic> {
         let is_numbered = self.orders.iter().any(Option::is_some);
-        order_readings(campaign, &self.orders, stated.is_some() && !is_numbered);
+        order_readings(campaign, &self.orders, stated.filter(|_| !is_numbered));
         let twice = stated.filter(|_| is_numbered).map(|_| {
-            Diagnostic::error("rows are stated to be in order, and a column `order` numbers them")
+            Diagnostic::error("`order:` says how rows follow one another, and a column `order` numbers them")
                 .at(locate(&["order"]))
-                .remedy("leave `order: rows` out, or the column")
+                .remedy("leave `order:` out, or the column")
         });
         numbered_twice(campaign, &self.orders).into_iter().chain(twice).collect()
     }

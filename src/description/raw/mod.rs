@@ -4,7 +4,8 @@
 use indexmap::IndexMap;
 #[cfg(feature = "cli")]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::units::Units;
 
@@ -42,9 +43,26 @@ pub use elastic::*;
 pub use motion::*;
 pub use start::*;
 
+/// The version of a format that can be read: 1 or 2.
+///
+/// # Errors
+/// Another number.
+pub fn format_version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+    match Option::<u32>::deserialize(deserializer)? {
+        Some(other) if !(1..=2).contains(&other) => {
+            Err(D::Error::custom(format!("format {other} is not known: 1 and 2 are read here")))
+        }
+        version => Ok(version),
+    }
+}
+
 raw! {
     /// A robot: what is declared of it. Everything else (kinematics, closure, error Jacobian, identifiable set) is derived.
     pub struct RawRobot {
+        /// Version of this format: 2 where it is stated.
+        #[serde(deserialize_with = "format_version")]
+        #[cfg_attr(feature = "cli", schemars(range(min = 1, max = 2)))]
+        format: Option<u32>,
         /// Display name.
         robot: Option<String>,
         /// Where the numbers come from; say here what is assumed.

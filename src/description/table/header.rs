@@ -174,9 +174,8 @@ impl Header {
     /// How the file writes orientations; faults where it cannot be told, or is not as declared.
     fn orientation(&mut self, row: &Row<'_>, titles: &[String], layout: &Layout, used: &mut [bool]) -> Written {
         let has_all = |names: &[&str]| names.iter().all(|name| titles.iter().any(|title| title == name));
-        let is_numbered = layout.dialect.orientation.other_title("qx").is_some()
-            && has_all(&NUMBERED)
-            && !NUMBERED.iter().any(|name| layout.expects(name));
+        let is_declared = layout.dialect.orientation.other_title("qx").is_some();
+        let is_numbered = is_declared && has_all(&NUMBERED) && !NUMBERED.iter().any(|name| layout.expects(name));
         let wanted = layout.dialect.orientation.columns();
         let is_wanted = wanted.iter().all(|name| layout.expects(name)) && !wanted.iter().any(|name| has_all(&[name]));
         // As `columns:` calls them.
@@ -191,13 +190,19 @@ impl Header {
         let undeclared = undeclared(&called)
             .filter(|(names, _)| is_wanted && !is_numbered && !names.iter().any(|name| layout.expects(name)));
         // Components that are called as joints are: nobody can say which is which.
-        let clash = is_wanted && wanted == VECTOR && has_all(&NUMBERED) && twice(titles, &NUMBERED[1..]);
+        let is_renamed = NUMBERED.iter().any(|name| layout.rename.contains_key(*name));
+        let clash = is_wanted
+            && has_all(&NUMBERED)
+            && (wanted == VECTOR && twice(titles, &NUMBERED[1..]) || (wanted == VECTOR || is_declared) && is_renamed);
         if let Some(field) = titles.iter().position(|title| title == NUMBERED[0]).filter(|_| clash) {
             let message = "the columns q0, q1, q2, q3 look like a quaternion, and joints are called so too";
             let remedy = "name its components qx, qy, qz and qw in the file, and declare `orientation: {quaternion: xyzw}` or \
                           `{quaternion: wxyz}`";
             self.faults.push(Diagnostic::error(message).at(row.field(field)).remedy(remedy));
             used[field] = true;
+            if is_renamed {
+                used.iter_mut().zip(titles).for_each(|(used, title)| *used |= NUMBERED.contains(&title.as_str()));
+            }
         }
         if let Some((names, declare)) = undeclared {
             let declared = match wanted == VECTOR {
