@@ -15,10 +15,11 @@ use super::linear_problem::LinearProblem;
 use crate::math::linear::tr_mul;
 use crate::math::{joined, project_off};
 
-/// Squares of a direction of what is fitted in addition, of 1, below which free errors have taken it up.
+/// Squares of a direction of what is fitted in addition, of 1, below which free errors have taken it up: far above rounding (1e-16), far
+/// below what readings can show.
 const LEAST_SQUARES: f64 = 1e-6;
 
-/// Whether most of the amount of a candidate for addition is certainly lost where errors at some site that is not among its own are free.
+/// Whether most of the amount of a candidate is certainly lost where errors at some site that is not among its own are free.
 /// `members` are its hypotheses, `others` those that it is added to; what corrects another of these at its site belongs there.
 pub fn is_lost_elsewhere(
     forward: &Forward,

@@ -146,7 +146,8 @@ pub struct ClaimSettings {
     pub left_out: f64,
     /// Share of the configurations at either end of a variable's range that are left out whole.
     pub outer: f64,
-    /// Share of what a cause takes away below which a hypothesis is no rival of it.
+    /// Share of what a cause takes away below which a hypothesis is no rival of it; and share of its amount below which, certainly, it is lost to
+    /// free errors elsewhere (`kept_amount.rs`).
     pub least_rival: f64,
     /// Most that can be tied and one of them still be named, as the scoring of sealed campaigns allows.
     pub group: usize,

@@ -80,9 +80,9 @@ pub(super) fn effects_left_out(model: &Model) -> Option<Diagnostic> {
     let entries = model.effects.iter().map(|on| &on.entry).filter(|entry| is_left_out(entry));
     let names: Vec<String> = entries.map(|entry| format!("{}@{}", entry.effect.name(), entry.site.name)).collect();
     (!names.is_empty()).then(|| {
-        let text = format!("left out, since a configuration alone does not say how great they are: {}", names.join(", "));
+        let text = format!("effects left out, since a configuration alone does not say how great they are: {}", names.join(", "));
         Diagnostic::warning(text).remedy(
-            "`simulate --poses FILE` predicts them in readings, `compensate` along a path, with columns `order`, `time`, `temperature` or `approach.<variable>`",
+            "`residuals` counts them at the readings of a campaign, with its order and its columns `time`, `temperature` and `approach.<variable>`",
         )
     })
 }
