@@ -153,9 +153,7 @@ pub fn hypotheses(
     let mut found = Vec::new();
     for effect in model.catalogue.iter() {
         let is_known = settings.known.iter().any(|name| name == effect.name());
-        // Bearings of joints that have no coordinate are declared where they are known: each would be one more guess.
-        let is_driven = |site: &Site| site.kind != SiteKind::Joint || site.coordinate.is_some();
-        for site in effect.sites(model).into_iter().filter(is_driven) {
+        for site in effect.sites(model) {
             let mut candidates = effect.candidates(model, &site, survey);
             candidates.retain(|nonlinear| effect.is_identifiable(&site, survey, nonlinear));
             let covers = effect.covers(model, &site);

@@ -7,7 +7,7 @@ use super::hypothesis::Hypothesis;
 use super::linear_problem::LinearProblem;
 use super::result::{EffectAtSite, Excluded, NotTried};
 use crate::description::campaign::Campaign;
-use crate::effects::{Condition, Effect, Family, Nonlinear, Site, SiteKind, Survey};
+use crate::effects::{Condition, Effect, Family, Nonlinear, SiteKind, Survey};
 use crate::math::{least_squares, orthonormal, project_off};
 use crate::model::Model;
 use crate::noise::{Motion, reference_noise};
@@ -48,23 +48,7 @@ pub fn not_tried(model: &Model, survey: &Survey, hypotheses: &[Hypothesis], know
         };
         NotTried { effect: effect.name().into(), needs: needs.into() }
     };
-    let mut all: Vec<NotTried> = untried.map(of).collect();
-    all.extend(model.catalogue.iter().filter_map(|effect| of_passive_joints(model, effect.as_ref())));
-    all
-}
-
-/// What an effect of joints needs to be tried at joints that loops and actuators move; `None` where it sits at none.
-fn of_passive_joints(model: &Model, effect: &dyn Effect) -> Option<NotTried> {
-    let has_constants = |site: &Site| !effect.constants(model, site, &Nonlinear::default()).is_empty();
-    let is_passive = |site: &Site| site.kind == SiteKind::Joint && site.coordinate.is_none();
-    let sites = effect.sites(model);
-    let passive = sites.iter().filter(|site| is_passive(site) && has_constants(site));
-    let names: Vec<String> = passive.map(|site| format!("`{}`", site.name)).collect();
-    (!names.is_empty()).then(|| {
-        let needs =
-            format!("to be declared under `effects:` at joints that a loop or an actuator moves, {}", names.join(", "));
-        NotTried { effect: effect.name().into(), needs }
-    })
+    untried.map(of).collect()
 }
 
 /// Takes out the hypotheses that the base moved with time, where fixed reflectors moved by much less than a gap (m): all of them where the

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::allowed::not_allowed;
-use super::calibrated::without_constants;
+use super::calibrated::{without_conditions, without_constants};
 use super::place::{CAMPAIGNS, Place, inside, open};
 use super::reader::Reader;
 use super::readings::{Asked, faults, read};
@@ -175,6 +175,7 @@ pub(super) fn resolved(
                 campaign.calibrate = usually_calibrated(&robot.model, &campaign);
             }
             diagnostics.extend(without_constants(&raw, &robot.robot, &robot.model, &locate));
+            diagnostics.extend(without_conditions(&robot.model, &campaign));
             // What cannot be assembled here is reported by the command that predicts it.
             let _ = fill_holding_loads(&robot.model, &mut campaign);
             let rows = (0..campaign.readings.len()).map(|reading| campaign.configuration(reading));

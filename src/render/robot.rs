@@ -71,12 +71,35 @@ pub fn robot(found: &RobotSummary, model: &Model, raw: &RawRobot, screen: Screen
         }
     }
     let free: Vec<&str> = model.free_slots().iter().map(|&slot| model.registry[slot].name.as_str()).collect();
-    let _ = writeln!(out, "\ntool: frame {}", found.tool);
+    let _ = writeln!(out, "\ntool: frame {}{}", found.tool, tool_offset(&found.tool_offset));
+    out += &gravity(&found.gravity);
     if !found.markers.is_empty() {
         let _ = writeln!(out, "markers: {}", found.markers.join(", "));
     }
     let _ = writeln!(out, "free in calibration ({}): {}", free.len(), free.join(" "));
     out + &elastic(found, model, raw, screen)
+}
+
+/// The tool centre point in its frame, as far as it is not the frame itself.
+fn tool_offset(offset: &[f64; 6]) -> String {
+    let three = |first: usize, factor: f64| [0, 1, 2].map(|k| format!("{:.3}", offset[first + k] * factor)).join(", ");
+    let mut out = String::new();
+    if offset[..3].iter().any(|value| *value != 0.0) {
+        let _ = write!(out, ", centre point at {} mm", three(0, 1e3));
+    }
+    if offset[3..].iter().any(|value| *value != 0.0) {
+        let _ = write!(out, ", axes turned by {} deg", three(3, 1f64.to_degrees()));
+    }
+    out
+}
+
+/// Gravity in base axes, with its direction in words where it is along one of them.
+fn gravity(acceleration: &[f64; 3]) -> String {
+    if acceleration.iter().all(|value| *value == 0.0) {
+        return "gravity: none declared, so that masses weigh nothing\n".into();
+    }
+    let [x, y, z] = acceleration;
+    format!("gravity: {x:.3}, {y:.3}, {z:.3} m/s2 in base axes\n")
 }
 
 /// Frames with what moves them and their Khalil-Kleinfinger constants.

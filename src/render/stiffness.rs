@@ -37,6 +37,8 @@ pub fn stiffness(found: &Stiffness, screen: Screen) -> String {
     }
     if found.is_loaded {
         out += &under_load(found, screen);
+    } else {
+        let _ = writeln!(out, "{}", found.own_weight.words("`--weight` adds its deflection"));
     }
     out
 }

@@ -82,6 +82,10 @@ pub struct RobotSummary {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub other_limits: Vec<VariableSummary>,
     pub tool: String,
+    /// Tool centre point in the tool's frame, m, then the rotation vector of its axes, rad.
+    pub tool_offset: [f64; 6],
+    /// Acceleration of gravity, base axes, m/s2.
+    pub gravity: [f64; 3],
     pub markers: Vec<String>,
     pub parameters: Vec<ParameterSummary>,
     pub elastic: ElasticSummary,
@@ -176,6 +180,8 @@ impl RobotSummary {
             loops: loops.flatten().map(|l| l.name.clone()).collect(),
             other_limits: other_limits(model),
             tool: model.frames[model.tool.0].name.clone(),
+            tool_offset: std::array::from_fn(|k| model.registry[model.tool.1 + k].nominal),
+            gravity: model.structure.gravity.into(),
             markers: model.markers.iter().map(|m| m.name.clone()).collect(),
             parameters: model.registry.all().iter().map(parameter).collect(),
             elastic: ElasticSummary {

@@ -264,6 +264,57 @@ fn wrong_evidence_is_refused_with_place_and_remedy() {
     }
 }
 
+/// What is missing or misspelt is one fault, with its own key: what refers to it is none.
+#[test]
+fn faults_that_follow_from_another_are_not_said() {
+    let contacts =
+        |kind: &str| PLANAR_CONTACT.replacen("hole: {kind: socket, group", &format!("hole: {{{kind}group"), 1);
+    let carried = PLANAR_CONTACT.to_owned() + "payloads: {five: {com: [0, 0, 1]}}\n";
+    let table = "pose,placement,contact,q1,q2,payload\na,left,hole,0,90,five\nb,left,pin,10,80,five\n";
+    let torques = PUSHED.replace("deflection", "[position, torque]");
+    for (campaign, table, expected) in [
+        (contacts("kind: cone, "), TABLE, ["campaign.yaml:4:", "unknown choice `cone`"]),
+        (contacts(""), TABLE, ["campaign.yaml:4:", "`contacts.hole` lacks `kind`"]),
+        (carried, table, ["campaign.yaml:7:", "`payloads.five` lacks `mass`"]),
+        (torques, "pose,q1,q2,x,y,z\na,0,90,0.1,0.2,0\n", ["campaign.yaml:3:", "no joint has a column"]),
+        (
+            PUSHED.replace("deflection", "inclination"),
+            "pose,q1,q2,gx,gy,gz\na,0,90,0,0,0\n",
+            ["c.csv:2:", "remove the row"],
+        ),
+    ] {
+        let found = said(&campaign, table);
+        assert!(found.starts_with("2\n") && found.contains("1 error,"), "{found}");
+        expected.iter().for_each(|word| assert!(found.contains(word), "`{word}` is not said:\n{found}"));
+    }
+}
+
+/// A declared effect whose column or order the campaign does not give counts as nothing, which is said.
+#[test]
+fn declared_effects_without_their_conditions_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    let effects = "effects:\n- {effect: settling, site: 'joint:1', parameters: {share: 1e-3}}\n\
+                   - {effect: frame-drift, site: base, parameters: {x: 1e-6}}\n";
+    write("arm.yaml", &(super::cli::PLANAR.to_owned() + effects));
+    let campaign = "robot: arm.yaml\nunits: {length: mm, angle: deg}\nobserves: position\nmeasurements: c.csv\n";
+    let rows = |time: [&str; 3]| {
+        let [title, first, second] = time;
+        format!("pose,q1,q2,x,y,z{title}\na,0,90,500,400,0{first}\nb,10,80,492.404,486.824,0{second}\n")
+    };
+    let warned = |order: &str, time: [&str; 3]| {
+        write("campaign.yaml", &format!("{campaign}{order}"));
+        write("c.csv", &rows(time));
+        let ran = run(folder.path(), &["check", "campaign.yaml"]);
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        ran.err.lines().find(|line| line.contains("count as nothing")).unwrap_or_default().to_owned()
+    };
+    let (without, with) = (["", "", ""], [",time", ",0", ",60"]);
+    assert!(warned("", without).ends_with("does not give: frame-drift@base (times)"));
+    assert!(warned("order: unknown\n", with).ends_with("does not give: settling@joint:1 (the order of measurement)"));
+    assert_eq!(warned("", with), "");
+}
+
 const PUSHED: &str = "robot: arm.yaml
 units: {length: mm, angle: deg}
 observes: deflection

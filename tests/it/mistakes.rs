@@ -215,6 +215,13 @@ fn amounts_that_no_robot_has() {
     refuses(&simulate("joint2.kar=-2e5"), &["makes `joint2.kar` 0, and it must be above 0"]);
     assert_eq!(simulate("joint2.kar=-1.9e5").status, 0);
     assert_eq!(simulate("joint2.kar=inf").status, 0);
+    // Of what is rigid as described it is the stiffness itself.
+    assert_eq!(simulate("joint1.kar=4e5").status, 0);
+    let truth: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("c/truth.json")).expect("read")).expect("JSON");
+    let compliance = truth["parameters"]["joint1.kar"]["true"].as_f64().expect("a number");
+    assert!((compliance - 2.5e-6).abs() < 1e-15, "{compliance}");
+    refuses(&simulate("joint1.kar=-4e5"), &["it must be above 0"]);
     let check = |effect: &str| {
         std::fs::write(folder.path().join("e.yaml"), with(effect)).expect("written");
         run(folder.path(), &["check", "e.yaml"])

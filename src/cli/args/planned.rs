@@ -53,7 +53,7 @@ pub struct Simulate {
     #[arg(long, value_name = "FX,..,MZ", allow_hyphen_values = true)]
     pub wrench: Vec<String>,
     /// Errors of single parameters: name=value, added to the nominal value, in the description's units; of a stiffness also
-    /// `inf`, which makes it rigid.
+    /// `inf`, which makes it rigid, and of a spring that is rigid as described its stiffness itself.
     #[arg(long, value_delimiter = ',', value_name = "NAME=..", allow_hyphen_values = true)]
     pub set: Vec<String>,
     /// Place the robot at random in the measurement frame and declare base (and markers) unknown.

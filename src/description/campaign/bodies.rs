@@ -94,7 +94,7 @@ pub(super) fn faults(robot: &Robot, sources: &[Source], locate: Locate) -> Vec<D
 
 /// Columns that a file lacks of a kind that may have either of two sets. A joint with the name of one of the other set is that
 /// joint.
-pub(super) fn lacking_columns(robot: &Robot, sources: &[Source]) -> Vec<Diagnostic> {
+pub(super) fn lacking_columns(robot: &Robot, sources: &[Source], locate: Locate) -> Vec<Diagnostic> {
     let is_joint = |name: &str| robot.variables.iter().any(|variable| variable.name == name);
     let mut faults = Vec::new();
     for source in sources {
@@ -105,7 +105,7 @@ pub(super) fn lacking_columns(robot: &Robot, sources: &[Source]) -> Vec<Diagnost
                 let names = sets.map(|set| set.iter().map(|column| column.name).collect::<Vec<_>>().join("`, `"));
                 let message = format!("{} needs the columns `{}`, or `{}`", kind.name(), names[0], names[1]);
                 let file = source.table.file();
-                let diagnostic = Diagnostic::error(format!("{file}: {message}"));
+                let diagnostic = Diagnostic::error(format!("{file}: {message}")).at(Source::place_of_kinds(locate));
                 faults.push(diagnostic.remedy("name them under `columns:` if the file calls them otherwise"));
             }
         }

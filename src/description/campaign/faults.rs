@@ -2,9 +2,9 @@
 
 use super::columns::kinds;
 use super::raw::{ContactKind, OrUnknown, RawAnchor, RawCampaign, RawContact, RawEntry, RawInstrument, RawSigma};
-use crate::description::resolve::{Explained, GREATEST, Locate};
+use crate::description::resolve::{Explained, GREATEST, Locate, no_mass};
 use crate::description::units::Units;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::observation::{Kinds, Observes, POSITION};
 
 /// Least noise (m or rad) above zero: below the resolution of any instrument and above the rounding of a metre.
@@ -51,6 +51,17 @@ pub fn faults(
         let own = contact_faults(contact, raw.units.length.factor()).into_iter();
         let located = |(key, fault): (&str, Diagnostic)| fault.at(locate(&["contacts", name, key]));
         diagnostics.extend(own.map(located));
+        if contact.kind.is_none() && !explained(&["contacts", name, "kind"]) {
+            let kinds = "`socket`, `plane` or `sphere`";
+            let diagnostic = Diagnostic::error(format!("`contacts.{name}` lacks `kind`")).code(Code::Missing);
+            diagnostics.push(diagnostic.at(locate(&["contacts", name])).remedy(format!("add `kind:`, {kinds}")));
+        }
+    }
+    for (name, _) in raw.payloads.iter().filter(|(_, payload)| payload.mass.is_none()) {
+        if !explained(&["payloads", name, "mass"]) {
+            let diagnostic = Diagnostic::error(no_mass(name)).code(Code::Missing);
+            diagnostics.push(diagnostic.at(locate(&["payloads", name])).remedy("add `mass: ...`"));
+        }
     }
     let whole = raw.completed(&RawEntry::default());
     diagnostics.extend(instrument(raw.instrument.as_ref(), &whole, kinds, &[], locate));
@@ -85,11 +96,11 @@ fn contact_faults(contact: &RawContact, length: f64) -> Vec<(&'static str, Diagn
         }
     }
     let radius = contact.radius.map(OrUnknown::known);
-    if radius.is_some() && contact.kind == ContactKind::Socket {
+    if radius.is_some() && contact.kind == Some(ContactKind::Socket) {
         let diagnostic = Diagnostic::error("a socket holds the ball's centre at a point, and has no radius");
         faults.push(("radius", diagnostic.remedy("leave it out, or write `kind: sphere`")));
     } else if let Some(radius) = radius.flatten() {
-        let least = if contact.kind == ContactKind::Sphere { f64::MIN_POSITIVE } else { 0.0 };
+        let least = if contact.kind == Some(ContactKind::Sphere) { f64::MIN_POSITIVE } else { 0.0 };
         if !(least..=GREATEST).contains(&(radius * length)) {
             let diagnostic = Diagnostic::error(format!("the radius `{radius}` is no distance of the ball's centre"));
             faults.push(("radius", diagnostic.remedy("give a positive length, or leave it out")));

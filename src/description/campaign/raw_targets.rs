@@ -95,7 +95,8 @@ pub enum ContactKind {
 #[serde(deny_unknown_fields)]
 pub struct RawContact {
     /// What is touched.
-    pub kind: ContactKind,
+    #[cfg_attr(feature = "cli", schemars(required))]
+    pub kind: Option<ContactKind>,
     /// The column that says where the fixture stood: a contact is another one in each placement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,

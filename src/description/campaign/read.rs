@@ -44,7 +44,7 @@ pub fn resolve(
     campaign.targets.extend(torques::sensors(raw, robot, &all_kinds));
     diagnostics.extend(torques::faults(raw, robot, &sources, locate));
     diagnostics.extend(bodies::faults(robot, &sources, locate));
-    diagnostics.extend(bodies::lacking_columns(robot, &sources));
+    diagnostics.extend(bodies::lacking_columns(robot, &sources, locate));
     diagnostics.extend(half_of_more_columns(&sources));
     diagnostics.extend(columns_of_joints(&all_kinds, robot, locate));
     diagnostics.extend(contradictions(robot, &sources));

@@ -50,7 +50,9 @@ pub(super) fn targets(
     if kinds.iter().any(|kind| kind.touches()) {
         for (name, own) in &raw.contacts {
             let members = groups(own, sources);
-            diagnostics.extend(own.group.as_ref().filter(|_| members.is_empty()).map(|column| {
+            // Beside a faulty contact no file is read.
+            let is_read = !sources.is_empty() || raw.contacts.values().all(|contact| contact.kind.is_some());
+            diagnostics.extend(own.group.as_ref().filter(|_| members.is_empty() && is_read).map(|column| {
                 let message =
                     format!("the contact `{name}` is one of a group by the column `{column}`, which names none");
                 let key = if [SESSION, STATION].contains(&column.as_str()) {
@@ -174,7 +176,8 @@ fn contact(name: &str, raw: &RawContact, group: Option<[String; 2]>, length: f64
     };
     let near = raw.near.unwrap_or_default().map(|v| v * length);
     let centre = || points(["x", "y", "z"], at, Kind::Length, near).to_vec();
-    let (observes, of) = match raw.kind {
+    // One without a kind is refused; until then it is what asks for nothing.
+    let (observes, of) = match raw.kind.unwrap_or(ContactKind::Socket) {
         ContactKind::Socket => (SOCKET, centre()),
         ContactKind::Sphere => {
             let mut of = centre();
@@ -292,7 +295,7 @@ fn pair<'r>(raw: &'r RawCampaign, key: &'r str) -> Option<[(&'r str, &'r RawCont
 
 /// Whether a key names two faces.
 fn faces(raw: &RawCampaign, key: &str) -> bool {
-    pair(raw, key).is_some_and(|both| both.iter().all(|(_, contact)| contact.kind == ContactKind::Plane))
+    pair(raw, key).is_some_and(|both| both.iter().all(|(_, contact)| contact.kind == Some(ContactKind::Plane)))
 }
 
 /// Sum of the radii (m) of the balls on two faces at a known distance: a ball's centre is at its radius outside of its face.
@@ -381,7 +384,7 @@ fn constraint(
     };
     once(raw, between, key, [one, other], what)?;
     let is_same_pair = |known: &String| is_of_pair(raw, known, [one, other]);
-    let is_plane = |contact: &RawContact| contact.kind == ContactKind::Plane;
+    let is_plane = |contact: &RawContact| contact.kind == Some(ContactKind::Plane);
     if is_plane(first) != is_plane(second) || between == Between::Normals && !is_plane(first) {
         let shapes = if between == Between::Normals { "planes" } else { "sockets or spheres, or two planes" };
         let remedy =

@@ -283,7 +283,8 @@ fn measured(row: &Row, observes: Observes, faults: &mut Faults) -> Rows {
         *value = row.number(column.name) * row.units.of(column.kind);
     }
     if let Some((column, fault)) = observes.fault(&measured) {
-        faults.push(Diagnostic::error(fault).at(row.place(column)));
+        let remedy = "give the direction as it was read, in any length; remove the row if the sensor showed nothing";
+        faults.push(Diagnostic::error(fault).at(row.place(column)).remedy(remedy));
     }
     for (value, column) in measured.iter().zip(observes.columns()) {
         faults.check_size(row, column.name, *value);

@@ -2,6 +2,7 @@
 
 use super::raw::RawEntry;
 use crate::description::table::Table;
+use crate::diagnostic::{Locate, Place};
 use crate::observation::Observes;
 
 /// A table of readings, and what the campaign says of its file.
@@ -12,4 +13,11 @@ pub struct Source<'a> {
     pub entry: &'a RawEntry,
     /// Kinds of the readings in each row.
     pub kinds: Vec<Observes>,
+}
+
+impl Source<'_> {
+    /// Where the campaign names the kinds of its readings, for a fault of the file's columns.
+    pub fn place_of_kinds(locate: Locate) -> Option<Place> {
+        locate(&["observes"]).or_else(|| locate(&["measurements"]))
+    }
 }

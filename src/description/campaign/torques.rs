@@ -114,7 +114,7 @@ pub(super) fn faults(raw: &RawCampaign, robot: &Robot, sources: &[Source], locat
             let wanted: Vec<String> = robot.variables.iter().map(|variable| column(prefix, variable)).collect();
             let message = format!("{}: torques are observed, and no joint has a column", source.table.file());
             let remedy = format!("name at least one of {}, in the file or under `columns:`", wanted.join(", "));
-            faults.push(Diagnostic::error(message).remedy(remedy));
+            faults.push(Diagnostic::error(message).at(Source::place_of_kinds(locate)).remedy(remedy));
         }
     }
     faults

@@ -394,7 +394,8 @@ impl RawBranch {
 #[serde(deny_unknown_fields)]
 pub struct RawPayload {
     /// Its mass.
-    pub mass: f64,
+    #[cfg_attr(feature = "cli", schemars(required))]
+    pub mass: Option<f64>,
     /// Its centre of mass in the frame.
     #[serde(default)]
     pub com: [f64; 3],

@@ -51,6 +51,14 @@ fn joint(tree: &Tree, name: &str, path: &[&str], diagnostics: &mut Collector) ->
     let Some(index) = tree.frames.iter().position(|frame| frame.name == name) else {
         let variables = tree.variables.iter().map(|variable| variable.name.as_str());
         let valid: Vec<&str> = variables.chain(tree.frames.iter().map(|frame| frame.name.as_str())).collect();
+        // A name may hold a hyphen, so that blanks make a sum of it.
+        let mut parts = name.split(['-', '+']).map(|part| part.rsplit('*').next().unwrap_or(part).trim());
+        if name.contains(['-', '+']) && parts.all(|part| part.is_empty() || valid.contains(&part)) {
+            let remedy =
+                format!("write blanks around + and -: `{}`", name.replace('-', " - ").replace('+', " + ").trim());
+            diagnostics.reject(path, format!("unknown joint `{name}`"), &remedy);
+            return None;
+        }
         diagnostics.unknown(path, "joint", name, valid);
         return None;
     };

@@ -17,7 +17,7 @@ mod tree;
 
 pub use crate::diagnostic::{Explained, Locate};
 pub use collector::GREATEST;
-pub use payload::payloads;
+pub use payload::{no_mass, payloads};
 pub use sizes::{doubtful_sizes, doubtful_urdf, heaviest};
 
 use indexmap::IndexMap;
@@ -67,6 +67,12 @@ pub fn resolve_explained(raw: &RawRobot, locate: Locate, explained: Explained) -
     let (fuzzy, spring_rules) = fuzzy::resolve(raw, &tree, &mut diagnostics);
     let limits = limits::resolve(raw, &tree, &mut diagnostics);
     let keep_out = keep_out::resolve(raw, &mut diagnostics);
+    for (name, _) in raw.payloads.iter().filter(|(_, payload)| payload.mass.is_none()) {
+        let message = payload::no_mass(name);
+        if let Some(found) = diagnostics.lacking(&["payloads", name], "mass", message) {
+            found.remedy = Some("add `mass: ...`".into());
+        }
+    }
     if diagnostics.diagnostics.iter().any(Diagnostic::is_error) {
         return (None, diagnostics.diagnostics);
     }

@@ -10,6 +10,11 @@ use crate::description::robot::Robot;
 use crate::description::units::Units;
 use crate::diagnostic::{Diagnostic, Locate};
 
+/// What is wrong with a body without a mass.
+pub fn no_mass(name: &str) -> String {
+    format!("`payloads.{name}` lacks `mass`")
+}
+
 /// Those declared, each at a frame of the tool's body.
 pub fn payloads(
     declared: &IndexMap<String, RawPayload>,
@@ -27,7 +32,8 @@ pub fn payloads(
             None => Some(robot.tool.frame),
             Some(named) => robot.frames.iter().position(|frame| frame.name == *named),
         };
-        let mass = payload.mass * units.mass.factor();
+        // That it is missing is reported by who knows what else of the file is at fault.
+        let mass = payload.mass.unwrap_or_default() * units.mass.factor();
         let com = Vector3::from(payload.com) * units.length.factor();
         if !(0.0..=GREATEST).contains(&mass) || !(0.0..=GREATEST).contains(&com.norm()) {
             fault(

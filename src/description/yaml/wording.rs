@@ -85,6 +85,7 @@ impl Subject<'_> {
                 (About::Whole, self.unknown_choice(variant, expected))
             }
             Error::SerdeMissingField { field, .. } => {
+                let name = self.owner().unwrap_or_else(|| name.clone());
                 let diagnostic = Diagnostic::error(format!("{name} lacks `{field}`")).code(Code::Missing);
                 (About::Whole, diagnostic.remedy(format!("add `{field}: ...`")))
             }
@@ -135,6 +136,13 @@ impl Subject<'_> {
                 (About::Text, Diagnostic::error(message).code(Code::Syntax))
             }
         }
+    }
+
+    /// The mapping whose first key stands there, quoted: where the crate places what is missing in it.
+    fn owner(&self) -> Option<String> {
+        let parent = self.index.nodes.get(self.keyed?)?.parent?;
+        let path = self.index.path(parent);
+        Some(if path.is_empty() { "the file".to_owned() } else { format!("`{path}`") })
     }
 
     /// Whether the error is about a key itself, which is neither a text nor a number.

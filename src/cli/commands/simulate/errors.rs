@@ -59,7 +59,9 @@ pub fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> R
             // A stiffness without end is a compliance of zero.
             Ok(value) if value == f64::INFINITY && parameter.inverted => values[slot] = 0.0,
             Ok(value) if value.abs() * factor <= crate::description::resolve::GREATEST => {
-                let changed = parameter.shown(parameter.nominal) + value * factor;
+                let declared = parameter.shown(parameter.nominal);
+                // Nothing adds to what is rigid: the value is then the stiffness itself.
+                let changed = if declared.is_finite() { declared + value * factor } else { value * factor };
                 stays_possible(entry, parameter, changed, factor)?;
                 // Shown and held are each other's inverse, or the same.
                 values[slot] = parameter.shown(changed);
@@ -79,7 +81,7 @@ pub fn set_errors(loaded: &LoadedRobot, set: &[String], values: &mut [f64]) -> R
 fn stays_possible(entry: &str, parameter: &Parameter, changed: f64, factor: f64) -> Result<(), Error> {
     let declared = parameter.shown(parameter.nominal);
     // What is left of a value and its inverse is nothing.
-    let changed = if changed.abs() < 1e-9 * declared.abs() { 0.0 } else { changed };
+    let changed = if declared.is_finite() && changed.abs() < 1e-9 * declared.abs() { 0.0 } else { changed };
     let must = match parameter.shown_kind() {
         Kind::LinearStiffness | Kind::RotationalStiffness | Kind::Pressure if changed <= 0.0 => "be above 0",
         Kind::LinearCompliance | Kind::RotationalCompliance | Kind::Mass if changed < 0.0 => "not be below 0",
